@@ -1,0 +1,68 @@
+//! The words errors go by, each with its exit code and its explanation.
+
+/// Declares every code once: its word, the exit code of a command it ends, and what `geardyn explain` says of it.
+macro_rules! codes {
+    ($($name:ident $word:literal $exit:literal $explanation:literal)*) => {
+        /// What kind of thing went wrong.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        pub enum Code { $(#[doc = $explanation] $name,)* }
+
+        impl Code {
+            /// Every code, in the order of this table.
+            pub const ALL: &'static [Code] = &[$(Code::$name,)*];
+
+            /// The word users see in brackets.
+            pub fn word(self) -> &'static str {
+                match self { $(Code::$name => $word,)* }
+            }
+
+            /// The exit code of a command it ends: 2 for bad input, 3 for numerical failure.
+            pub fn exit(self) -> u8 {
+                match self { $(Code::$name => $exit,)* }
+            }
+
+            /// What it means and what to do, at length.
+            pub fn explanation(self) -> &'static str {
+                match self { $(Code::$name => $explanation,)* }
+            }
+        }
+    };
+}
+
+codes! {
+    // files
+    FileMissing "file-missing" 2 "The file could not be found or opened. Paths are taken from the folder the command is run in."
+    FileTooLarge "file-too-large" 2 "Model files are a page or two of text; anything above 64 MB is refused before it is read. A log is read by `identify` and `spectrum`, not by commands that take a model."
+    NotText "not-text" 2 "The file is not UTF-8 text. Save it as UTF-8 in your editor."
+    Syntax "syntax" 2 "The file is not valid TOML. What stands after the place shown was not looked at."
+    // keys and values
+    UnknownKey "unknown-key" 2 "The table has no such key. `geardyn new` writes a model with every key explained."
+    MissingKey "missing-key" 2 "The table needs this key to mean anything."
+    DuplicateName "duplicate-name" 2 "Names are unique over all tables of a file, since results speak of elements by name."
+    UnknownNode "unknown-node" 2 "An end of a branch names a node that no [[inertia]], [[chain]] or segmented shaft declares. A massless node is an [[inertia]] with J = \"0 kg·m²\"."
+    WrongType "wrong-type" 2 "The value is of another kind than the key takes: text, number, list or table."
+    MissingUnit "missing-unit" 2 "A quantity is text with a unit, such as \"85 kN/mm\". Bare numbers are taken as SI only if `units = \"SI\"` stands at the top of the file."
+    WrongUnit "wrong-unit" 2 "The unit measures something else than the key takes, or is not known."
+    OutOfRange "out-of-range" 2 "The value cannot be: a negative inertia, a gear without teeth, a number that is not finite, a bore wider than the shaft."
+    Conflict "conflict" 2 "Two statements of the file exclude each other, such as a stiffness given and computed from geometry, or damping of a rigid branch, which never deforms."
+    // the machine
+    EmptyMachine "empty-machine" 2 "The model has no inertia, so nothing can move."
+    Disconnected "disconnected" 2 "The element joins nothing to the machine: a massless node that no branch with stiffness holds has no equation of motion."
+    ContradictoryRatios "contradictory-ratios" 2 "Rigid gear pairs that close a loop must multiply to one. Where they do not, the loop cannot turn at all; make one pair elastic (give it k) or mend its tooth numbers."
+    NoSuchFreedom "no-such-freedom" 2 "The node has no freedom along that axis: lateral and tilting axes exist only where a bearing gives the node one."
+    NoSpeed "no-speed" 2 "The question needs the speed of the shafts, and the model does not fix it: nothing can turn, or several parts turn independently of each other. State speeds in [speed]."
+    Usage "usage" 2 "The command was called in a way it does not take. See its --help."
+    OutputFailed "output-failed" 2 "The output file could not be written. Nothing half-written is left behind."
+    // numbers
+    Indefinite "indefinite" 3 "The mass matrix is not positive definite, so the modes are not defined. A consistent mass or a rigid joint has left a combination of freedoms without inertia."
+    NoConvergence "no-convergence" 3 "An iteration ended without reaching its tolerance. The message says which, and how far it came."
+    Overflow "overflow" 3 "Numbers of the model are so far apart that their products leave the range of double precision (1e-308 to 1e308). Check the units of the values named."
+    Hopeless "hopeless" 3 "The request would need more memory or time than is sensible for it. The message says what to ask instead."
+}
+
+impl Code {
+    /// The code of a word, if there is one.
+    pub fn from_word(word: &str) -> Option<Code> {
+        Code::ALL.iter().copied().find(|code| code.word() == word)
+    }
+}

@@ -1,0 +1,109 @@
+//! What went wrong, where, and what to do now.
+
+use std::fmt;
+
+use super::code::Code;
+use super::place::Place;
+
+/// One thing that is wrong with the input, or one computation that failed.
+#[derive(Debug, Clone)]
+pub struct Error {
+    /// The word `geardyn explain` takes.
+    pub code: Code,
+    /// What is wrong, with the values and their units; one sentence, no full stop.
+    pub message: String,
+    /// Where it stands in the user's file.
+    pub place: Option<Place>,
+    /// What to write beside the caret.
+    pub label: Option<String>,
+    /// What to do now.
+    pub hint: Option<String>,
+}
+
+impl Error {
+    /// An error without a place.
+    pub fn new(code: Code, message: impl Into<String>) -> Error {
+        Error { code, message: message.into(), place: None, label: None, hint: None }
+    }
+
+    /// The same error, pointing at `place`.
+    pub fn at(mut self, place: &Place) -> Error {
+        self.place = Some(place.clone());
+        self
+    }
+
+    /// The same error with a word beside the caret.
+    pub fn label(mut self, label: impl Into<String>) -> Error {
+        self.label = Some(label.into());
+        self
+    }
+
+    /// The same error with advice.
+    pub fn hint(mut self, hint: impl Into<String>) -> Error {
+        self.hint = Some(hint.into());
+        self
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(place) = &self.place {
+            write!(f, "{}:{}:{}: ", place.source().path, place.line(), place.column())?;
+        }
+        write!(f, "{} [{}]", self.message, self.code.word())?;
+        match &self.hint {
+            Some(hint) => write!(f, " (hint: {hint})"),
+            None => Ok(()),
+        }
+    }
+}
+
+impl std::error::Error for Error {}
+
+/// Every error of one file, sorted by place; never empty.
+#[derive(Debug, Clone)]
+pub struct Errors(Vec<Error>);
+
+impl Errors {
+    /// `Ok(value)` where nothing is wrong, else all that is, sorted by place.
+    pub fn or<T>(mut errors: Vec<Error>, value: impl FnOnce() -> T) -> Result<T, Errors> {
+        if errors.is_empty() {
+            return Ok(value());
+        }
+        errors.sort_by_key(|e| e.place.as_ref().map_or(usize::MAX, |p| p.span().start));
+        Err(Errors(errors))
+    }
+
+    /// The errors, the first in the file first.
+    pub fn list(&self) -> &[Error] {
+        &self.0
+    }
+}
+
+impl From<Error> for Errors {
+    fn from(error: Error) -> Errors {
+        Errors(vec![error])
+    }
+}
+
+impl fmt::Display for Errors {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (at, error) in self.0.iter().enumerate() {
+            write!(f, "{}{error}", if at == 0 { "" } else { "\n" })?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for Errors {}
+
+/// A doubt about an answer: the answer stands, and this is said beside it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Warning {
+    /// A word, as with errors.
+    pub code: &'static str,
+    /// What is doubtful.
+    pub message: String,
+    /// What would settle it.
+    pub hint: Option<String>,
+}

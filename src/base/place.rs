@@ -1,0 +1,68 @@
+//! Where in a file something stands.
+
+use std::fmt;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// A file's text under the name the user gave it.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Source {
+    /// The name as the user gave it.
+    pub path: String,
+    /// All of it.
+    pub text: String,
+}
+
+/// A stretch of a file. Cheap to clone: the text is shared.
+#[derive(Clone, PartialEq, Eq)]
+pub struct Place {
+    source: Arc<Source>,
+    span: Range<usize>,
+}
+
+impl Place {
+    /// The stretch `span`, in bytes, of `source`; cut to the text where it reaches past it.
+    pub fn new(source: Arc<Source>, span: Range<usize>) -> Place {
+        let end = source.text.len();
+        let start = span.start.min(end);
+        let stop = span.end.clamp(start, end);
+        Place { source, span: start..stop }
+    }
+
+    /// The file it is in.
+    pub fn source(&self) -> &Arc<Source> {
+        &self.source
+    }
+
+    /// The bytes it covers.
+    pub fn span(&self) -> Range<usize> {
+        self.span.clone()
+    }
+
+    /// The text it covers.
+    pub fn text(&self) -> &str {
+        self.source.text.get(self.span.clone()).unwrap_or("")
+    }
+
+    /// The line it begins in, counted from 1.
+    pub fn line(&self) -> usize {
+        1 + self.before().bytes().filter(|&b| b == b'\n').count()
+    }
+
+    /// The character of the line it begins at, counted from 1.
+    pub fn column(&self) -> usize {
+        let before = self.before();
+        let line = before.rfind('\n').map_or(before, |at| &before[at + 1..]);
+        1 + line.chars().count()
+    }
+
+    fn before(&self) -> &str {
+        self.source.text.get(..self.span.start).unwrap_or("")
+    }
+}
+
+impl fmt::Debug for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}:{}", self.source.path, self.line(), self.column())
+    }
+}

@@ -1,0 +1,12 @@
+//! Machine dynamics and transmission error of gear drive trains.
+//!
+//! The modules are floors: each imports only from those above it in this list.
+
+/// Errors with places and hints; units; TOML with places.
+pub mod base;
+
+/// Linear algebra, without knowledge of files, gears or the terminal.
+pub mod numeric;
+
+/// Model and scene files as written.
+pub mod scene;

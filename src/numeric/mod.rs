@@ -1,0 +1,10 @@
+//! Linear algebra, the only files that name its packages.
+
+/// Dense real matrix, column-major.
+pub type Matrix = faer::Mat<f64>;
+
+/// Dense complex matrix, column-major.
+pub type ComplexMatrix = faer::Mat<Complex>;
+
+/// A complex number.
+pub type Complex = faer::c64;

@@ -1,0 +1,404 @@
+//! A machine as its file describes it: parameters in SI units, each with the place it was written at.
+
+use crate::base::place::Place;
+
+/// A whole model file, read and checked value by value. Nothing is assembled yet.
+#[derive(Debug, Clone, Default)]
+pub struct Model {
+    /// What the machine is, in one line.
+    pub title: String,
+    /// Who published the numbers, or how they were estimated.
+    pub source: String,
+    /// Bodies; each one's name is its node.
+    pub inertias: Vec<Inertia>,
+    /// Shaft lengths.
+    pub shafts: Vec<Shaft>,
+    /// Rows of equal discs on equal shafts.
+    pub chains: Vec<Chain>,
+    /// Spur, helical, bevel and hypoid pairs.
+    pub gear_pairs: Vec<GearPair>,
+    /// Worm pairs.
+    pub worm_pairs: Vec<WormPair>,
+    /// Planetary stages.
+    pub planetaries: Vec<Planetary>,
+    /// Belt and chain drives.
+    pub belts: Vec<Belt>,
+    /// Couplings.
+    pub couplings: Vec<Coupling>,
+    /// Bearings and supports.
+    pub bearings: Vec<Bearing>,
+    /// Dampers.
+    pub dampers: Vec<Damper>,
+    /// Constant torques that hold the contacts on one flank.
+    pub loads: Vec<Load>,
+    /// Damping of the whole machine.
+    pub damping: GlobalDamping,
+    /// Mean speeds of named nodes, the first being the one `--speed` refers to.
+    pub speeds: Vec<MeanSpeed>,
+}
+
+/// A name and where it stands in the file.
+#[derive(Debug, Clone)]
+pub struct Name {
+    /// The name as written.
+    pub text: String,
+    /// Where it is written.
+    pub place: Place,
+}
+
+/// One end of a branch.
+#[derive(Debug, Clone)]
+pub enum End {
+    /// The fixed frame.
+    Ground,
+    /// A node, by the name of its inertia.
+    Node(Name),
+}
+
+/// How one branch loses energy.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Loss {
+    /// Not at all.
+    #[default]
+    None,
+    /// Viscous coefficient, in the unit of the branch's stiffness times second.
+    Viscous(f64),
+    /// Damping ratio ζ: `c = 2ζ√(k mₑ)`, `mₑ = 1/(wᵀM⁻¹w)`.
+    Ratio(f64),
+    /// Loss factor η: the complex stiffness is `k (1 + iη)`.
+    Factor(f64),
+}
+
+/// A body. Its rotation `theta` always exists; other axes only where a bearing gives it one.
+#[derive(Debug, Clone)]
+pub struct Inertia {
+    /// The node.
+    pub name: Name,
+    /// Moment of inertia about its own axis, kg·m²; zero is a massless node.
+    pub polar: f64,
+    /// Mass, kg.
+    pub mass: Option<f64>,
+    /// Moment of inertia about a diameter, kg·m².
+    pub diametral: Option<f64>,
+}
+
+/// A shaft length between two ends.
+#[derive(Debug, Clone)]
+pub struct Shaft {
+    /// The element.
+    pub name: Name,
+    /// Both ends.
+    pub between: [End; 2],
+    /// Stiffness given or from geometry; absent: rigid.
+    pub body: Option<ShaftBody>,
+    /// Losses of each length.
+    pub loss: Loss,
+}
+
+/// Where a shaft's stiffness comes from.
+#[derive(Debug, Clone, Copy)]
+pub enum ShaftBody {
+    /// Torsional stiffness, N·m/rad.
+    Stiffness(f64),
+    /// A round bar cut in equal lengths.
+    Bar {
+        /// Length, m.
+        length: f64,
+        /// Outer diameter, m.
+        outer: f64,
+        /// Bore, m; zero where solid.
+        inner: f64,
+        /// Shear modulus, Pa.
+        shear_modulus: f64,
+        /// Density, kg/m³.
+        density: f64,
+        /// Number of equal lengths it is cut into.
+        segments: usize,
+        /// How its own inertia is counted.
+        mass: BarMass,
+    },
+}
+
+/// How the inertia of a bar is counted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BarMass {
+    /// Not at all.
+    None,
+    /// Half of each length at each of its ends.
+    Lumped,
+    /// `ρIₚh/6 [[2, 1], [1, 2]]`, the exact kinetic energy of a linear shape.
+    Consistent,
+}
+
+/// Equal discs `name.1 … name.count` joined by equal shafts.
+#[derive(Debug, Clone)]
+pub struct Chain {
+    /// The element.
+    pub name: Name,
+    /// Number of discs.
+    pub count: usize,
+    /// Inertia of each disc, kg·m².
+    pub polar: f64,
+    /// Stiffness of each shaft, N·m/rad.
+    pub stiffness: f64,
+    /// One more equal shaft from the first disc to ground.
+    pub start_held: bool,
+    /// One more equal shaft from the last disc to ground.
+    pub end_held: bool,
+    /// Losses of each shaft.
+    pub loss: Loss,
+}
+
+/// A contact between teeth: its stiffness along the tooth normal, its losses, its play.
+#[derive(Debug, Clone)]
+pub struct Contact {
+    /// Stiffness along the tooth normal, N/m; absent: rigid.
+    pub stiffness: Option<f64>,
+    /// Losses.
+    pub loss: Loss,
+    /// Play along the tooth normal, flank to flank, m.
+    pub backlash: f64,
+}
+
+/// Which way the helix or spiral of the first gear of a pair winds; its mate follows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Hand {
+    /// Right-hand.
+    #[default]
+    Right,
+    /// Left-hand.
+    Left,
+}
+
+/// A pair of spur, helical, bevel or hypoid gears; all are one direction in space.
+#[derive(Debug, Clone)]
+pub struct GearPair {
+    /// The element.
+    pub name: Name,
+    /// Both gears.
+    pub between: [Name; 2],
+    /// Tooth numbers, both at least 1.
+    pub teeth: [u32; 2],
+    /// The second gear is internal.
+    pub internal: bool,
+    /// Normal module (at the mean point for bevel and hypoid), m; absent where only the ratio matters.
+    pub module: Option<f64>,
+    /// Normal pressure angle, rad.
+    pub pressure_angle: f64,
+    /// Helix or mean spiral angle of each gear, rad, in [0, π/2); equal but for hypoids.
+    pub spiral_angles: [f64; 2],
+    /// Pitch cone angle of each gear, rad; zero for parallel axes.
+    pub cone_angles: [f64; 2],
+    /// Hand of the first gear.
+    pub hand: Hand,
+    /// Where the mesh stands round each gear's axis, from its x to its y, rad.
+    pub mesh_angles: [f64; 2],
+    /// The contact.
+    pub contact: Contact,
+}
+
+/// A worm and its wheel on crossed axes at right angles.
+#[derive(Debug, Clone)]
+pub struct WormPair {
+    /// The element.
+    pub name: Name,
+    /// Worm, wheel.
+    pub between: [Name; 2],
+    /// Starts of the worm, teeth of the wheel.
+    pub teeth: [u32; 2],
+    /// Axial module, m; absent where only the ratio matters.
+    pub module: Option<f64>,
+    /// Lead angle, rad.
+    pub lead_angle: f64,
+    /// Normal pressure angle, rad.
+    pub pressure_angle: f64,
+    /// Hand of the worm.
+    pub hand: Hand,
+    /// Coefficient of friction of the flanks; absent: no losses.
+    pub friction: Option<f64>,
+    /// Where the mesh stands round each member's axis, rad.
+    pub mesh_angles: [f64; 2],
+    /// The contact.
+    pub contact: Contact,
+}
+
+/// A planetary stage. Members are nodes or ground; planets are made by the stage.
+#[derive(Debug, Clone)]
+pub struct Planetary {
+    /// The element; its planets are `name.planet_1 …`.
+    pub name: Name,
+    /// Sun.
+    pub sun: End,
+    /// Ring.
+    pub ring: End,
+    /// Carrier.
+    pub carrier: End,
+    /// Radii.
+    pub size: PlanetarySize,
+    /// Pressure angle at the sun and at the ring, rad.
+    pub pressure_angles: [f64; 2],
+    /// Angular position of each planet, rad; its length is the number of planets.
+    pub positions: Vec<f64>,
+    /// Inertia of one planet about its own axis, kg·m².
+    pub planet_polar: f64,
+    /// Mass of one planet, kg.
+    pub planet_mass: Option<f64>,
+    /// Contact of each planet with the sun.
+    pub sun_contact: Contact,
+    /// Contact of each planet with the ring.
+    pub ring_contact: Contact,
+    /// Radial and tangential stiffness of one planet's bearing, N/m; absent: rigid.
+    pub planet_bearing: Option<f64>,
+    /// Losses of the planets' bearings.
+    pub bearing_loss: Loss,
+    /// Planets move along x and y too, described in the carrier's frame, as do sun, ring and carrier where supported.
+    pub lateral: bool,
+}
+
+/// Radii of a planetary stage.
+#[derive(Debug, Clone, Copy)]
+pub enum PlanetarySize {
+    /// Tooth numbers of sun, planet, ring and the module in the transverse plane, m; the module is absent where only ratios matter.
+    Teeth {
+        /// Sun, planet, ring.
+        teeth: [u32; 3],
+        /// Transverse module, m.
+        module: Option<f64>,
+    },
+    /// Base radii of sun, planet, ring and the radius of the planets' centres, m.
+    Radii {
+        /// Sun, planet, ring.
+        base: [f64; 3],
+        /// Radius of the planets' centres.
+        carrier: f64,
+    },
+}
+
+/// A belt or a chain between two pulleys turning the same way (crossed: opposite ways).
+#[derive(Debug, Clone)]
+pub struct Belt {
+    /// The element.
+    pub name: Name,
+    /// Both pulleys.
+    pub between: [Name; 2],
+    /// Effective radius of each pulley, m.
+    pub radii: [f64; 2],
+    /// Whole numbers in the ratio of the radii: teeth of a timing belt or chain, or radii in nanometres.
+    pub exact: [u64; 2],
+    /// The belt is crossed.
+    pub crossed: bool,
+    /// Stiffness of both strands together along the belt, N/m; absent: rigid.
+    pub stiffness: Option<f64>,
+    /// Losses.
+    pub loss: Loss,
+}
+
+/// A torsional coupling.
+#[derive(Debug, Clone)]
+pub struct Coupling {
+    /// The element.
+    pub name: Name,
+    /// Both ends.
+    pub between: [End; 2],
+    /// Torsional stiffness, N·m/rad; absent: rigid; negative values leave the factored form.
+    pub stiffness: Option<f64>,
+    /// Losses.
+    pub loss: Loss,
+    /// Lost motion, end to end, rad.
+    pub backlash: f64,
+}
+
+/// Axes of a node.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Axis {
+    /// Rotation about the shaft, rad.
+    Theta,
+    /// Across the shaft, m.
+    X,
+    /// Across the shaft, m.
+    Y,
+    /// Along the shaft, m.
+    Z,
+    /// Tilt about x, rad.
+    TiltX,
+    /// Tilt about y, rad.
+    TiltY,
+}
+
+impl Axis {
+    /// Every axis, in the order freedoms are numbered at a node.
+    pub const ALL: [Axis; 6] = [Axis::Theta, Axis::X, Axis::Y, Axis::Z, Axis::TiltX, Axis::TiltY];
+
+    /// The word for it in `node.axis`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Axis::Theta => "theta",
+            Axis::X => "x",
+            Axis::Y => "y",
+            Axis::Z => "z",
+            Axis::TiltX => "rx",
+            Axis::TiltY => "ry",
+        }
+    }
+
+    /// A rotation, so that its inertia is a moment of inertia.
+    pub fn turns(self) -> bool {
+        matches!(self, Axis::Theta | Axis::TiltX | Axis::TiltY)
+    }
+}
+
+/// A bearing or support of one node against ground, or of two nodes against each other.
+#[derive(Debug, Clone)]
+pub struct Bearing {
+    /// The element.
+    pub name: Name,
+    /// The node, and what it stands on.
+    pub between: [End; 2],
+    /// Stiffness `(row, column, value)`: force along the row axis for a unit displacement along the column axis, SI.
+    /// Direct terms have both axes equal; the rest are cross terms, symmetric only if both are listed equal.
+    pub stiffness: Vec<(Axis, Axis, f64)>,
+    /// Damping in the same form.
+    pub damping: Vec<(Axis, Axis, f64)>,
+}
+
+/// A viscous damper on the rotation of a node against ground, or of two nodes against each other.
+#[derive(Debug, Clone)]
+pub struct Damper {
+    /// The element.
+    pub name: Name,
+    /// Both ends.
+    pub between: [End; 2],
+    /// N·m·s/rad.
+    pub coefficient: f64,
+}
+
+/// A constant torque on a node.
+#[derive(Debug, Clone)]
+pub struct Load {
+    /// The node.
+    pub at: Name,
+    /// N·m.
+    pub torque: f64,
+}
+
+/// A mean speed of a node.
+#[derive(Debug, Clone)]
+pub struct MeanSpeed {
+    /// The node.
+    pub at: Name,
+    /// rad/s.
+    pub speed: f64,
+}
+
+/// Damping that belongs to no element.
+#[derive(Debug, Clone, Default)]
+pub struct GlobalDamping {
+    /// Rayleigh's mass-proportional part, 1/s.
+    pub mass: f64,
+    /// Rayleigh's stiffness-proportional part, s.
+    pub stiffness: f64,
+    /// Damping ratio of each elastic mode in rising order; the last one holds for all above.
+    pub modal: Vec<f64>,
+    /// Where it is written.
+    pub place: Option<Place>,
+}
