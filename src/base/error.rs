@@ -23,7 +23,13 @@ pub struct Error {
 impl Error {
     /// An error without a place.
     pub fn new(code: Code, message: impl Into<String>) -> Error {
-        Error { code, message: message.into(), place: None, label: None, hint: None }
+        Error {
+            code,
+            message: message.into(),
+            place: None,
+            label: None,
+            hint: None,
+        }
     }
 
     /// The same error, pointing at `place`.
@@ -48,7 +54,13 @@ impl Error {
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(place) = &self.place {
-            write!(f, "{}:{}:{}: ", place.source().path, place.line(), place.column())?;
+            write!(
+                f,
+                "{}:{}:{}: ",
+                place.source().path,
+                place.line(),
+                place.column()
+            )?;
         }
         write!(f, "{} [{}]", self.message, self.code.word())?;
         match &self.hint {

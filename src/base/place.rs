@@ -26,7 +26,10 @@ impl Place {
         let end = source.text.len();
         let start = span.start.min(end);
         let stop = span.end.clamp(start, end);
-        Place { source, span: start..stop }
+        Place {
+            source,
+            span: start..stop,
+        }
     }
 
     /// The file it is in.

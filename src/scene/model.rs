@@ -327,7 +327,14 @@ pub enum Axis {
 
 impl Axis {
     /// Every axis, in the order freedoms are numbered at a node.
-    pub const ALL: [Axis; 6] = [Axis::Theta, Axis::X, Axis::Y, Axis::Z, Axis::TiltX, Axis::TiltY];
+    pub const ALL: [Axis; 6] = [
+        Axis::Theta,
+        Axis::X,
+        Axis::Y,
+        Axis::Z,
+        Axis::TiltX,
+        Axis::TiltY,
+    ];
 
     /// The word for it in `node.axis`.
     pub fn name(self) -> &'static str {
