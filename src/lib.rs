@@ -10,3 +10,9 @@ pub mod numeric;
 
 /// Model and scene files as written.
 pub mod scene;
+
+/// Masses and branches.
+pub mod machine;
+
+/// Natural modes.
+pub mod modes;

@@ -1,5 +1,8 @@
 //! Linear algebra, the only files that name its packages.
 
+/// Constraints in exact fractions.
+pub mod exact;
+
 /// Dense real matrix, column-major.
 pub type Matrix = faer::Mat<f64>;
 

@@ -1,0 +1,169 @@
+//! From what the file says to masses and branches.
+
+use std::collections::HashSet;
+
+use super::builder::Builder;
+use super::elements::{bearing, belt, body, chain, coupling, damper, gear_pair, planetary, shaft, worm_pair};
+use super::parts::Machine;
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::scene::model::{Axis, End, Model};
+
+/// Builds the machine of a model. No lateral freedom exists that no bearing or planetary stage gives.
+///
+/// # Errors
+/// A machine without bodies, an unknown node, an axis whose mass is not stated.
+pub fn build(model: &Model) -> Result<Machine, Error> {
+    let mut builder = Builder::new();
+    let numbers = declare(&mut builder, model)?;
+    if builder.machine.nodes.is_empty() {
+        let hint = "add an [[inertia]]; `geardyn new` writes a model to start from";
+        return Err(Error::new(Code::EmptyMachine, "the model has no body, so nothing can move").hint(hint));
+    }
+    builder.number();
+    place(&mut builder, model, &numbers)?;
+    let mut machine = builder.machine;
+    machine.damping = model.damping.clone();
+    Ok(machine)
+}
+
+/// Numbers of the elements, table by table.
+struct Numbers {
+    bodies: Vec<usize>,
+    chains: Vec<usize>,
+    shafts: Vec<usize>,
+    planetaries: Vec<usize>,
+}
+
+/// Every node, and every axis some element gives it.
+fn declare(builder: &mut Builder, model: &Model) -> Result<Numbers, Error> {
+    let mut numbers =
+        Numbers { bodies: Vec::new(), chains: Vec::new(), shafts: Vec::new(), planetaries: Vec::new() };
+    for part in &model.inertias {
+        let element = builder.element(&part.name, "inertia");
+        builder.node(&part.name.text, element);
+        numbers.bodies.push(element);
+    }
+    for part in &model.chains {
+        let element = builder.element(&part.name, "chain");
+        chain::discs(part).for_each(|disc| builder.node(&disc, element));
+        numbers.chains.push(element);
+    }
+    for part in &model.shafts {
+        let element = builder.element(&part.name, "shaft");
+        shaft::inner_nodes(part).for_each(|node| builder.node(&node, element));
+        numbers.shafts.push(element);
+    }
+    for part in &model.planetaries {
+        let element = builder.element(&part.name, "planetary");
+        for n in 1..=part.positions.len() {
+            let mut name = part.name.clone();
+            name.text = planetary::planet(part, n);
+            builder.node(&name.text, element);
+            if part.lateral {
+                builder.axis(&name, Axis::X)?;
+                builder.axis(&name, Axis::Y)?;
+            }
+        }
+        numbers.planetaries.push(element);
+    }
+    for part in &model.bearings {
+        for axis in bearing::axes(part) {
+            for end in &part.between {
+                if let End::Node(node) = end {
+                    builder.axis(node, axis)?;
+                }
+            }
+        }
+    }
+    give_members_their_axes(builder, model)?;
+    Ok(numbers)
+}
+
+/// Sun, ring and carrier of a lateral stage move across their axis where they have a mass.
+fn give_members_their_axes(builder: &mut Builder, model: &Model) -> Result<(), Error> {
+    let with_mass: HashSet<&str> =
+        model.inertias.iter().filter(|body| body.mass.is_some()).map(|body| body.name.text.as_str()).collect();
+    for stage in model.planetaries.iter().filter(|stage| stage.lateral) {
+        for member in planetary::members(stage) {
+            if let End::Node(node) = member
+                && with_mass.contains(node.text.as_str())
+            {
+                builder.axis(node, Axis::X)?;
+                builder.axis(node, Axis::Y)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn place(builder: &mut Builder, model: &Model, numbers: &Numbers) -> Result<(), Error> {
+    for (part, &element) in model.inertias.iter().zip(&numbers.bodies) {
+        body::add(builder, element, part)?;
+    }
+    for (part, &element) in model.chains.iter().zip(&numbers.chains) {
+        chain::add(builder, element, part);
+    }
+    for (part, &element) in model.shafts.iter().zip(&numbers.shafts) {
+        shaft::add(builder, element, part)?;
+    }
+    for part in &model.gear_pairs {
+        let element = builder.element(&part.name, "gear_pair");
+        gear_pair::add(builder, element, part)?;
+    }
+    for part in &model.worm_pairs {
+        let element = builder.element(&part.name, "worm_pair");
+        worm_pair::add(builder, element, part)?;
+    }
+    for (part, &element) in model.planetaries.iter().zip(&numbers.planetaries) {
+        planetary::add(builder, element, part)?;
+        if part.lateral {
+            turn_members(builder, model, part, element)?;
+        }
+    }
+    for part in &model.belts {
+        let element = builder.element(&part.name, "belt");
+        belt::add(builder, element, part)?;
+    }
+    for part in &model.couplings {
+        let element = builder.element(&part.name, "coupling");
+        coupling::add(builder, element, part)?;
+    }
+    for part in &model.bearings {
+        let element = builder.element(&part.name, "bearing");
+        bearing::add(builder, element, part)?;
+    }
+    for part in &model.dampers {
+        let element = builder.element(&part.name, "damper");
+        damper::add(builder, element, part)?;
+    }
+    for load in &model.loads {
+        let freedom = builder.theta(&load.at)?;
+        builder.machine.loads.push((freedom, load.torque));
+    }
+    for mean in &model.speeds {
+        let freedom = builder.theta(&mean.at)?;
+        builder.machine.speeds.push((freedom, mean.speed));
+    }
+    Ok(())
+}
+
+/// In a lateral stage all members are described in the carrier's frame, so that the meshes keep their place.
+fn turn_members(
+    builder: &mut Builder,
+    model: &Model,
+    stage: &crate::scene::model::Planetary,
+    element: usize,
+) -> Result<(), Error> {
+    let End::Node(carrier) = &stage.carrier else { return Ok(()) };
+    let turning = builder.theta(carrier)?;
+    for member in planetary::members(stage) {
+        let End::Node(node) = member else { continue };
+        let mass = model.inertias.iter().find(|body| body.name.text == node.text).and_then(|body| body.mass);
+        let across = (builder.freedom(node, Axis::X)?, builder.freedom(node, Axis::Y)?);
+        if let (Some(mass), (Some(x), Some(y))) = (mass, across) {
+            builder.machine.spins.push(planetary::turning_frame(element, turning, [x, y], mass));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,131 @@
+//! Nodes and freedoms first, then the terms that elements put on them.
+
+use std::collections::{BTreeSet, HashMap};
+
+use super::direction::Direction;
+use super::parts::{Branch, Element, Freedom, Law, Machine, Mass, Node, Note};
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::scene::model::{Axis, Contact, End, Loss, Name};
+
+/// Collects a machine. Freedoms are numbered once, when every node and axis is known.
+pub struct Builder {
+    /// The machine so far.
+    pub machine: Machine,
+    nodes: HashMap<String, usize>,
+    axes: Vec<BTreeSet<Axis>>,
+    numbers: HashMap<(usize, Axis), usize>,
+}
+
+impl Builder {
+    /// An empty machine.
+    pub fn new() -> Builder {
+        Builder { machine: Machine::default(), nodes: HashMap::new(), axes: Vec::new(), numbers: HashMap::new() }
+    }
+
+    /// Registers an element; its number.
+    pub fn element(&mut self, name: &Name, kind: &'static str) -> usize {
+        self.machine.elements.push(Element { name: name.text.clone(), kind, place: name.place.clone() });
+        self.machine.elements.len() - 1
+    }
+
+    /// Adds a node with its rotation.
+    pub fn node(&mut self, name: &str, element: usize) {
+        self.nodes.insert(name.to_string(), self.machine.nodes.len());
+        self.machine.nodes.push(Node { name: name.to_string(), element });
+        self.axes.push(BTreeSet::from([Axis::Theta]));
+    }
+
+    /// Gives a node one more axis.
+    pub fn axis(&mut self, node: &Name, axis: Axis) -> Result<(), Error> {
+        let at = self.find(node)?;
+        self.axes[at].insert(axis);
+        Ok(())
+    }
+
+    /// Numbers the freedoms, node by node.
+    pub fn number(&mut self) {
+        for (node, axes) in self.axes.iter().enumerate() {
+            for &axis in axes {
+                self.numbers.insert((node, axis), self.machine.freedoms.len());
+                self.machine.freedoms.push(Freedom { node, axis });
+            }
+        }
+    }
+
+    /// The rotation of a node.
+    pub fn theta(&self, node: &Name) -> Result<usize, Error> {
+        Ok(self.numbers[&(self.find(node)?, Axis::Theta)])
+    }
+
+    /// The rotation of an end, or `None` where it is ground.
+    pub fn theta_of(&self, end: &End) -> Result<Option<usize>, Error> {
+        match end {
+            End::Ground => Ok(None),
+            End::Node(node) => self.theta(node).map(Some),
+        }
+    }
+
+    /// A freedom, where the node has that axis.
+    pub fn freedom(&self, node: &Name, axis: Axis) -> Result<Option<usize>, Error> {
+        Ok(self.numbers.get(&(self.find(node)?, axis)).copied())
+    }
+
+    /// A node by its name alone, for nodes that elements made.
+    pub fn named(&self, node: &str, axis: Axis) -> Option<usize> {
+        self.numbers.get(&(*self.nodes.get(node)?, axis)).copied()
+    }
+
+    /// A mass on one freedom; zero is left out.
+    pub fn mass(&mut self, element: usize, freedom: usize, value: f64) {
+        self.mass_along(element, Direction::of(freedom), value);
+    }
+
+    /// A mass along a direction; zero is left out.
+    pub fn mass_along(&mut self, element: usize, direction: Direction, value: f64) {
+        if value != 0.0 {
+            self.machine.masses.push(Mass { element, value, direction });
+        }
+    }
+
+    /// A branch without play whose force acts along its direction.
+    pub fn branch(&mut self, element: usize, part: Option<String>, direction: Direction, law: Law) {
+        self.machine.branches.push(Branch { element, part, direction, coast: None, force: None, law, play: 0.0 });
+    }
+
+    /// A branch made by tooth contact; `coast` where the other flank's direction differs.
+    pub fn contact(
+        &mut self,
+        element: usize,
+        part: Option<String>,
+        drive: Direction,
+        coast: Option<Direction>,
+        contact: &Contact,
+    ) {
+        let law = law(contact.stiffness, contact.loss);
+        let branch = Branch { element, part, direction: drive, coast, force: None, law, play: contact.backlash };
+        self.machine.branches.push(branch);
+    }
+
+    /// A remark for the reader of an answer.
+    pub fn note(&mut self, code: &'static str, text: String) {
+        self.machine.notes.push(Note { code, text });
+    }
+
+    fn find(&self, node: &Name) -> Result<usize, Error> {
+        self.nodes.get(&node.text).copied().ok_or_else(|| {
+            Error::new(Code::UnknownNode, format!("there is no node `{}`", node.text)).at(&node.place)
+        })
+    }
+}
+
+/// `e₂ − e₁` of two rotations, ground left out: positive when end 2 is ahead.
+pub fn twist(ends: [Option<usize>; 2]) -> Direction {
+    let [first, second] = ends;
+    Direction::new(1.0, first.map(|i| (i, -1.0)).into_iter().chain(second.map(|j| (j, 1.0))))
+}
+
+/// Elastic where a stiffness is given, rigid where not.
+pub fn law(stiffness: Option<f64>, loss: Loss) -> Law {
+    stiffness.map_or(Law::Rigid, |stiffness| Law::Linear { stiffness, loss })
+}

@@ -1,0 +1,111 @@
+//! A bearing: `F_row = k_row,col (u₁ − u₂)_col + c_row,col (u̇₁ − u̇₂)_col` over the axes it joins.
+//!
+//! A symmetric positive matrix is split `A = Σ d l lᵀ` (Cholesky without roots), one branch a term, so that K stays a sum of
+//! squares; what is not symmetric (oil films) becomes branches whose force acts along another direction than they deform.
+
+use std::collections::BTreeMap;
+
+use crate::base::error::Error;
+use crate::machine::builder::Builder;
+use crate::machine::direction::Direction;
+use crate::machine::parts::{Branch, Law};
+use crate::scene::model::{Axis, Bearing, End, Loss};
+
+/// The axes a bearing gives its nodes: those it has a term for, in row or column.
+pub fn axes(bearing: &Bearing) -> Vec<Axis> {
+    let mut axes: Vec<Axis> =
+        bearing.stiffness.iter().chain(&bearing.damping).flat_map(|&(row, column, _)| [row, column]).collect();
+    axes.sort();
+    axes.dedup();
+    axes
+}
+
+/// Puts the bearing's branches.
+pub fn add(builder: &mut Builder, element: usize, bearing: &Bearing) -> Result<(), Error> {
+    let apart = axes(bearing)
+        .into_iter()
+        .map(|axis| Ok((axis, between(builder, &bearing.between, axis)?)))
+        .collect::<Result<BTreeMap<Axis, Direction>, Error>>()?;
+    let mut put = |entries: &[(Axis, Axis, f64)], law: fn(f64) -> Law| {
+        for term in split(entries) {
+            let combine = |weights: &[(Axis, f64)]| {
+                let terms = weights.iter().flat_map(|&(axis, a)| apart[&axis].scaled().map(move |(i, x)| (i, a * x)));
+                Direction::new(1.0, terms)
+            };
+            let direction = combine(&term.along);
+            let force = term.force.as_ref().map(|row| combine(&[(*row, 1.0)]));
+            let part = Some(term.part.clone());
+            let law = law(term.value);
+            builder.machine.branches.push(Branch { element, part, direction, coast: None, force, law, play: 0.0 });
+        }
+    };
+    put(&bearing.stiffness, |stiffness| Law::Linear { stiffness, loss: Loss::None });
+    put(&bearing.damping, |c| Law::Linear { stiffness: 0.0, loss: Loss::Viscous(c) });
+    Ok(())
+}
+
+/// `u₁ − u₂` along one axis.
+fn between(builder: &Builder, ends: &[End; 2], axis: Axis) -> Result<Direction, Error> {
+    let mut terms = Vec::new();
+    for (end, sign) in ends.iter().zip([1.0, -1.0]) {
+        if let End::Node(node) = end {
+            terms.extend(builder.freedom(node, axis)?.map(|freedom| (freedom, sign)));
+        }
+    }
+    Ok(Direction::new(1.0, terms))
+}
+
+/// One term of a bearing's matrix.
+struct Term {
+    part: String,
+    value: f64,
+    along: Vec<(Axis, f64)>,
+    force: Option<Axis>,
+}
+
+/// Splits a matrix into squares where it is symmetric and positive, else into its entries.
+fn split(entries: &[(Axis, Axis, f64)]) -> Vec<Term> {
+    let value = |row: Axis, column: Axis| -> f64 {
+        entries.iter().filter(|e| (e.0, e.1) == (row, column)).map(|e| e.2).sum()
+    };
+    squares(entries, &value).unwrap_or_else(|| {
+        let entry = |&(row, column, value): &(Axis, Axis, f64)| Term {
+            part: if row == column { row.name().to_string() } else { format!("{} from {}", row.name(), column.name()) },
+            value,
+            along: vec![(column, 1.0)],
+            force: (row != column).then_some(row),
+        };
+        entries.iter().filter(|e| e.2 != 0.0).map(entry).collect()
+    })
+}
+
+fn squares(entries: &[(Axis, Axis, f64)], value: &dyn Fn(Axis, Axis) -> f64) -> Option<Vec<Term>> {
+    if entries.iter().any(|&(row, column, _)| value(row, column) != value(column, row)) {
+        return None;
+    }
+    let mut axes: Vec<Axis> = entries.iter().flat_map(|e| [e.0, e.1]).collect();
+    axes.sort();
+    axes.dedup();
+    let mut rest: Vec<Vec<f64>> = axes.iter().map(|&a| axes.iter().map(|&b| value(a, b)).collect()).collect();
+    let mut terms = Vec::new();
+    for j in 0..axes.len() {
+        let pivot = rest[j][j];
+        let scale = value(axes[j], axes[j]).abs();
+        if pivot <= scale * 1e-14 {
+            // Nothing is left on the diagonal: a zero row is complete, anything else is not positive.
+            if rest[j].iter().skip(j).all(|x| x.abs() <= scale * 1e-14) && pivot >= -scale * 1e-14 {
+                continue;
+            }
+            return None;
+        }
+        let along: Vec<(Axis, f64)> = (j..axes.len()).map(|i| (axes[i], rest[i][j] / pivot)).filter(|t| t.1 != 0.0).collect();
+        for a in j + 1..axes.len() {
+            for b in j + 1..axes.len() {
+                rest[a][b] -= rest[a][j] * rest[j][b] / pivot;
+            }
+        }
+        let part = along.iter().map(|t| t.0.name()).collect::<Vec<_>>().join(" with ");
+        terms.push(Term { part, value: pivot, along, force: None });
+    }
+    Some(terms)
+}

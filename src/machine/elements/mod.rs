@@ -1,0 +1,34 @@
+//! One element, one file: its equation, its signs, its limits.
+
+/// Bodies.
+pub mod body;
+
+/// Shaft lengths and bars.
+pub mod shaft;
+
+/// Rows of equal discs.
+pub mod chain;
+
+/// The tooth normal in space.
+pub mod tooth;
+
+/// Spur, helical, bevel and hypoid pairs.
+pub mod gear_pair;
+
+/// Worm pairs.
+pub mod worm_pair;
+
+/// Planetary stages.
+pub mod planetary;
+
+/// Belts and chain drives.
+pub mod belt;
+
+/// Couplings.
+pub mod coupling;
+
+/// Bearings and supports.
+pub mod bearing;
+
+/// Dampers.
+pub mod damper;

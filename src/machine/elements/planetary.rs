@@ -1,0 +1,148 @@
+//! A planetary stage expanded into sun, ring, carrier and planets (Lin & Parker, J. Vib. Acoust. 121 (1999) 316, eqs. (1)–(3)).
+//!
+//! Rotational: `δ_s = s (z_s θ_s + z_p θ_p − (z_s + z_p) θ_c)`, `δ_r = s (z_r θ_r − z_p θ_p − (z_r − z_p) θ_c)`.
+//! Lateral, planet n at ψ, x outwards and y along the turning sense in the carrier's frame:
+//! `δ_s = y_s cos(ψ−α) − x_s sin(ψ−α) − x_n sin α − y_n cos α + r_s θ_s + r_p θ_p`,
+//! `δ_r = y_r cos(ψ+α) − x_r sin(ψ+α) + x_n sin α − y_n cos α + r_r θ_r − r_p θ_p`,
+//! bearing `x_c cos ψ + y_c sin ψ − x_n` and `−x_c sin ψ + y_c cos ψ + r_c θ_c − y_n`.
+
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::machine::builder::{Builder, law};
+use crate::machine::direction::Direction;
+use crate::machine::parts::{Gear, Spin};
+use crate::scene::model::{Axis, End, Planetary, PlanetarySize};
+
+/// Name of planet `n`, counted from 1.
+pub fn planet(stage: &Planetary, n: usize) -> String {
+    format!("{}.planet_{n}", stage.name.text)
+}
+
+/// Moment arms of a stage, each a whole number times a common scale, or radii where those were given.
+struct Arms {
+    /// Factor to metres of the sun's and the ring's mesh.
+    scale: [f64; 2],
+    sun: f64,
+    planet: f64,
+    ring: f64,
+    /// Moment arm of the carrier in the sun's and the ring's mesh.
+    carrier: [f64; 2],
+    /// Radius of the planets' centres, m.
+    centre: f64,
+}
+
+fn arms(stage: &Planetary) -> Arms {
+    let cos = stage.pressure_angles.map(f64::cos);
+    match stage.size {
+        PlanetarySize::Teeth { teeth, module } => {
+            let half = module.unwrap_or(2.0) / 2.0;
+            let [sun, planet, ring] = teeth.map(f64::from);
+            let carrier = [sun + planet, ring - planet];
+            Arms { scale: cos.map(|c| c * half), sun, planet, ring, carrier, centre: half * (sun + planet) }
+        }
+        PlanetarySize::Radii { base: [sun, planet, ring], carrier } => {
+            Arms { scale: [1.0; 2], sun, planet, ring, carrier: cos.map(|c| c * carrier), centre: carrier }
+        }
+    }
+}
+
+/// The members whose x and y the stage gives a freedom.
+pub fn members(stage: &Planetary) -> [&End; 3] {
+    [&stage.sun, &stage.ring, &stage.carrier]
+}
+
+/// Puts planets, meshes and bearings.
+pub fn add(builder: &mut Builder, element: usize, stage: &Planetary) -> Result<(), Error> {
+    let arms = arms(stage);
+    let [sun, ring, carrier] = [&stage.sun, &stage.ring, &stage.carrier];
+    let thetas = [builder.theta_of(sun)?, builder.theta_of(ring)?, builder.theta_of(carrier)?];
+    let mut meshes = [Vec::new(), Vec::new()];
+    for (at, &position) in stage.positions.iter().enumerate() {
+        let name = planet(stage, at + 1);
+        let theta = builder.named(&name, Axis::Theta).ok_or_else(|| unnumbered(stage))?;
+        builder.mass(element, theta, stage.planet_polar);
+        let across = match stage.lateral {
+            true => Some(lateral_planet(builder, element, stage, &arms, position, &name)?),
+            false => None,
+        };
+        for mesh in 0..2 {
+            let (word, contact) = [("sun", &stage.sun_contact), ("ring", &stage.ring_contact)][mesh];
+            let member = [sun, ring][mesh];
+            let own = [arms.sun, arms.ring][mesh];
+            let turn = [arms.planet, -arms.planet][mesh];
+            let flank = |alpha: f64| -> Result<Direction, Error> {
+                let mut terms = vec![(theta, turn)];
+                terms.extend(thetas[mesh].map(|i| (i, own)));
+                match across {
+                    None => terms.extend(thetas[2].map(|i| (i, -arms.carrier[mesh]))),
+                    Some([x, y]) => {
+                        let lean = [-alpha, alpha][mesh];
+                        let (sin, cos) = (position + lean).sin_cos();
+                        let scale = arms.scale[mesh];
+                        terms.extend([(x, lean.sin() / scale), (y, -alpha.cos() / scale)]);
+                        if let End::Node(node) = member {
+                            terms.extend(builder.freedom(node, Axis::X)?.map(|i| (i, -sin / scale)));
+                            terms.extend(builder.freedom(node, Axis::Y)?.map(|i| (i, cos / scale)));
+                        }
+                    }
+                }
+                Ok(Direction::new(arms.scale[mesh], terms))
+            };
+            let (drive, coast) = (flank(stage.pressure_angles[mesh])?, flank(-stage.pressure_angles[mesh])?);
+            let coast = (coast != drive).then_some(coast);
+            meshes[mesh].push(builder.machine.branches.len());
+            builder.contact(element, Some(format!("{word} to planet {}", at + 1)), drive, coast, contact);
+        }
+    }
+    if let PlanetarySize::Teeth { teeth, .. } = stage.size {
+        for (mesh, turning, teeth) in [(0, thetas[0], teeth[0]), (1, thetas[1], teeth[2])] {
+            if let Some(turning) = turning {
+                let branches = meshes[mesh].clone();
+                let gear = Gear { element, turning, teeth: Some(teeth), carrier: thetas[2], branches };
+                builder.machine.gears.push(gear);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Mass, bearing and Coriolis terms of a planet that moves across its axis; its freedoms x and y.
+fn lateral_planet(
+    builder: &mut Builder,
+    element: usize,
+    stage: &Planetary,
+    arms: &Arms,
+    position: f64,
+    name: &str,
+) -> Result<[usize; 2], Error> {
+    let [x, y] = [Axis::X, Axis::Y].map(|axis| builder.named(name, axis));
+    let (Some(x), Some(y)) = (x, y) else { return Err(unnumbered(stage)) };
+    let mass = stage.planet_mass.unwrap_or(0.0);
+    builder.mass(element, x, mass);
+    builder.mass(element, y, mass);
+    let (sin, cos) = position.sin_cos();
+    let (mut radial, mut tangential) = (vec![(x, -1.0)], vec![(y, -1.0)]);
+    if let End::Node(carrier) = &stage.carrier {
+        let theta = builder.theta(carrier)?;
+        tangential.push((theta, arms.centre));
+        if let (Some(cx), Some(cy)) = (builder.freedom(carrier, Axis::X)?, builder.freedom(carrier, Axis::Y)?) {
+            radial.extend([(cx, cos), (cy, sin)]);
+            tangential.extend([(cx, -sin), (cy, cos)]);
+        }
+        builder.machine.spins.push(turning_frame(element, theta, [x, y], mass));
+    }
+    for (word, terms) in [("radial", radial), ("tangential", tangential)] {
+        let part = Some(format!("bearing of {}, {word}", name.rsplit('.').next().unwrap_or(name)));
+        builder.branch(element, part, Direction::new(1.0, terms), law(stage.planet_bearing, stage.bearing_loss));
+    }
+    Ok([x, y])
+}
+
+/// Terms of a mass described in a frame that turns at Ω: `m (ẍ − 2Ωẏ − Ω²x)`, `m (ÿ + 2Ωẋ − Ω²y)`.
+pub fn turning_frame(element: usize, turning: usize, [x, y]: [usize; 2], mass: f64) -> Spin {
+    Spin { element, turning, gyroscopic: vec![(x, y, -2.0 * mass)], centrifugal: vec![(x, mass), (y, mass)] }
+}
+
+fn unnumbered(stage: &Planetary) -> Error {
+    Error::new(Code::UnknownNode, format!("the planets of `{}` have no nodes", stage.name.text)).at(&stage.name.place)
+}

@@ -1,0 +1,67 @@
+//! A shaft length: `T = k (θ₂ − θ₁) + losses`, positive when end 2 is ahead; it turns end 1 forward and holds end 2 back.
+//!
+//! A round bar has `k = G Iₚ / L`, `Iₚ = π (D⁴ − d⁴)/32`, and the inertia `ρ Iₚ L`, lumped at its ends or consistent
+//! (Friswell, Penny, Garvey & Lees, Dynamics of Rotating Machines, 2010, ch. 9).
+
+use std::f64::consts::PI;
+
+use crate::base::error::Error;
+use crate::machine::builder::{Builder, law, twist};
+use crate::machine::direction::Direction;
+use crate::machine::parts::Law;
+use crate::scene::model::{Axis, BarMass, Shaft, ShaftBody};
+
+/// Polar second moment of area of a ring, m⁴.
+pub fn polar_area(outer: f64, inner: f64) -> f64 {
+    // (D² − d²)(D² + d²) keeps the digits of a thin tube, where D⁴ − d⁴ cancels.
+    PI / 32.0 * (outer - inner) * (outer + inner) * (outer * outer + inner * inner)
+}
+
+/// Names of the inner nodes of a shaft cut in lengths.
+pub fn inner_nodes(shaft: &Shaft) -> impl Iterator<Item = String> + '_ {
+    let segments = match shaft.body {
+        Some(ShaftBody::Bar { segments, .. }) => segments,
+        _ => 1,
+    };
+    (1..segments).map(|i| format!("{}.{i}", shaft.name.text))
+}
+
+/// Puts the lengths, and their own inertia where asked, between the ends.
+pub fn add(builder: &mut Builder, element: usize, shaft: &Shaft) -> Result<(), Error> {
+    let [first, last] = [builder.theta_of(&shaft.between[0])?, builder.theta_of(&shaft.between[1])?];
+    let Some(ShaftBody::Bar { length, outer, inner, shear_modulus, density, segments, mass }) = shaft.body else {
+        let stiffness = match shaft.body {
+            Some(ShaftBody::Stiffness(k)) => Some(k),
+            _ => None,
+        };
+        builder.branch(element, None, twist([first, last]), law(stiffness, shaft.loss));
+        return Ok(());
+    };
+    let (area, piece) = (polar_area(outer, inner), length / segments as f64);
+    let (stiffness, inertia) = (shear_modulus * area / piece, density * area * piece);
+    let mut ends = vec![first];
+    ends.extend(inner_nodes(shaft).map(|name| builder.named(&name, Axis::Theta)));
+    ends.push(last);
+    for (at, pair) in ends.windows(2).enumerate() {
+        let part = (segments > 1).then(|| format!("length {}", at + 1));
+        builder.branch(element, part, twist([pair[0], pair[1]]), Law::Linear { stiffness, loss: shaft.loss });
+        add_inertia(builder, element, [pair[0], pair[1]], inertia, mass);
+    }
+    Ok(())
+}
+
+/// `[[2, 1], [1, 2]] = e₁e₁ᵀ + e₂e₂ᵀ + (e₁ + e₂)(e₁ + e₂)ᵀ`, so a consistent mass is three terms `m v vᵀ`.
+fn add_inertia(builder: &mut Builder, element: usize, ends: [Option<usize>; 2], inertia: f64, mass: BarMass) {
+    let each = match mass {
+        BarMass::None => return,
+        BarMass::Lumped => inertia / 2.0,
+        BarMass::Consistent => inertia / 6.0,
+    };
+    let moving = || ends.into_iter().flatten();
+    for freedom in moving() {
+        builder.mass(element, freedom, each);
+    }
+    if mass == BarMass::Consistent {
+        builder.mass_along(element, Direction::new(1.0, moving().map(|freedom| (freedom, 1.0))), each);
+    }
+}

@@ -1,0 +1,55 @@
+//! The tooth normal of a mesh as a direction in the space of both bodies' motions.
+//!
+//! At the pitch point stand the tangent t, the pitch-cone generator g (from the apex outwards) and the normal p of the
+//! pitch plane (from gear 1 into gear 2), t = g × p. The normal of the drive flank is
+//! `n = cos α (cos β t − h sin β g) + sin α p`, h = 1 for a right-hand gear 1; the coast flank has −α. The mesh closes by
+//! `δ = n·(u₁ − u₂)`, u the velocity-like displacement of each body at the pitch point, `u = d + ω × ρ`.
+//! See docs/signs.md for the frames.
+
+use crate::base::error::Error;
+use crate::machine::builder::Builder;
+use crate::machine::direction::Direction;
+use crate::scene::model::{Axis, Name};
+
+/// The tooth normal seen by one body, and where the mesh stands in its frame.
+pub struct Side<'a> {
+    /// The body.
+    pub node: &'a Name,
+    /// +1 for the first body, −1 for the second: δ = n·(u₁ − u₂).
+    pub sign: f64,
+    /// Components of n in the body's cylindrical frame: radial, tangential, axial.
+    pub normal: [f64; 3],
+    /// The whole number that stands for the moment arm of θ: teeth, with sign.
+    pub turns: f64,
+    /// Radius of the pitch point, m.
+    pub radius: f64,
+    /// Angle of the mesh from the body's x to its y, rad.
+    pub angle: f64,
+}
+
+/// The direction of a mesh. `scale` times `turns` is the moment arm of each θ, m.
+pub fn direction(builder: &Builder, scale: f64, sides: &[Side; 2]) -> Result<Direction, Error> {
+    let mut terms = Vec::new();
+    for side in sides {
+        terms.push((builder.theta(side.node)?, side.turns));
+        for (axis, coefficient) in across(side) {
+            if let Some(freedom) = builder.freedom(side.node, axis)? {
+                terms.push((freedom, side.sign * coefficient / scale));
+            }
+        }
+    }
+    Ok(Direction::new(scale, terms))
+}
+
+/// `n·d + (ρ × n)·ω` for all axes but θ, with ρ = (r cos ψ, r sin ψ, 0).
+fn across(side: &Side) -> [(Axis, f64); 5] {
+    let [radial, tangential, axial] = side.normal;
+    let (sin, cos) = side.angle.sin_cos();
+    [
+        (Axis::X, radial * cos - tangential * sin),
+        (Axis::Y, radial * sin + tangential * cos),
+        (Axis::Z, axial),
+        (Axis::TiltX, side.radius * sin * axial),
+        (Axis::TiltY, -side.radius * cos * axial),
+    ]
+}

@@ -1,0 +1,92 @@
+//! A worm pair on crossed axes: `δ = s (z₁θ₁ ± z₂θ₂) + lateral terms`, `s = m cos αₙ cos γ / 2`, + for a right-hand worm.
+//!
+//! Driving efficiency `η = tan γ / tan(γ + ρ)`, backwards `η' = tan(γ − ρ)/tan γ`, `ρ = atan(μ / cos αₙ)`; the pair locks
+//! itself where γ ≤ ρ (Niemann & Winter, Maschinenelemente III, 2nd ed. 1986, sec. 24.3.3). The losses act against the mean
+//! sliding and do not enter small vibrations about steady running.
+
+use super::tooth::{Side, direction};
+use crate::base::error::Error;
+use crate::machine::builder::Builder;
+use crate::machine::direction::Direction;
+use crate::machine::parts::Gear;
+use crate::scene::model::{Hand, WormPair};
+
+/// Puts the mesh between worm and wheel, and states efficiency and self-locking.
+pub fn add(builder: &mut Builder, element: usize, pair: &WormPair) -> Result<(), Error> {
+    let drive = mesh(builder, pair, pair.pressure_angle)?;
+    let coast = mesh(builder, pair, -pair.pressure_angle)?;
+    let branch = builder.machine.branches.len();
+    let coast = (coast != drive).then_some(coast);
+    builder.contact(element, None, drive, coast, &pair.contact);
+    for (node, teeth) in pair.between.iter().zip(pair.teeth) {
+        let turning = builder.theta(node)?;
+        let gear = Gear { element, turning, teeth: Some(teeth), carrier: None, branches: vec![branch] };
+        builder.machine.gears.push(gear);
+    }
+    if let Some(friction) = pair.friction {
+        let Efficiency { driving, backwards } = efficiency(pair.lead_angle, pair.pressure_angle, friction);
+        let back = match backwards {
+            Some(eta) => format!("backwards {:.0} %", 100.0 * eta),
+            None => "locks itself backwards".to_string(),
+        };
+        let text = format!("{}: efficiency {:.0} % driving, {back}", pair.name.text, 100.0 * driving);
+        builder.note("worm-efficiency", text);
+    }
+    Ok(())
+}
+
+/// Efficiencies of a worm pair.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Efficiency {
+    /// Worm drives wheel.
+    pub driving: f64,
+    /// Wheel drives worm; `None` where it locks itself.
+    pub backwards: Option<f64>,
+}
+
+/// Efficiencies from lead angle γ, normal pressure angle αₙ, rad, and the coefficient of friction.
+pub fn efficiency(lead: f64, pressure: f64, friction: f64) -> Efficiency {
+    let rho = (friction / pressure.cos()).atan();
+    let backwards = (lead > rho).then(|| (lead - rho).tan() / lead.tan());
+    Efficiency { driving: lead.tan() / (lead + rho).tan(), backwards }
+}
+
+fn mesh(builder: &Builder, pair: &WormPair, alpha: f64) -> Result<Direction, Error> {
+    let module = pair.module.unwrap_or(2.0);
+    let hand = if pair.hand == Hand::Right { 1.0 } else { -1.0 };
+    let (sin_lead, cos_lead) = pair.lead_angle.sin_cos();
+    let [starts, teeth] = pair.teeth.map(f64::from);
+    let worm = Side {
+        node: &pair.between[0],
+        sign: 1.0,
+        normal: [alpha.sin(), alpha.cos() * sin_lead, -hand * alpha.cos() * cos_lead],
+        turns: starts,
+        radius: starts * module / (2.0 * pair.lead_angle.tan()),
+        angle: pair.mesh_angles[0],
+    };
+    let wheel = Side {
+        node: &pair.between[1],
+        sign: -1.0,
+        normal: [-alpha.sin(), -hand * alpha.cos() * cos_lead, alpha.cos() * sin_lead],
+        turns: hand * teeth,
+        radius: teeth * module / 2.0,
+        angle: pair.mesh_angles[1],
+    };
+    direction(builder, module * alpha.cos() * cos_lead / 2.0, &[worm, wheel])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// γ = 5°, αₙ = 20°, μ = 0.1: ρ = 6.0746°, so it locks itself and drives with 44.7 %.
+    #[test]
+    fn exact_self_locking_worm() {
+        let eta = efficiency(5f64.to_radians(), 20f64.to_radians(), 0.1);
+        let rho = (0.1 / 20f64.to_radians().cos()).atan();
+        assert!((rho.to_degrees() - 6.0746).abs() < 1e-4, "{}", rho.to_degrees());
+        assert!((eta.driving - 5f64.to_radians().tan() / (5f64.to_radians() + rho).tan()).abs() < 1e-15);
+        assert_eq!(eta.backwards, None);
+        assert!(efficiency(20f64.to_radians(), 20f64.to_radians(), 0.05).backwards.unwrap() > 0.8);
+    }
+}

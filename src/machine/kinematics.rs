@@ -1,0 +1,220 @@
+//! What can turn: rigid joints eliminated in exact fractions, and the motions that strain nothing.
+
+use std::collections::HashMap;
+
+use super::parts::{Branch, Law, Machine};
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::numeric::exact::{Constraints, Outcome};
+
+/// The machine's rigid joints, solved.
+#[derive(Debug, Clone)]
+pub struct Kinematics {
+    constraints: Constraints,
+    /// Freedoms that stay, in order.
+    pub free: Vec<usize>,
+    number: HashMap<usize, usize>,
+}
+
+impl Kinematics {
+    /// Solves every rigid joint.
+    ///
+    /// # Errors
+    /// Ratios that contradict each other round a loop, naming the loop and the mismatch.
+    pub fn new(machine: &Machine) -> Result<Kinematics, Error> {
+        let mut constraints = Constraints::new(machine.freedoms.len());
+        for (index, branch) in machine.branches.iter().enumerate() {
+            if branch.law != Law::Rigid {
+                continue;
+            }
+            let row = &branch.direction.terms;
+            let grounded = row.len() == 1 || row.iter().any(|&(i, _)| constraints.is_held(i));
+            let before = (!grounded).then(|| constraints.clone());
+            if let (Outcome::Held(_), Some(before)) = (constraints.impose(row), before) {
+                return Err(contradiction(machine, index, &before));
+            }
+        }
+        let free = constraints.free();
+        let number = free.iter().enumerate().map(|(p, &q)| (q, p)).collect();
+        Ok(Kinematics { constraints, free, number })
+    }
+
+    /// A row over all freedoms in the freedoms that stay.
+    pub fn reduced(&self, row: &[(usize, f64)]) -> Vec<(usize, f64)> {
+        self.constraints.reduced(row).into_iter().map(|(q, a)| (self.number[&q], a)).collect()
+    }
+
+    /// A freedom in the freedoms that stay.
+    pub fn combination(&self, freedom: usize) -> Vec<(usize, f64)> {
+        self.constraints.combination(freedom).into_iter().map(|(q, a)| (self.number[&q], a)).collect()
+    }
+
+    /// A basis, over the freedoms that stay, of the motions that `rows` (over the same) leave free.
+    pub fn free_coordinates<'a>(&self, rows: impl Iterator<Item = &'a [(usize, f64)]>) -> Vec<Vec<f64>> {
+        let n = self.free.len();
+        motions(Constraints::new(n), rows).basis(n)
+    }
+
+    /// A basis, over all freedoms, of the motions that deform none of `branches`.
+    pub fn free_motions<'a>(&self, branches: impl Iterator<Item = &'a Branch>) -> Motions {
+        motions(self.constraints.clone(), branches.map(|branch| branch.direction.terms.as_slice()))
+    }
+}
+
+fn motions<'a>(mut constraints: Constraints, rows: impl Iterator<Item = &'a [(usize, f64)]>) -> Motions {
+    // Short rows first: what ground holds drops out before meshes are looked at.
+    let mut rows: Vec<&[(usize, f64)]> = rows.collect();
+    rows.sort_by_key(|row| row.len());
+    for row in rows {
+        constraints.impose(row);
+    }
+    Motions { free: constraints.free(), constraints }
+}
+
+/// Motions that deform nothing, in exact fractions.
+#[derive(Debug, Clone)]
+pub struct Motions {
+    constraints: Constraints,
+    /// One freedom a motion: the one that is 1 in it and 0 in the others.
+    pub free: Vec<usize>,
+}
+
+impl Motions {
+    /// The motions, each over all `n` freedoms.
+    pub fn basis(&self, n: usize) -> Vec<Vec<f64>> {
+        let at: HashMap<usize, usize> = self.free.iter().enumerate().map(|(k, &j)| (j, k)).collect();
+        let mut basis = vec![vec![0.0; n]; self.free.len()];
+        for i in 0..n {
+            for (j, a) in self.constraints.combination(i) {
+                basis[at[&j]][i] = a;
+            }
+        }
+        basis
+    }
+
+    /// The exact ratio of two freedoms, such as `-37/12`, where one motion moves both and no other does.
+    pub fn ratio(&self, of: usize, to: usize) -> Option<String> {
+        self.constraints.ratio(of, to)
+    }
+
+    /// The speeds of all freedoms that follow from stated ones.
+    ///
+    /// # Errors
+    /// The freedom whose speed does not follow from those stated, or a stated one that contradicts the others.
+    pub fn speeds(&self, n: usize, stated: &[(usize, f64)]) -> Result<Vec<f64>, usize> {
+        let mut value: HashMap<usize, f64> = HashMap::new();
+        for &(freedom, speed) in stated {
+            let terms = self.constraints.combination(freedom);
+            let unknown: Vec<&(usize, f64)> = terms.iter().filter(|(j, _)| !value.contains_key(j)).collect();
+            let known: f64 = terms.iter().filter_map(|(j, a)| value.get(j).map(|x| a * x)).sum();
+            match unknown.as_slice() {
+                [(j, a)] => {
+                    value.insert(*j, (speed - known) / a);
+                }
+                [] if (speed - known).abs() <= 1e-9 * speed.abs().max(known.abs()) => {}
+                _ => return Err(freedom),
+            }
+        }
+        let speed_of = |i: usize| -> Option<f64> {
+            self.constraints.combination(i).iter().map(|(j, a)| value.get(j).map(|x| a * x)).sum()
+        };
+        (0..n).map(|i| speed_of(i).ok_or(i)).collect()
+    }
+}
+
+/// Names the loop that a rigid joint closes wrongly, and by how much.
+fn contradiction(machine: &Machine, index: usize, before: &Constraints) -> Error {
+    let branch = &machine.branches[index];
+    let name = &machine.elements[branch.element].name;
+    let mut error = match branch.direction.terms.as_slice() {
+        [(a, x), (b, y)] => {
+            let path = path(machine, index, *a, *b);
+            let through = if path.is_empty() { String::new() } else { format!(" through {}", path.join(", ")) };
+            let others = before.ratio(*b, *a).unwrap_or_else(|| "another value".to_string());
+            let own = Constraints::new(machine.freedoms.len());
+            let own = exact_ratio(own, *a, *x, *b, *y);
+            let message = format!(
+                "rigid ratios contradict each other: the loop{through} turns {} by {others} per turn of {}, `{name}` by {own}",
+                machine.freedom_name(*b),
+                machine.freedom_name(*a),
+            );
+            Error::new(Code::ContradictoryRatios, message)
+        }
+        _ => Error::new(
+            Code::ContradictoryRatios,
+            format!("`{name}` closes a loop of rigid joints that then cannot turn at all"),
+        ),
+    };
+    error = error.at(&machine.elements[branch.element].place);
+    error.hint("mend the tooth numbers, or give one pair of the loop a stiffness k")
+}
+
+fn exact_ratio(mut alone: Constraints, a: usize, x: f64, b: usize, y: f64) -> String {
+    alone.impose(&[(a, x), (b, y)]);
+    alone.ratio(b, a).unwrap_or_else(|| format!("{}", -x / y))
+}
+
+/// Names of the rigid two-ended elements on the shortest way from `a` to `b` that come before branch `last`.
+fn path(machine: &Machine, last: usize, a: usize, b: usize) -> Vec<String> {
+    let edges: Vec<(usize, usize, usize)> = machine.branches[..last]
+        .iter()
+        .filter(|branch| branch.law == Law::Rigid)
+        .filter_map(|branch| match branch.direction.terms.as_slice() {
+            [(i, _), (j, _)] => Some((*i, *j, branch.element)),
+            _ => None,
+        })
+        .collect();
+    let mut came: HashMap<usize, (usize, usize)> = HashMap::new();
+    let mut queue = std::collections::VecDeque::from([a]);
+    while let Some(here) = queue.pop_front() {
+        for &(i, j, element) in &edges {
+            let next = if i == here { j } else if j == here { i } else { continue };
+            if next != a && !came.contains_key(&next) {
+                came.insert(next, (here, element));
+                queue.push_back(next);
+            }
+        }
+    }
+    let (mut names, mut here) = (Vec::new(), b);
+    while let Some(&(from, element)) = came.get(&here) {
+        names.push(format!("`{}`", machine.elements[element].name));
+        here = from;
+    }
+    names.reverse();
+    names
+}
+
+/// Mean speed of every freedom, rad/s, from the stated ones or from `reference` times the first motion.
+///
+/// # Errors
+/// Nothing can turn, or the stated speeds leave a part open.
+pub fn mean_speeds(machine: &Machine, kinematics: &Kinematics, reference: Option<f64>) -> Result<Vec<f64>, Error> {
+    let n = machine.freedoms.len();
+    // Springs and dampers that resist the deformation of a joint say how its ends turn together.
+    let joints = machine.branches.iter().filter(|branch| matches!(branch.law, Law::Linear { stiffness, .. } if stiffness != 0.0));
+    let motions = kinematics.free_motions(joints);
+    if motions.free.is_empty() {
+        let hint = "a support with k_theta, or a shaft to ground, holds it; leave the speed out";
+        return Err(Error::new(Code::NoSpeed, "nothing of this machine can turn freely").hint(hint));
+    }
+    let mut stated = machine.speeds.clone();
+    if stated.is_empty() {
+        stated.push((first_that_turns(machine, &motions), reference.unwrap_or(0.0)));
+    } else if let Some(speed) = reference {
+        let old = stated[0].1;
+        stated[0].1 = speed;
+        for other in stated.iter_mut().skip(1).filter(|_| old != 0.0) {
+            other.1 *= speed / old;
+        }
+    }
+    motions.speeds(n, &stated).map_err(|freedom| {
+        let name = machine.freedom_name(freedom);
+        let message = format!("the speed of {name} does not follow from those stated");
+        let hint = "name in [speed] one node of every part that turns by itself, each once";
+        Error::new(Code::NoSpeed, message).hint(hint)
+    })
+}
+
+fn first_that_turns(machine: &Machine, motions: &Motions) -> usize {
+    (0..machine.freedoms.len()).find(|&i| !motions.constraints.is_held(i)).unwrap_or(0)
+}

@@ -1,0 +1,185 @@
+//! The static operating point: which contacts with play are closed, and on which flank, under the mean torques.
+//!
+//! A free train under loads that do not balance accelerates; its inertia forces are put against them first (inertia relief).
+//! Then `Σ w F(δ) = f` with `F = k (δ ∓ play/2)` beyond the play and zero inside: the minimum of a convex energy, found by
+//! changing the flank of the worst contact until none is wrong.
+
+use super::direction::Direction;
+use super::kinematics::Kinematics;
+use super::parts::{Law, Machine};
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::numeric::Matrix;
+use crate::numeric::definite;
+
+/// How a contact stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ContactState {
+    /// Closed so that δ > 0, or without play.
+    Drive,
+    /// Closed so that δ < 0.
+    Coast,
+    /// Open: no stiffness here.
+    Open,
+}
+
+/// The state of every contact that has play.
+#[derive(Debug, Clone, Default)]
+pub struct Operating {
+    /// Branch, state, and the static force in it, N or N·m (none where no load was stated).
+    pub contacts: Vec<(usize, ContactState, Option<f64>)>,
+}
+
+impl Operating {
+    /// The state of a branch; those without play are always closed.
+    pub fn state(&self, branch: usize) -> ContactState {
+        self.contacts.iter().find(|c| c.0 == branch).map_or(ContactState::Drive, |c| c.1)
+    }
+
+    /// Finds the state of every contact with play. Without loads all stand closed on the drive flank.
+    ///
+    /// # Errors
+    /// No state of the contacts balances the loads.
+    pub fn find(machine: &Machine, kinematics: &Kinematics) -> Result<Operating, Error> {
+        let playing: Vec<usize> = (0..machine.branches.len())
+            .filter(|&b| machine.branches[b].play > 0.0 && machine.branches[b].law != Law::Rigid)
+            .collect();
+        if playing.is_empty() || machine.loads.is_empty() {
+            let contacts = playing.into_iter().map(|b| (b, ContactState::Drive, None)).collect();
+            return Ok(Operating { contacts });
+        }
+        let mut search = Search::new(machine, kinematics, playing)?;
+        search.run()
+    }
+}
+
+struct Spring {
+    branch: usize,
+    direction: Direction,
+    stiffness: f64,
+    play: f64,
+    state: ContactState,
+}
+
+struct Search {
+    n: usize,
+    springs: Vec<Spring>,
+    load: Vec<f64>,
+    mass: Vec<f64>,
+}
+
+impl Search {
+    fn new(machine: &Machine, kinematics: &Kinematics, playing: Vec<usize>) -> Result<Search, Error> {
+        let n = kinematics.free.len();
+        if n > 2000 {
+            let message = format!("the operating point of {n} freedoms with play would need a dense solve of that size");
+            let hint = "leave out the loads (contacts then stand closed on the drive flank), or the backlash";
+            return Err(Error::new(Code::Hopeless, message).hint(hint));
+        }
+        let mut springs = Vec::new();
+        for (branch, b) in machine.branches.iter().enumerate() {
+            let Law::Linear { stiffness, .. } = b.law else { continue };
+            let direction = Direction { scale: b.direction.scale, terms: kinematics.reduced(&b.direction.terms) };
+            if stiffness > 0.0 && !direction.terms.is_empty() {
+                let play = if playing.contains(&branch) { b.play } else { 0.0 };
+                springs.push(Spring { branch, direction, stiffness, play, state: ContactState::Drive });
+            }
+        }
+        let mut load = vec![0.0; n];
+        for &(freedom, torque) in &machine.loads {
+            kinematics.combination(freedom).into_iter().for_each(|(j, a)| load[j] += a * torque);
+        }
+        let mut mass = vec![0.0; n];
+        for term in &machine.masses {
+            for (j, a) in kinematics.reduced(&term.direction.terms) {
+                mass[j] += term.value * (term.direction.scale * a).powi(2);
+            }
+        }
+        let strained = machine.branches.iter().filter(|b| matches!(b.law, Law::Linear { stiffness, .. } if stiffness > 0.0));
+        let all = kinematics.free_motions(strained).basis(machine.freedoms.len());
+        for motion in all {
+            let r: Vec<f64> = kinematics.free.iter().map(|&i| motion[i]).collect();
+            let (push, inertia): (f64, f64) =
+                (0..n).fold((0.0, 0.0), |(f, m), j| (f + r[j] * load[j], m + mass[j] * r[j] * r[j]));
+            if inertia > 0.0 {
+                (0..n).for_each(|j| load[j] -= mass[j] * r[j] * push / inertia);
+            }
+        }
+        Ok(Search { n, springs, load, mass })
+    }
+
+    fn run(&mut self) -> Result<Operating, Error> {
+        // The first answer, all closed and centred, decides the flanks of a tree once and for all.
+        let forces = self.forces(true)?;
+        let largest = forces.iter().fold(0.0f64, |m, f| m.max(f.abs()));
+        let idle = 1e-9 * largest; // relative; a force this small is rounding of a branch that carries nothing
+        for (spring, &force) in self.springs.iter_mut().zip(&forces) {
+            if spring.play > 0.0 {
+                spring.state = state_of(force, idle);
+            }
+        }
+        for _ in 0..4 * self.springs.len() + 10 {
+            let forces = self.forces(false)?;
+            let wrong = self.springs.iter().zip(&forces).enumerate().filter(|(_, (s, _))| s.play > 0.0);
+            let wrong = wrong
+                .filter_map(|(at, (s, &f))| match s.state {
+                    ContactState::Drive if f < -idle => Some((at, -f, ContactState::Open)),
+                    ContactState::Coast if f > idle => Some((at, f, ContactState::Open)),
+                    ContactState::Open if f.abs() > idle => Some((at, f.abs(), state_of(f, 0.0))),
+                    _ => None,
+                })
+                .max_by(|a, b| a.1.total_cmp(&b.1));
+            let Some((at, _, state)) = wrong else {
+                let contact = |(s, &f): (&Spring, &f64)| {
+                    (s.play > 0.0).then_some((s.branch, s.state, Some(if s.state == ContactState::Open { 0.0 } else { f })))
+                };
+                return Ok(Operating { contacts: self.springs.iter().zip(&forces).filter_map(contact).collect() });
+            };
+            self.springs[at].state = state;
+        }
+        let message = "no state of the contacts with play balances the loads: the search ended where it had been before";
+        Err(Error::new(Code::NoConvergence, message).hint("leave out the smallest backlash, or change a load slightly"))
+    }
+
+    /// Branch forces under the present states; an open contact reports what it would carry beyond its play.
+    fn forces(&self, centred: bool) -> Result<Vec<f64>, Error> {
+        let offset = |s: &Spring| match s.state {
+            _ if centred => 0.0,
+            ContactState::Drive => s.play / 2.0,
+            ContactState::Coast => -s.play / 2.0,
+            ContactState::Open => 0.0,
+        };
+        let mut k = Matrix::zeros(self.n, self.n);
+        let mut f = self.load.clone();
+        for s in self.springs.iter().filter(|s| centred || s.state != ContactState::Open) {
+            for (i, a) in s.direction.scaled() {
+                f[i] += s.stiffness * a * offset(s);
+                for (j, b) in s.direction.scaled() {
+                    k[(i, j)] += s.stiffness * a * b;
+                }
+            }
+        }
+        let x = definite::solve_semidefinite(&k, &self.mass, &f)?;
+        Ok(self
+            .springs
+            .iter()
+            .map(|s| {
+                let delta = s.direction.dot(&x);
+                match s.state {
+                    ContactState::Open if !centred => s.stiffness * (delta - delta.clamp(-s.play / 2.0, s.play / 2.0)),
+                    _ => s.stiffness * (delta - offset(s)),
+                }
+            })
+            .collect())
+    }
+}
+
+fn state_of(force: f64, idle: f64) -> ContactState {
+    if force > idle {
+        ContactState::Drive
+    } else if force < -idle {
+        ContactState::Coast
+    } else {
+        ContactState::Open
+    }
+}

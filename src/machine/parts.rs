@@ -1,0 +1,172 @@
+//! Masses joined by branches: `M q̈ + (C + G) q̇ + Σ u_b F_b(w_bᵀ q) = f`.
+
+use super::direction::Direction;
+use crate::base::place::Place;
+use crate::scene::model::{Axis, GlobalDamping, Loss};
+
+/// A whole machine before anything is eliminated or linearised.
+#[derive(Debug, Clone, Default)]
+pub struct Machine {
+    /// What was named in the file, in its order.
+    pub elements: Vec<Element>,
+    /// Places where motion is described.
+    pub nodes: Vec<Node>,
+    /// Coordinates, grouped by node.
+    pub freedoms: Vec<Freedom>,
+    /// `M = Σ m v vᵀ`.
+    pub masses: Vec<Mass>,
+    /// Elastic, dissipative and rigid connections.
+    pub branches: Vec<Branch>,
+    /// What depends on the mean speed of a node.
+    pub spins: Vec<Spin>,
+    /// Constant torques, N·m, by freedom.
+    pub loads: Vec<(usize, f64)>,
+    /// Gears, for orders of excitation.
+    pub gears: Vec<Gear>,
+    /// Mean speeds stated in the file: freedom, rad/s. The first is the reference.
+    pub speeds: Vec<(usize, f64)>,
+    /// Damping of no element.
+    pub damping: GlobalDamping,
+    /// What the reader of an answer should know of the elements.
+    pub notes: Vec<Note>,
+}
+
+/// A named thing of the file.
+#[derive(Debug, Clone)]
+pub struct Element {
+    /// Its name.
+    pub name: String,
+    /// Its table: `shaft`, `gear_pair`, ….
+    pub kind: &'static str,
+    /// Where its name is written.
+    pub place: Place,
+}
+
+/// A place where motion is described.
+#[derive(Debug, Clone)]
+pub struct Node {
+    /// Its name.
+    pub name: String,
+    /// The element that made it.
+    pub element: usize,
+}
+
+/// One coordinate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Freedom {
+    /// Its node.
+    pub node: usize,
+    /// Its axis.
+    pub axis: Axis,
+}
+
+/// A term `m v vᵀ` of the mass matrix.
+#[derive(Debug, Clone)]
+pub struct Mass {
+    /// Whose it is.
+    pub element: usize,
+    /// kg·m² along rotations, kg along displacements.
+    pub value: f64,
+    /// v.
+    pub direction: Direction,
+}
+
+/// A connection that resists one deformation `δ = wᵀ q`.
+#[derive(Debug, Clone)]
+pub struct Branch {
+    /// Whose it is.
+    pub element: usize,
+    /// Which part of the element, where it has several.
+    pub part: Option<String>,
+    /// w.
+    pub direction: Direction,
+    /// w of the coast flank, where it differs from the drive flank's.
+    pub coast: Option<Direction>,
+    /// u, where the force does not act along w.
+    pub force: Option<Direction>,
+    /// How it resists.
+    pub law: Law,
+    /// Play, in the unit of δ; zero: none.
+    pub play: f64,
+}
+
+/// How a branch resists its deformation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Law {
+    /// δ = 0.
+    Rigid,
+    /// `F = k δ + losses`.
+    Linear {
+        /// k, N/m or N·m/rad.
+        stiffness: f64,
+        /// Its losses.
+        loss: Loss,
+    },
+}
+
+/// Terms proportional to the mean speed Ω of a node.
+#[derive(Debug, Clone)]
+pub struct Spin {
+    /// Whose it is.
+    pub element: usize,
+    /// The freedom whose mean speed is Ω.
+    pub turning: usize,
+    /// `G[a, b] += g Ω`, `G[b, a] −= g Ω`.
+    pub gyroscopic: Vec<(usize, usize, f64)>,
+    /// `K[a, a] −= m Ω²`.
+    pub centrifugal: Vec<(usize, f64)>,
+}
+
+/// A toothed or eccentric member that excites orders of its own rotation.
+#[derive(Debug, Clone)]
+pub struct Gear {
+    /// The element it belongs to.
+    pub element: usize,
+    /// The freedom it turns with.
+    pub turning: usize,
+    /// Its teeth; `None` for pulleys.
+    pub teeth: Option<u32>,
+    /// The freedom its mesh turns with relative to it: the carrier of a planetary stage.
+    pub carrier: Option<usize>,
+    /// The branches its teeth act in.
+    pub branches: Vec<usize>,
+}
+
+/// A remark about an element that an answer should carry.
+#[derive(Debug, Clone)]
+pub struct Note {
+    /// A word.
+    pub code: &'static str,
+    /// The remark.
+    pub text: String,
+}
+
+impl Machine {
+    /// `node.axis` of a freedom.
+    pub fn freedom_name(&self, freedom: usize) -> String {
+        let Freedom { node, axis } = self.freedoms[freedom];
+        format!("{}.{}", self.nodes[node].name, axis.name())
+    }
+
+    /// The freedom called `node.axis`, or `node` for its rotation.
+    pub fn freedom(&self, name: &str) -> Option<usize> {
+        let find = |node: &str, axis: &str| {
+            self.freedoms.iter().position(|f| self.nodes[f.node].name == node && f.axis.name() == axis)
+        };
+        name.rsplit_once('.').and_then(|(node, axis)| find(node, axis)).or_else(|| find(name, "theta"))
+    }
+
+    /// Name of a branch: its element's, with the part where it has several.
+    pub fn branch_name(&self, branch: usize) -> String {
+        let Branch { element, part, .. } = &self.branches[branch];
+        match part {
+            Some(part) => format!("{} {part}", self.elements[*element].name),
+            None => self.elements[*element].name.clone(),
+        }
+    }
+
+    /// Some freedom is not a rotation about a shaft.
+    pub fn is_lateral(&self) -> bool {
+        self.freedoms.iter().any(|f| f.axis != Axis::Theta)
+    }
+}

@@ -1,0 +1,202 @@
+//! All undamped modes of the part of a machine whose strain energy is a sum of squares.
+//!
+//! With `K = Wᵀ diag(k) W` the frequencies are the singular values of `√k W L⁻ᵀ`, `M = L Lᵀ`; K is never formed, so small
+//! frequencies keep their digits beside large ones. Coordinates without inertia are condensed in the same factored form.
+
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::machine::direction::Direction;
+use crate::machine::linear::{Linear, LinearBranch};
+use crate::numeric::{Matrix, definite, graded};
+
+/// How the modes were found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Solver {
+    /// Singular values of the factored form: row-sorted QR, then one-sided Jacobi.
+    Factored,
+    /// The definite pencil, formed and solved by tridiagonal reduction.
+    Pencil,
+}
+
+/// Undamped modes over the coordinates that stay.
+#[derive(Debug, Clone)]
+pub struct Basis {
+    /// rad/s, ascending; the first `n_rigid` are exactly zero.
+    pub omega: Vec<f64>,
+    /// Rigid-body modes.
+    pub n_rigid: usize,
+    /// Columns: mass-normalised shapes over all coordinates that stay, the massless ones following statically.
+    pub shapes: Matrix,
+    /// Decimal digits each frequency can be trusted to.
+    pub digits: Vec<f64>,
+    /// How they were found.
+    pub solver: Solver,
+}
+
+/// Digits of the factored form: the worst relative error over trees and loops with stiffness spread 1e14 and inertia spread
+/// 1e12 in tests/graded.rs is below 1e-11.
+const FACTORED_DIGITS: f64 = 11.0;
+
+/// Solves for every mode.
+///
+/// # Errors
+/// A mass matrix that is not positive definite; numbers out of range; no convergence.
+pub fn solve(linear: &Linear, solver: Solver) -> Result<Basis, Error> {
+    let squares: Vec<&LinearBranch> =
+        linear.branches.iter().filter(|b| b.stiffness > 0.0 && b.force.is_none()).collect();
+    let order = Order::new(linear);
+    let rows = Matrix::from_fn(squares.len(), linear.n, |_, _| 0.0);
+    let mut rows = rows;
+    for (i, branch) in squares.iter().enumerate() {
+        let root = branch.stiffness.sqrt();
+        for (j, a) in branch.direction.scaled() {
+            rows[(i, order.position[j])] += root * a;
+        }
+    }
+    let first = linear.massless.len();
+    let condensed = graded::eliminate(&rows, first)?;
+    let root = MassRoot::new(linear, &order)?;
+    let scaled = root.right_divide(&condensed.condensed);
+    let rigid = rigid_modes(linear);
+    let n = linear.n - first;
+    let n_rigid = rigid.len();
+    let (omega, vectors) = match solver {
+        Solver::Factored => {
+            let found = graded::svd(&scaled, Some(n - n_rigid))?;
+            (found.values, found.vectors)
+        }
+        Solver::Pencil => {
+            let found = definite::symmetric(&(scaled.transpose() * &scaled))?;
+            (found.values.iter().map(|&l| l.max(0.0).sqrt()).collect(), found.vectors)
+        }
+    };
+    let heavy = root.left_divide_transposed(&vectors);
+    let light = if first > 0 { Some(&condensed.recovery * &heavy) } else { None };
+    let mut shapes = Matrix::zeros(linear.n, n);
+    for j in 0..n {
+        if j < n_rigid {
+            (0..linear.n).for_each(|i| shapes[(i, j)] = rigid[j][i]);
+            continue;
+        }
+        for (place, &i) in order.coordinates.iter().enumerate() {
+            shapes[(i, j)] = match &light {
+                Some(light) if place < first => light[(place, j)],
+                _ => heavy[(place - first, j)],
+            };
+        }
+    }
+    let mut omega = omega;
+    omega.iter_mut().take(n_rigid).for_each(|w| *w = 0.0);
+    if let Some(bad) = omega.iter().position(|w| !w.is_finite()) {
+        return Err(Error::new(Code::Overflow, format!("frequency {} of {n} is out of range", bad + 1)));
+    }
+    let largest = omega.last().copied().unwrap_or(0.0);
+    let digits = omega.iter().map(|&w| digits(solver, w, largest)).collect();
+    Ok(Basis { omega, n_rigid, shapes, digits, solver })
+}
+
+fn digits(solver: Solver, omega: f64, largest: f64) -> f64 {
+    match solver {
+        _ if omega == 0.0 => f64::INFINITY,
+        Solver::Factored => FACTORED_DIGITS,
+        // Backward error of the pencil: ε λ_max in every λ, half of it relative in ω.
+        Solver::Pencil => -(f64::EPSILON * (largest / omega).powi(2) * 4.0).log10().min(0.0).max(-16.0),
+    }
+}
+
+/// Coordinates sorted: those without inertia first.
+struct Order {
+    /// Coordinates in the sorted order.
+    coordinates: Vec<usize>,
+    /// Place of each coordinate in it.
+    position: Vec<usize>,
+}
+
+impl Order {
+    fn new(linear: &Linear) -> Order {
+        let mut light = vec![false; linear.n];
+        linear.massless.iter().for_each(|&j| light[j] = true);
+        let heavy = (0..linear.n).filter(|&j| !light[j]);
+        let coordinates: Vec<usize> = linear.massless.iter().copied().chain(heavy).collect();
+        let mut position = vec![0; linear.n];
+        coordinates.iter().enumerate().for_each(|(place, &j)| position[j] = place);
+        Order { coordinates, position }
+    }
+}
+
+/// `M = L Lᵀ` over the coordinates with inertia.
+enum MassRoot {
+    Diagonal(Vec<f64>),
+    Lower(Matrix),
+}
+
+impl MassRoot {
+    fn new(linear: &Linear, order: &Order) -> Result<MassRoot, Error> {
+        let first = linear.massless.len();
+        if let Some(diagonal) = linear.mass_diagonal() {
+            return Ok(MassRoot::Diagonal(order.coordinates[first..].iter().map(|&j| diagonal[j].sqrt()).collect()));
+        }
+        let n = linear.n - first;
+        let mut m = Matrix::zeros(n, n);
+        for mass in &linear.masses {
+            for (i, a) in mass.direction.scaled() {
+                for (j, b) in mass.direction.scaled() {
+                    m[(order.position[i] - first, order.position[j] - first)] += mass.value * a * b;
+                }
+            }
+        }
+        definite::cholesky(&m).map(MassRoot::Lower)
+    }
+
+    /// `A L⁻ᵀ`.
+    fn right_divide(&self, a: &Matrix) -> Matrix {
+        match self {
+            MassRoot::Diagonal(root) => Matrix::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] / root[j]),
+            MassRoot::Lower(l) => definite::solve_lower(l, &a.transpose().to_owned()).transpose().to_owned(),
+        }
+    }
+
+    /// `L⁻ᵀ V`.
+    fn left_divide_transposed(&self, v: &Matrix) -> Matrix {
+        match self {
+            MassRoot::Diagonal(root) => Matrix::from_fn(v.nrows(), v.ncols(), |i, j| v[(i, j)] / root[i]),
+            MassRoot::Lower(l) => definite::solve_lower_transposed(l, v),
+        }
+    }
+}
+
+/// The motions that strain nothing, M-orthonormal, in their order.
+pub fn rigid_modes(linear: &Linear) -> Vec<Vec<f64>> {
+    let mut modes: Vec<Vec<f64>> = Vec::with_capacity(linear.rigid.len());
+    for motion in &linear.rigid {
+        let mut r = motion.clone();
+        // Twice is enough (Giraud, Langou & Rozložník 2005, Numer. Math. 101, 87).
+        for _ in 0..2 {
+            for done in &modes {
+                let share = mass_product(linear, done, &r);
+                r.iter_mut().zip(done).for_each(|(x, d)| *x -= share * d);
+            }
+        }
+        let norm = mass_product(linear, &r, &r).sqrt();
+        if norm > 0.0 {
+            r.iter_mut().for_each(|x| *x /= norm);
+            modes.push(r);
+        }
+    }
+    modes
+}
+
+/// `aᵀ M b` over the coordinates that stay.
+pub fn mass_product(linear: &Linear, a: &[f64], b: &[f64]) -> f64 {
+    linear.masses.iter().map(|mass| mass.value * mass.direction.dot(a) * mass.direction.dot(b)).sum()
+}
+
+/// Column j of a matrix as a vector.
+pub fn column(matrix: &Matrix, j: usize) -> Vec<f64> {
+    (0..matrix.nrows()).map(|i| matrix[(i, j)]).collect()
+}
+
+/// `wᵀ Φ`: a direction seen by every mode. Exactly zero for the motions that strain nothing if `strained` is set.
+pub fn seen(direction: &Direction, shapes: &Matrix) -> Vec<f64> {
+    (0..shapes.ncols()).map(|j| direction.scaled().map(|(i, a)| a * shapes[(i, j)]).sum()).collect()
+}

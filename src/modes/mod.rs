@@ -1,0 +1,16 @@
+//! Natural modes: real and complex, few or all, with energies and sensitivities.
+
+/// One mode.
+pub mod mode;
+
+/// All undamped modes, in factored form.
+pub mod basis;
+
+/// Undamped modes over all freedoms.
+pub mod undamped;
+
+/// The machine in modal coordinates.
+pub mod modal;
+
+/// Complex modes.
+pub mod damped;

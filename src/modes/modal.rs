@@ -1,0 +1,140 @@
+//! The whole machine in modal coordinates: what damps, gyrates or couples unsymmetrically, seen by the undamped modes.
+//!
+//! With `p = Φ η + E d`, Φ the undamped modes (massless coordinates following statically) and d what the massless
+//! coordinates move beyond that, the elastic energy is `½ Σ ω² η² + ½ dᵀ K₀₀ d` without coupling, so that small
+//! frequencies keep their digits. Then `I η̈ + C̃ (η̇, ḋ) + (K̃ + i sgn(Im λ) H̃)(η, d) = 0`.
+
+use super::basis::{Basis, seen};
+use crate::machine::direction::Direction;
+use crate::machine::linear::Linear;
+use crate::machine::parts::Machine;
+use crate::numeric::Matrix;
+
+/// Matrices over `(η, d)`.
+#[derive(Debug, Clone)]
+pub struct Modal {
+    /// Modes.
+    pub n_modes: usize,
+    /// Coordinates without inertia.
+    pub n_light: usize,
+    /// C̃ + G̃.
+    pub damping: Matrix,
+    /// K̃.
+    pub stiffness: Matrix,
+    /// H̃ of loss factors, where there are any.
+    pub hysteretic: Option<Matrix>,
+    /// `Z = [Φ, E]`, over the coordinates that stay.
+    pub shapes: Matrix,
+}
+
+/// Projects a machine on its undamped modes, at the mean speeds given (rad/s by freedom).
+pub fn project(machine: &Machine, linear: &Linear, basis: &Basis, speeds: Option<&[f64]>, damped: bool) -> Modal {
+    let (n_modes, n_light) = (basis.omega.len(), linear.massless.len());
+    let n = n_modes + n_light;
+    let mut shapes = Matrix::zeros(linear.n, n);
+    for j in 0..n_modes {
+        (0..linear.n).for_each(|i| shapes[(i, j)] = basis.shapes[(i, j)]);
+    }
+    for (at, &i) in linear.massless.iter().enumerate() {
+        shapes[(i, n_modes + at)] = 1.0;
+    }
+    let mut modal = Modal {
+        n_modes,
+        n_light,
+        damping: Matrix::zeros(n, n),
+        stiffness: Matrix::zeros(n, n),
+        hysteretic: None,
+        shapes,
+    };
+    for (j, omega) in basis.omega.iter().enumerate() {
+        modal.stiffness[(j, j)] = omega * omega;
+    }
+    modal.add_branches(linear, basis, damped);
+    if let Some(speeds) = speeds {
+        modal.add_spins(machine, linear, speeds);
+    }
+    if damped {
+        modal.add_global(machine, basis);
+    }
+    modal
+}
+
+impl Modal {
+    fn add_branches(&mut self, linear: &Linear, basis: &Basis, damped: bool) {
+        let undamped_rigid = linear.n_undamped_rigid;
+        for branch in &linear.branches {
+            let squared = branch.stiffness >= 0.0 && branch.force.is_none();
+            let mut along = seen(&branch.direction, &self.shapes);
+            // What strains nothing is exactly zero, not rounding.
+            let still = if branch.stiffness != 0.0 { basis.n_rigid } else { undamped_rigid };
+            along.iter_mut().take(still).for_each(|x| *x = 0.0);
+            let acts = match &branch.force {
+                Some(force) => seen(force, &self.shapes),
+                None => along.clone(),
+            };
+            let light = self.n_modes;
+            if squared {
+                add_outer(&mut self.stiffness, branch.stiffness, &acts, &along, light);
+            } else {
+                add_outer(&mut self.stiffness, branch.stiffness, &acts, &along, 0);
+            }
+            if damped && branch.damping != 0.0 {
+                add_outer(&mut self.damping, branch.damping, &acts, &along, 0);
+            }
+            if damped && branch.loss_factor != 0.0 {
+                let n = self.n_modes + self.n_light;
+                let hysteretic = self.hysteretic.get_or_insert_with(|| Matrix::zeros(n, n));
+                add_outer(hysteretic, branch.loss_factor * branch.stiffness, &acts, &along, 0);
+            }
+        }
+    }
+
+    fn add_spins(&mut self, machine: &Machine, linear: &Linear, speeds: &[f64]) {
+        for spin in &machine.spins {
+            let omega = speeds[spin.turning];
+            let sees = |freedom: usize| {
+                let row = Direction { scale: 1.0, terms: linear.transform[freedom].clone() };
+                seen(&row, &self.shapes)
+            };
+            let gyroscopic: Vec<_> = spin.gyroscopic.iter().map(|&(a, b, g)| (sees(a), sees(b), g)).collect();
+            let centrifugal: Vec<_> = spin.centrifugal.iter().map(|&(a, m)| (sees(a), m)).collect();
+            for (a, b, g) in gyroscopic {
+                add_outer(&mut self.damping, g * omega, &a, &b, 0);
+                add_outer(&mut self.damping, -g * omega, &b, &a, 0);
+            }
+            for (a, m) in centrifugal {
+                add_outer(&mut self.stiffness, -m * omega * omega, &a, &a, 0);
+            }
+        }
+    }
+
+    /// Rayleigh damping `αM + βK` and modal damping `2ζω`.
+    fn add_global(&mut self, machine: &Machine, basis: &Basis) {
+        let global = &machine.damping;
+        let n = self.n_modes + self.n_light;
+        for j in 0..self.n_modes {
+            self.damping[(j, j)] += global.mass;
+            let elastic = j.checked_sub(basis.n_rigid);
+            let zeta = elastic.and_then(|k| global.modal.get(k).or(global.modal.last())).copied().unwrap_or(0.0);
+            self.damping[(j, j)] += 2.0 * zeta * basis.omega[j];
+        }
+        if global.stiffness != 0.0 {
+            for i in 0..n {
+                for j in 0..n {
+                    self.damping[(i, j)] += global.stiffness * (self.stiffness[(i, j)] + self.stiffness[(j, i)]) / 2.0;
+                }
+            }
+        }
+    }
+}
+
+/// `A += value · u wᵀ` from row and column `from` on.
+fn add_outer(a: &mut Matrix, value: f64, u: &[f64], w: &[f64], from: usize) {
+    for j in from..w.len() {
+        if w[j] != 0.0 {
+            for i in from..u.len() {
+                a[(i, j)] += value * u[i] * w[j];
+            }
+        }
+    }
+}

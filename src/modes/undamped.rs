@@ -1,0 +1,46 @@
+//! Real modes of the undamped machine, over all its freedoms, with residuals.
+
+use super::basis::{Basis, column};
+use super::mode::{Mode, orient};
+use crate::machine::linear::Linear;
+use crate::numeric::Complex;
+
+/// The modes of a basis as the machine's user knows them: every freedom recovered, signs fixed, residuals measured.
+pub fn modes(linear: &Linear, basis: &Basis) -> Vec<Mode> {
+    (0..basis.omega.len())
+        .map(|j| mode(linear, &column(&basis.shapes, j), basis.omega[j], j < basis.n_rigid, basis.digits[j]))
+        .collect()
+}
+
+/// One real mode from its shape over the coordinates that stay.
+pub fn mode(linear: &Linear, p: &[f64], omega: f64, rigid: bool, digits: f64) -> Mode {
+    let mut shape: Vec<Complex> = linear.recover(p).into_iter().map(|x| Complex::new(x, 0.0)).collect();
+    orient(&mut shape);
+    let residual = residual(linear, p, omega);
+    Mode { eigenvalue: Complex::new(0.0, omega), rigid, damping_ratio: None, shape, residual, digits }
+}
+
+/// `max |K p − ω² M p| / (|K||p| + ω² |M||p|)`, entry by entry: the backward error of the pair.
+pub fn residual(linear: &Linear, p: &[f64], omega: f64) -> f64 {
+    let (mut sum, mut size) = (vec![0.0; linear.n], vec![0.0; linear.n]);
+    for branch in &linear.branches {
+        let force = branch.stiffness * branch.direction.dot(p);
+        let bound: f64 = branch.direction.scaled().map(|(i, a)| (a * p[i]).abs()).sum();
+        for (i, a) in branch.acts().scaled() {
+            sum[i] += a * force;
+            size[i] += (a * branch.stiffness * bound).abs();
+        }
+    }
+    let lambda = omega * omega;
+    for mass in &linear.masses {
+        let momentum = lambda * mass.value * mass.direction.dot(p);
+        let bound: f64 = mass.direction.scaled().map(|(i, a)| (a * p[i]).abs()).sum();
+        for (i, a) in mass.direction.scaled() {
+            sum[i] -= a * momentum;
+            size[i] += (a * lambda * mass.value * bound).abs();
+        }
+    }
+    let worst = sum.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    let scale = size.iter().fold(0.0f64, |m, x| m.max(*x));
+    if scale > 0.0 { worst / scale } else { 0.0 }
+}
