@@ -1,5 +1,8 @@
 //! Linear algebra, the only files that name its packages.
 
+use crate::base::code::Code;
+use crate::base::error::Error;
+
 /// Dense real matrix, column-major.
 pub type Matrix = faer::Mat<f64>;
 
@@ -18,8 +21,21 @@ mod jacobi;
 /// Singular values of graded matrices, and elimination of freedoms without inertia.
 pub mod graded;
 
-// /// Symmetric eigenproblems, Cholesky factors, linear systems.
-// pub mod definite;
+/// Symmetric eigenproblems, Cholesky factors, linear systems.
+pub mod definite;
 
-// /// Nonsymmetric eigenproblems with conditions, and the polishing of damped modes.
-// pub mod general;
+/// Nonsymmetric eigenproblems with the condition of every eigenvalue.
+pub mod general;
+
+/// Polishing of damped modes.
+pub mod quadratic;
+
+/// Refuses a matrix with an entry that is not a number or not finite; `what` names it.
+fn check_finite(a: &Matrix, what: &str) -> Result<(), Error> {
+    for j in 0..a.ncols() {
+        if let Some(i) = a.col_as_slice(j).iter().position(|x| !x.is_finite()) {
+            return Err(Error::new(Code::Overflow, format!("entry ({i}, {j}) of {what} is {}", a[(i, j)])));
+        }
+    }
+    Ok(())
+}
