@@ -49,26 +49,17 @@ impl Kinematics {
         self.constraints.combination(freedom).into_iter().map(|(q, a)| (self.number[&q], a)).collect()
     }
 
-    /// A basis, over the freedoms that stay, of the motions that `rows` (over the same) leave free.
-    pub fn free_coordinates<'a>(&self, rows: impl Iterator<Item = &'a [(usize, f64)]>) -> Vec<Vec<f64>> {
-        let n = self.free.len();
-        motions(Constraints::new(n), rows).basis(n)
-    }
-
     /// A basis, over all freedoms, of the motions that deform none of `branches`.
     pub fn free_motions<'a>(&self, branches: impl Iterator<Item = &'a Branch>) -> Motions {
-        motions(self.constraints.clone(), branches.map(|branch| branch.direction.terms.as_slice()))
+        let mut constraints = self.constraints.clone();
+        // Short rows first: what ground holds drops out before meshes are looked at.
+        let mut rows: Vec<&[(usize, f64)]> = branches.map(|branch| branch.direction.terms.as_slice()).collect();
+        rows.sort_by_key(|row| row.len());
+        for row in rows {
+            constraints.impose(row);
+        }
+        Motions { free: constraints.free(), constraints }
     }
-}
-
-fn motions<'a>(mut constraints: Constraints, rows: impl Iterator<Item = &'a [(usize, f64)]>) -> Motions {
-    // Short rows first: what ground holds drops out before meshes are looked at.
-    let mut rows: Vec<&[(usize, f64)]> = rows.collect();
-    rows.sort_by_key(|row| row.len());
-    for row in rows {
-        constraints.impose(row);
-    }
-    Motions { free: constraints.free(), constraints }
 }
 
 /// Motions that deform nothing, in exact fractions.

@@ -167,8 +167,10 @@ struct Rigid {
 
 fn rigid_motions(machine: &Machine, kinematics: &Kinematics, branches: &[LinearBranch]) -> Rigid {
     let free_of = |resists: &dyn Fn(&LinearBranch) -> bool| -> Vec<Vec<f64>> {
-        let rows = branches.iter().filter(|b| resists(b)).map(|b| b.direction.terms.as_slice());
-        kinematics.free_coordinates(rows)
+        // The machine's own rows: whole numbers of teeth, where reduced ones may be thirds.
+        let rows = branches.iter().filter(|b| resists(b)).map(|b| &machine.branches[b.index]);
+        let motions = kinematics.free_motions(rows).basis(machine.freedoms.len());
+        motions.iter().map(|q| kinematics.free.iter().map(|&i| q[i]).collect()).collect()
     };
     let strained = |b: &LinearBranch| b.stiffness != 0.0;
     let mut elastic = free_of(&strained);

@@ -65,7 +65,6 @@ struct Search {
     n: usize,
     springs: Vec<Spring>,
     load: Vec<f64>,
-    mass: Vec<f64>,
 }
 
 impl Search {
@@ -105,7 +104,7 @@ impl Search {
                 (0..n).for_each(|j| load[j] -= mass[j] * r[j] * push / inertia);
             }
         }
-        Ok(Search { n, springs, load, mass })
+        Ok(Search { n, springs, load })
     }
 
     fn run(&mut self) -> Result<Operating, Error> {
@@ -159,7 +158,7 @@ impl Search {
                 }
             }
         }
-        let x = definite::solve_semidefinite(&k, &self.mass, &f)?;
+        let x = definite::solve_semidefinite(&k, &f)?;
         Ok(self
             .springs
             .iter()

@@ -60,6 +60,13 @@ pub fn project(machine: &Machine, linear: &Linear, basis: &Basis, speeds: Option
 }
 
 impl Modal {
+    /// Something loses energy: the symmetric part of C̃, or H̃, is not nil.
+    pub fn is_dissipative(&self) -> bool {
+        let n = self.damping.nrows();
+        let braked = (0..n).any(|i| (0..n).any(|j| self.damping[(i, j)] + self.damping[(j, i)] != 0.0));
+        braked || self.hysteretic.is_some()
+    }
+
     fn add_branches(&mut self, linear: &Linear, basis: &Basis, damped: bool) {
         let undamped_rigid = linear.n_undamped_rigid;
         for branch in &linear.branches {

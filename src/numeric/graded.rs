@@ -8,9 +8,9 @@
 use crate::base::code::Code;
 use crate::base::error::Error;
 
-use super::Matrix;
 use super::jacobi::orthogonalise;
-use super::rowwise::{Reduced, back_substitute, dot, finite_columns, norm, reduce, subtract};
+use super::rowwise::{Reduced, back_substitute, dot, norm, reduce, subtract};
+use super::{Matrix, check_finite};
 
 /// Singular values and right singular vectors.
 #[derive(Debug, Clone)]
@@ -31,7 +31,8 @@ pub struct GradedSvd {
 /// Errors: `Overflow` where an entry is not finite or a value leaves the range of doubles; `NoConvergence`.
 pub fn svd(a: &Matrix, rank: Option<usize>) -> Result<GradedSvd, Error> {
     let n = a.ncols();
-    let mut columns = finite_columns(a)?;
+    check_finite(a, "a graded matrix")?;
+    let mut columns = columns_of(a);
     let scale = middle_scale(&columns);
     columns.iter_mut().flatten().for_each(|x| *x /= scale);
     let reduced = reduce(columns, n, rank.unwrap_or(n), 0.0);
@@ -50,6 +51,10 @@ pub fn svd(a: &Matrix, rank: Option<usize>) -> Result<GradedSvd, Error> {
         return Err(Error::new(Code::Overflow, format!("a singular value of a {}×{n} matrix is too large", a.nrows())));
     }
     Ok(GradedSvd { values, vectors: Matrix::from_fn(n, n, |i, j| vectors[j][i]), sweeps })
+}
+
+fn columns_of(a: &Matrix) -> Vec<Vec<f64>> {
+    (0..a.ncols()).map(|j| a.col_as_slice(j).to_vec()).collect()
 }
 
 /// The power of two midway between the largest and the smallest entry.
@@ -128,10 +133,11 @@ pub struct Elimination {
 ///
 /// Errors: `Overflow` where an entry is not finite.
 pub fn eliminate(a: &Matrix, first: usize) -> Result<Elimination, Error> {
+    check_finite(a, "a graded matrix")?;
     let first = first.min(a.ncols());
     let rest = a.ncols() - first;
     let negligible = 8.0 * (a.ncols() as f64) * f64::EPSILON; // of the row's size: its backward error, with a margin
-    let reduced = reduce(finite_columns(a)?, first, first, negligible);
+    let reduced = reduce(columns_of(a), first, first, negligible);
     let rank = reduced.steps;
     let condensed = Matrix::from_fn(a.nrows() - rank, rest, |i, j| reduced.columns[first + j][rank + i]);
     let mut recovery = Matrix::zeros(first, rest);

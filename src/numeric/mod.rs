@@ -1,7 +1,7 @@
 //! Linear algebra, the only files that name its packages.
 
-/// Constraints in exact fractions.
-pub mod exact;
+use crate::base::code::Code;
+use crate::base::error::Error;
 
 /// Dense real matrix, column-major.
 pub type Matrix = faer::Mat<f64>;
@@ -12,6 +12,9 @@ pub type ComplexMatrix = faer::Mat<Complex>;
 /// A complex number.
 pub type Complex = faer::c64;
 
+/// Constraints in exact fractions.
+pub mod exact;
+
 /// Householder reduction that keeps the digits of small rows.
 mod rowwise;
 
@@ -21,8 +24,21 @@ mod jacobi;
 /// Singular values of graded matrices, and elimination of freedoms without inertia.
 pub mod graded;
 
-// /// Symmetric eigenproblems, Cholesky factors, linear systems.
-// pub mod definite;
+/// Symmetric eigenproblems, Cholesky factors, linear systems.
+pub mod definite;
 
-// /// Nonsymmetric eigenproblems with conditions, and the polishing of damped modes.
-// pub mod general;
+/// Nonsymmetric eigenproblems with the condition of every eigenvalue.
+pub mod general;
+
+/// Polishing of damped modes.
+pub mod quadratic;
+
+/// Refuses a matrix with an entry that is not a number or not finite; `what` names it.
+fn check_finite(a: &Matrix, what: &str) -> Result<(), Error> {
+    for j in 0..a.ncols() {
+        if let Some(i) = a.col_as_slice(j).iter().position(|x| !x.is_finite()) {
+            return Err(Error::new(Code::Overflow, format!("entry ({i}, {j}) of {what} is {}", a[(i, j)])));
+        }
+    }
+    Ok(())
+}

@@ -5,11 +5,6 @@
 //! Numerical Analysis 1997 (1998), pp. 57–73: with column pivoting, rows sorted by falling ∞-norm and
 //! `r_kk = −sign(a_kk) ‖a_k‖` the error of row i is a few ε times the largest entry row i ever had.
 
-use crate::base::code::Code;
-use crate::base::error::Error;
-
-use super::Matrix;
-
 /// What is left of `A` after reflections: `R` in the rows above `steps`, the reduced rest below.
 pub(super) struct Reduced {
     /// Columns in pivoted order, each as long as `A` has rows.
@@ -58,16 +53,6 @@ pub(super) fn back_substitute(reduced: &Reduced, from: usize) -> Vec<Vec<f64>> {
         x
     };
     r[from..].iter().map(solve).collect()
-}
-
-/// The columns of a matrix, refused where an entry is not finite.
-pub(super) fn finite_columns(a: &Matrix) -> Result<Vec<Vec<f64>>, Error> {
-    for j in 0..a.ncols() {
-        if let Some(i) = a.col_as_slice(j).iter().position(|x| !x.is_finite()) {
-            return Err(Error::new(Code::Overflow, format!("entry ({i}, {j}) of a matrix is {}", a[(i, j)])));
-        }
-    }
-    Ok((0..a.ncols()).map(|j| a.col_as_slice(j).to_vec()).collect())
 }
 
 /// Rows by falling size (∞-norm over the leading columns), with these sizes.
