@@ -20,3 +20,6 @@ pub mod units;
 
 /// TOML with places.
 pub mod toml;
+
+/// One table handing out typed values.
+pub mod fields;

@@ -234,10 +234,14 @@ fn syntax(message: &str) -> Error {
 fn too_deep(text: &str) -> Option<usize> {
     let bytes = text.as_bytes();
     let (mut at, mut open, mut dots) = (0, 0_usize, 0);
+    // A quote inside a bare word belongs to the word, as in the parser.
+    let mut word = false;
     while let Some(&byte) = bytes.get(at) {
+        let quoted = matches!(byte, b'"' | b'\'') && !word;
+        word = !(quoted || b".=,[]{} \t#\r\n".contains(&byte));
         match byte {
             b'#' => at += line_length(&bytes[at..]),
-            b'"' | b'\'' => at += string_length(&bytes[at..], byte),
+            _ if quoted => at += string_length(&bytes[at..], byte),
             b'[' | b'{' => (open, dots) = (open + 1, 0),
             b']' | b'}' => (open, dots) = (open.saturating_sub(1), 0),
             b'.' => dots += 1,
@@ -256,14 +260,14 @@ fn too_deep(text: &str) -> Option<usize> {
 fn line_length(bytes: &[u8]) -> usize {
     bytes
         .iter()
-        .position(|&b| b == b'\n')
+        .position(|&b| b == b'\n' || b == b'\r')
         .unwrap_or(bytes.len())
         .saturating_sub(1)
 }
 
 /// Bytes up to the closing quote of a text, or up to where it breaks off.
 fn string_length(bytes: &[u8], quote: u8) -> usize {
-    let long = bytes.len() >= 3 && bytes[..3].iter().all(|&b| b == quote);
+    let long = bytes.starts_with(&[quote; 3]);
     let mut at = if long { 3 } else { 1 };
     while let Some(&byte) = bytes.get(at) {
         let rest = &bytes[at..];
@@ -271,7 +275,15 @@ fn string_length(bytes: &[u8], quote: u8) -> usize {
             b'\\' if quote == b'"' && rest.get(1) != Some(&b'\n') => at += 1,
             b'\n' if !long => return at - 1,
             _ if byte == quote && !long => return at,
-            _ if long && rest.len() >= 3 && rest[..3].iter().all(|&b| b == quote) => return at + 2,
+            _ if long && rest.starts_with(&[quote; 3]) => {
+                // Two more quotes may belong to the text.
+                let more = rest[3..]
+                    .iter()
+                    .take(2)
+                    .take_while(|&&b| b == quote)
+                    .count();
+                return at + 2 + more;
+            }
             _ => {}
         }
         at += 1;
@@ -361,6 +373,9 @@ mod tests {
             format!("[a{}]", ".a".repeat(deep)),
             format!("a{} = 1", ".\"=,[\"".repeat(deep)),
             format!("a = {{a{} = 1}}", ". 'x' ".repeat(deep)),
+            format!("a = \"\"\"b\"\"\"\" a{} = 1", ".a".repeat(deep)),
+            format!("a' {} = 1", ".a".repeat(deep)),
+            format!("# \ra{} = 1", ".a".repeat(deep)),
         ] {
             let error = parsed(&text).broken.unwrap();
             assert_eq!(error.code, Code::Syntax);
