@@ -8,3 +8,18 @@ pub mod code;
 
 /// What went wrong, where, and what to do now.
 pub mod error;
+
+/// What a key can measure.
+pub mod kind;
+
+/// Unit expressions.
+mod unit;
+
+/// Quantities with units, to SI.
+pub mod units;
+
+/// TOML with places.
+pub mod toml;
+
+/// One table handing out typed values.
+pub mod fields;

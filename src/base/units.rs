@@ -1,0 +1,343 @@
+//! Quantities as people write them: `"85 kN/mm"`, `"1.2 kN·m/rad"`, `"1 450 rpm"`, to SI.
+
+use std::f64::consts::TAU;
+
+use super::code::Code;
+use super::error::Error;
+use super::kind::Kind;
+use super::unit::Unit;
+
+/// A quantity in SI; frequencies and speeds in rad/s, angles in rad.
+///
+/// `subject` is the key or the flag it belongs to, as messages name it: "`k`", "`--speed`".
+pub fn parse(text: &str, kind: Kind, subject: &str) -> Result<f64, Error> {
+    let (value, unit) = number(text, subject)?;
+    if unit.is_empty() {
+        return Err(missing_unit(value.text, kind, subject));
+    }
+    in_unit(value.value, unit, kind, subject)
+}
+
+/// As `parse`, but a bare number is in `default_unit`.
+pub fn parse_or_bare(
+    text: &str,
+    kind: Kind,
+    default_unit: &str,
+    subject: &str,
+) -> Result<f64, Error> {
+    let (value, unit) = number(text, subject)?;
+    let unit = if unit.is_empty() { default_unit } else { unit };
+    in_unit(value.value, unit, kind, subject)
+}
+
+/// A bare number in the SI unit of `kind`.
+pub fn bare_si(value: f64, kind: Kind) -> f64 {
+    match kind {
+        Kind::Frequency => TAU * value,
+        _ => value,
+    }
+}
+
+/// The error of a number where a unit is meant.
+pub fn missing_unit(number: &str, kind: Kind, subject: &str) -> Error {
+    let unit = kind.si_unit();
+    Error::new(Code::MissingUnit, format!("{subject} has no unit")).hint(format!(
+        "{subject} takes {}: write \"{number} {unit}\" if {unit} is meant",
+        kind.units()
+    ))
+}
+
+/// The longest text taken for a quantity, in bytes.
+const LONGEST: usize = 200;
+
+/// The first characters of a text, for messages.
+pub fn shortened(text: &str) -> String {
+    shortened_to(text, 40)
+}
+
+/// The first `shown` characters of a text.
+pub fn shortened_to(text: &str, shown: usize) -> String {
+    match text.char_indices().nth(shown) {
+        Some((at, _)) => format!("{}…", &text[..at]),
+        None => text.to_string(),
+    }
+}
+
+struct Number<'a> {
+    value: f64,
+    text: &'a str,
+}
+
+/// The number a text starts with, and the unit after it.
+fn number<'a>(text: &'a str, subject: &str) -> Result<(Number<'a>, &'a str), Error> {
+    let text = text.trim();
+    let refuse = |why: &str, hint: &str| {
+        Err(
+            Error::new(Code::OutOfRange, format!("\"{}\" {why}", shortened(text)))
+                .hint(format!("{subject} takes {hint}")),
+        )
+    };
+    const FORM: &str = "a number, a space and a unit, such as \"85 kN/mm\"";
+    if text.len() > LONGEST {
+        return refuse("is too long for a quantity", FORM);
+    }
+    let word: String = text
+        .trim_start_matches(['+', '-'])
+        .chars()
+        .take_while(|c| c.is_alphabetic())
+        .collect();
+    if ["nan", "inf", "infinity"].contains(&word.to_lowercase().as_str()) {
+        return refuse("is not a finite number", "finite numbers only");
+    }
+    let length = number_length(text);
+    let digits: String = text[..length]
+        .chars()
+        .filter(|c| !is_gap(*c))
+        .map(|c| if c == '−' { '-' } else { c })
+        .collect();
+    let rest = text[length..].trim();
+    if rest.starts_with(',') {
+        return refuse("has a decimal comma", "a decimal point: write 0.5, not 0,5");
+    }
+    match digits.parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok((
+            Number {
+                value,
+                text: &text[..length],
+            },
+            rest,
+        )),
+        Ok(_) => refuse(
+            "is beyond the largest number there is, 1.8e308",
+            "finite numbers only",
+        ),
+        Err(_) => refuse("does not start with a number", FORM),
+    }
+}
+
+/// A space that may group digits by three.
+fn is_gap(c: char) -> bool {
+    matches!(c, ' ' | '\u{a0}' | '\u{2009}' | '\u{202f}')
+}
+
+/// Bytes of the sign, digits, point and exponent at the start of a text.
+fn number_length(text: &str) -> usize {
+    let mut at = ['+', '-', '−']
+        .iter()
+        .find(|sign| text.starts_with(**sign))
+        .map_or(0, |sign| sign.len_utf8());
+    at += digits_length(&text[at..], true);
+    if text[at..].starts_with('.') {
+        at += 1;
+        at += digits_length(&text[at..], false);
+    }
+    let Some(exponent) = text[at..].strip_prefix(['e', 'E']) else {
+        return at;
+    };
+    let sign = usize::from(exponent.starts_with(['+', '-']));
+    match digits_length(&exponent[sign..], false) {
+        0 => at,
+        digits => at + 1 + sign + digits,
+    }
+}
+
+/// Bytes of the digits at the start of a text, with gaps before groups of three if `grouped`.
+fn digits_length(text: &str, grouped: bool) -> usize {
+    let run = |s: &str| s.bytes().take_while(u8::is_ascii_digit).count();
+    let mut at = run(text);
+    while grouped && at > 0 {
+        let mut after = text[at..].chars();
+        match after.next() {
+            Some(gap) if is_gap(gap) && run(after.as_str()) == 3 => at += gap.len_utf8() + 3,
+            _ => break,
+        }
+    }
+    at
+}
+
+fn in_unit(value: f64, unit: &str, kind: Kind, subject: &str) -> Result<f64, Error> {
+    let takes = format!("{subject} takes {}", kind.units());
+    let (factor, dimension) = Unit::read(unit).map_err(|unknown| {
+        let meant = like(&unknown, kind).map_or(String::new(), |u| format!("did you mean {u}? "));
+        Error::new(
+            Code::WrongUnit,
+            format!("\"{}\" is not a unit known here", shortened(&unknown)),
+        )
+        .hint(format!("{meant}{takes}"))
+    })?;
+    if !kind.takes(dimension) {
+        let measures = Kind::measuring(dimension)
+            .or_else(|| Kind::ALL.iter().copied().find(|k| k.takes(dimension)))
+            .map_or_else(
+                || format!("does not measure {}", article(kind.name())),
+                |other| format!("measures {}", article(other.name())),
+            );
+        let turns = matches!(kind, Kind::Speed | Kind::Frequency)
+            && dimension == Kind::PerSecond.dimension();
+        let hint = if turns {
+            format!("{takes}; turns a minute are rpm, turns a second are Hz")
+        } else {
+            takes
+        };
+        return Err(Error::new(Code::WrongUnit, format!("{unit} {measures}")).hint(hint));
+    }
+    let si = value * factor;
+    if !si.is_finite() || (si == 0.0 && value != 0.0) {
+        return Err(Error::new(
+            Code::OutOfRange,
+            format!("{value:e} {unit} is out of the range of numbers, 1e-308 to 1.8e308 in SI"),
+        )
+        .hint(takes));
+    }
+    Ok(si)
+}
+
+fn article(noun: &str) -> String {
+    match noun {
+        "mass"
+        | "density"
+        | "damping"
+        | "torsional stiffness"
+        | "torsional damping"
+        | "translational stiffness"
+        | "translational damping"
+        | "time" => noun.to_string(),
+        _ if noun.starts_with(['a', 'e', 'i', 'o', 'u']) => format!("an {noun}"),
+        _ => format!("a {noun}"),
+    }
+}
+
+/// The unit of `kind` a misspelt word stands for.
+fn like(word: &str, kind: Kind) -> Option<String> {
+    let folded = word.to_lowercase();
+    let near = |known: &str| known.to_lowercase() == folded;
+    let known: Vec<&str> = kind.units().split(", ").collect();
+    known
+        .iter()
+        .copied()
+        .chain(["rpm", "Hz", "kg", "mm", "N", "kN", "MPa", "deg", "rad"])
+        .find(|name| near(name))
+        .or_else(|| {
+            known
+                .iter()
+                .copied()
+                .find(|name| strsim::damerau_levenshtein(name, word) <= 1)
+        })
+        .map(str::to_string)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::*;
+
+    fn si(text: &str, kind: Kind) -> f64 {
+        parse(text, kind, "`k`").unwrap_or_else(|e| panic!("{text}: {e}"))
+    }
+
+    fn close(text: &str, kind: Kind, expected: f64) {
+        let got = si(text, kind);
+        let error = (got - expected).abs();
+        assert!(
+            error <= 4.0 * f64::EPSILON * expected.abs(),
+            "{text}: {got}"
+        );
+    }
+
+    #[test]
+    fn exact_units_of_every_shape() {
+        close("85 kN/mm", Kind::Stiffness, 85e6);
+        close("1.2 kN·m/rad", Kind::TorsionalStiffness, 1200.0);
+        close("1200 N·m", Kind::TorsionalStiffness, 1200.0);
+        close("1 N m / deg", Kind::TorsionalStiffness, 180.0 / PI);
+        close("1 450 rpm", Kind::Speed, 1450.0 * TAU / 60.0);
+        close("1450rpm", Kind::Speed, 1450.0 * TAU / 60.0);
+        close("25 rev/s", Kind::Speed, 25.0 * TAU);
+        close("3 Hz", Kind::Frequency, 3.0 * TAU);
+        close("20 deg", Kind::Angle, PI / 9.0);
+        close("20°", Kind::Angle, PI / 9.0);
+        close("3″", Kind::Angle, 3.0 * PI / 648_000.0);
+        for text in ["0.0095 kg·m²", "0.0095 kg m2", "0.0095 kg*m^2", "95 kg·cm²"] {
+            close(text, Kind::Inertia, 0.0095);
+        }
+        for text in ["420 N/µm", "420 N/μm", "420 N/um", "4.2e2 MN/m"] {
+            close(text, Kind::Stiffness, 420e6);
+        }
+        close("-5 1/s", Kind::PerSecond, -5.0);
+        close("5 s⁻¹", Kind::PerSecond, 5.0);
+        close("5 s^-1", Kind::PerSecond, 5.0);
+        close("3 min", Kind::Time, 180.0);
+        close("2 in", Kind::Length, 0.0508);
+        close("7.85 g/cm³", Kind::Density, 7850.0);
+        close("1 N·m·s/rad", Kind::TorsionalDamping, 1.0);
+        close("1 N·m/(rad/s)", Kind::TorsionalDamping, 1.0);
+        close("3 N/(m/s)", Kind::Damping, 3.0);
+        close("80 GPa", Kind::Pressure, 80e9);
+        close("5 Nm", Kind::Torque, 5.0);
+        close("1 lbf·ft", Kind::Torque, 0.453_592_37 * 9.80665 * 0.3048);
+    }
+
+    #[test]
+    fn exact_bare_numbers_take_the_default_unit() {
+        let speed = parse_or_bare("60", Kind::Speed, "rpm", "`--speed`");
+        assert!((speed.unwrap() - TAU).abs() < 1e-15);
+    }
+
+    #[test]
+    fn refuses_what_is_not_a_quantity() {
+        let cases = [
+            ("5", Kind::Inertia, Code::MissingUnit, "kg·m²"),
+            (
+                "5 N/m",
+                Kind::TorsionalStiffness,
+                Code::WrongUnit,
+                "N·m/rad",
+            ),
+            ("5 1/min", Kind::Speed, Code::WrongUnit, "rpm"),
+            ("5 RPM", Kind::Speed, Code::WrongUnit, "did you mean rpm?"),
+            ("5 kg·furlong", Kind::Inertia, Code::WrongUnit, "kg·m²"),
+            ("5 m/", Kind::Length, Code::WrongUnit, "mm"),
+            ("5 (m", Kind::Length, Code::WrongUnit, "mm"),
+            ("5 m^99", Kind::Length, Code::WrongUnit, "mm"),
+            ("0,5 mm", Kind::Length, Code::OutOfRange, "decimal point"),
+            ("nan mm", Kind::Length, Code::OutOfRange, "finite"),
+            ("-inf mm", Kind::Length, Code::OutOfRange, "finite"),
+            ("1e400 mm", Kind::Length, Code::OutOfRange, "finite"),
+            ("1e306 km", Kind::Length, Code::OutOfRange, "takes"),
+            ("mm", Kind::Length, Code::OutOfRange, "number"),
+            ("", Kind::Length, Code::OutOfRange, "number"),
+            ("e5 m", Kind::Length, Code::OutOfRange, "number"),
+        ];
+        for (text, kind, code, hint) in cases {
+            let error = parse(text, kind, "`k`").unwrap_err();
+            assert_eq!(error.code, code, "{text}: {error}");
+            assert!(
+                error.hint.clone().unwrap_or_default().contains(hint),
+                "{text}: {error}"
+            );
+        }
+        let error = parse("5 N/m", Kind::TorsionalStiffness, "`k`").unwrap_err();
+        assert_eq!(error.message, "N/m measures translational stiffness");
+    }
+
+    #[test]
+    fn survives_long_and_odd_texts() {
+        let long = "(".repeat(1_000_000);
+        assert!(parse(&format!("1 {long}"), Kind::Mass, "`m`").is_err());
+        for text in [
+            "1 ²",
+            "1 /",
+            "1 ·",
+            "1 )",
+            "1 (((",
+            "− kg",
+            "1 kg^^2",
+            "1 kg^-",
+            "1\u{0} kg",
+            "1 🦀",
+        ] {
+            assert!(parse(text, Kind::Mass, "`m`").is_err(), "{text}");
+        }
+    }
+}
