@@ -2,6 +2,8 @@
 //!
 //! The scale (half a module, a base radius) is kept apart so that the coefficients of torsional branches stay whole numbers: what can turn freely is then decided in exact fractions.
 
+use crate::numeric::Complex;
+
 /// A sparse direction.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Direction {
@@ -35,6 +37,12 @@ impl Direction {
     /// `wᵀ q`.
     pub fn dot(&self, q: &[f64]) -> f64 {
         self.scale * self.terms.iter().map(|&(freedom, a)| a * q[freedom]).sum::<f64>()
+    }
+
+    /// `wᵀ q` of a complex q.
+    pub fn dot_complex(&self, q: &[Complex]) -> Complex {
+        let sum = self.terms.iter().map(|&(freedom, a)| q[freedom] * a);
+        sum.fold(Complex::new(0.0, 0.0), |s, x| s + x) * self.scale
     }
 
     /// Freedom and `scale · coefficient`.

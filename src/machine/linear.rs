@@ -14,6 +14,8 @@ use crate::scene::model::Loss;
 pub struct Linear {
     /// How many coordinates stay.
     pub n: usize,
+    /// The freedom each coordinate is.
+    pub free: Vec<usize>,
     /// Rows of T: each freedom of the machine in the coordinates that stay.
     pub transform: Vec<Vec<(usize, f64)>>,
     /// `M = Σ m v vᵀ`.
@@ -95,7 +97,8 @@ impl Linear {
         let transform: Vec<Vec<(usize, f64)>> =
             (0..machine.freedoms.len()).map(|freedom| kinematics.combination(freedom)).collect();
         let Rigid { motions: rigid, undamped: n_undamped_rigid } = rigid_motions(machine, kinematics, &branches);
-        let linear = Linear { n, transform, masses, branches, rigid, n_undamped_rigid, massless };
+        let free = kinematics.free.clone();
+        let linear = Linear { n, free, transform, masses, branches, rigid, n_undamped_rigid, massless };
         linear.check(machine, kinematics)?;
         Ok(linear)
     }
@@ -103,6 +106,11 @@ impl Linear {
     /// All freedoms from the coordinates that stay.
     pub fn recover(&self, p: &[f64]) -> Vec<f64> {
         self.transform.iter().map(|row| row.iter().map(|&(j, a)| a * p[j]).sum()).collect()
+    }
+
+    /// The coordinates that stay, from all freedoms.
+    pub fn stay<T: Copy>(&self, q: &[T]) -> Vec<T> {
+        self.free.iter().map(|&i| q[i]).collect()
     }
 
     /// The diagonal of M, where M is diagonal.

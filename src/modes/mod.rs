@@ -14,3 +14,9 @@ pub mod modal;
 
 /// Complex modes.
 pub mod damped;
+
+/// Energy shares.
+pub mod energy;
+
+/// What a frequency depends on.
+pub mod sensitivity;

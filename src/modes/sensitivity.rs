@@ -1,0 +1,121 @@
+//! How a frequency follows the elements: `∂λ/∂k_b = (wᵀφ)²`, `∂λ/∂J_i = −λ φ_i²` of `λ = ω²`, mass-normalised.
+//!
+//! For a repeated frequency the derivative depends on where the change pulls: its values are the eigenvalues of
+//! `Φᵀ (∂K − λ ∂M) Φ` over the whole set (Friswell 1996, J. Vib. Acoust. 118, 390, eq. (6)).
+
+use super::mode::Mode;
+use crate::base::error::Error;
+use crate::machine::linear::Linear;
+use crate::machine::parts::Machine;
+use crate::numeric::{Matrix, definite};
+
+/// What of an element is changed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Parameter {
+    /// All its stiffnesses, by one factor.
+    Stiffness,
+    /// All its inertias, by one factor.
+    Inertia,
+}
+
+/// The sensitivity of one mode to one element.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sensitivity {
+    /// The element.
+    pub element: usize,
+    /// What is changed.
+    pub parameter: Parameter,
+    /// `(x/ω) ∂ω/∂x`: per cent of frequency per per cent of the parameter.
+    pub relative: f64,
+    /// `∂ω/∂x`, rad/s per unit of the parameter, where the element has one value of it.
+    pub absolute: Option<f64>,
+}
+
+/// Modes whose frequencies differ by less than this, relative, are one repeated frequency: 100 × what the dense solvers leave.
+const SAME_FREQUENCY: f64 = 1e-9;
+
+/// Sensitivities of every mode, each list by falling influence. Only for real modes; rigid ones have none.
+///
+/// # Errors
+/// No convergence of the small eigenproblems of repeated frequencies.
+pub fn sensitivities(machine: &Machine, linear: &Linear, modes: &[Mode]) -> Result<Vec<Vec<Sensitivity>>, Error> {
+    let mut all = vec![Vec::new(); modes.len()];
+    let mut at = 0;
+    while at < modes.len() {
+        let omega = modes[at].omega();
+        let mut end = at + 1;
+        while end < modes.len() && (modes[end].omega() - omega).abs() <= SAME_FREQUENCY * omega {
+            end += 1;
+        }
+        if !modes[at].rigid {
+            let shapes: Vec<Vec<f64>> =
+                modes[at..end].iter().map(|m| linear.stay(&m.shape).iter().map(|z| z.re).collect()).collect();
+            for (k, list) in of_set(machine, linear, omega, &shapes)?.into_iter().enumerate() {
+                all[at + k] = list;
+            }
+        }
+        at = end;
+    }
+    Ok(all)
+}
+
+/// Sensitivities of the modes of one frequency.
+fn of_set(machine: &Machine, linear: &Linear, omega: f64, shapes: &[Vec<f64>]) -> Result<Vec<Vec<Sensitivity>>, Error> {
+    let m = shapes.len();
+    let lambda = omega * omega;
+    let mut terms: Vec<Term> = Vec::new();
+    for branch in linear.branches.iter().filter(|b| b.stiffness != 0.0 && b.force.is_none()) {
+        let seen: Vec<f64> = shapes.iter().map(|p| branch.direction.dot(p)).collect();
+        let element = machine.branches[branch.index].element;
+        Term::of(&mut terms, element, Parameter::Stiffness, m).add(branch.stiffness, 1.0, &seen);
+    }
+    for mass in &linear.masses {
+        let seen: Vec<f64> = shapes.iter().map(|p| mass.direction.dot(p)).collect();
+        Term::of(&mut terms, mass.element, Parameter::Inertia, m).add(mass.value, -lambda, &seen);
+    }
+    let mut lists = vec![Vec::new(); m];
+    for term in &terms {
+        let values = definite::symmetric(&term.matrix)?.values;
+        for (list, &change) in lists.iter_mut().zip(&values) {
+            // ∂ω = ∂λ / 2ω, per relative change of the parameter.
+            let relative = change / (2.0 * lambda);
+            let absolute = term.value.map(|value| relative * omega / value);
+            list.push(Sensitivity { element: term.element, parameter: term.parameter, relative, absolute });
+        }
+    }
+    for list in &mut lists {
+        list.sort_by(|a: &Sensitivity, b| b.relative.abs().total_cmp(&a.relative.abs()));
+    }
+    Ok(lists)
+}
+
+/// `x Φᵀ (∂K/∂x − λ ∂M/∂x) Φ` of one element.
+struct Term {
+    element: usize,
+    parameter: Parameter,
+    matrix: Matrix,
+    /// The one value its terms share.
+    value: Option<f64>,
+    any: bool,
+}
+
+impl Term {
+    fn of(terms: &mut Vec<Term>, element: usize, parameter: Parameter, m: usize) -> &mut Term {
+        let found = terms.iter().rposition(|t| t.element == element && t.parameter == parameter);
+        let at = found.unwrap_or_else(|| {
+            terms.push(Term { element, parameter, matrix: Matrix::zeros(m, m), value: None, any: false });
+            terms.len() - 1
+        });
+        &mut terms[at]
+    }
+
+    fn add(&mut self, value: f64, factor: f64, seen: &[f64]) {
+        self.value = if !self.any || self.value == Some(value) { Some(value) } else { None };
+        self.any = true;
+        for i in 0..seen.len() {
+            for j in 0..seen.len() {
+                self.matrix[(i, j)] += factor * value * seen[i] * seen[j];
+            }
+        }
+    }
+}
