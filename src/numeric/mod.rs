@@ -8,3 +8,15 @@ pub type ComplexMatrix = faer::Mat<Complex>;
 
 /// A complex number.
 pub type Complex = faer::c64;
+
+/// Sparse symmetric matrices, and their factorisation with a count of negative eigenvalues.
+pub mod sparse;
+
+/// What hangs from what: the spanning forest of a machine's springs.
+pub mod forest;
+
+/// Series and parallel: a forest eliminated without subtraction, its solutions and its Sturm count.
+pub mod elimination;
+
+/// Modes nearest a shift.
+pub mod lanczos;
