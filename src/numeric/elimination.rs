@@ -147,7 +147,8 @@ impl<'f> Elimination<'f> {
             }
             small[(col, col)] += 1.0 / closing.k;
             for (t, &tree) in locked.iter().enumerate() {
-                let slip = if forest.holds(tree, closing.apex) { closing.slip * forest.turning[closing.apex] } else { 0.0 };
+                let slip =
+                    if forest.holds(tree, closing.apex) { closing.slip * forest.turning[closing.apex] } else { 0.0 };
                 small[(col, p + t)] = -slip;
                 small[(p + t, col)] = -slip;
             }
@@ -192,7 +193,8 @@ impl<'f> Elimination<'f> {
     pub fn solve_with_energy(&self, f: &mut [f64]) -> f64 {
         let (x, deformed) = self.solve_closed(self.gather(f));
         self.scatter(&x, f);
-        let in_links: f64 = deformed.links.iter().zip(&self.forest.links).map(|(d, link)| link.map_or(0.0, |l| l.k * d * d)).sum();
+        let in_links: f64 =
+            deformed.links.iter().zip(&self.forest.links).map(|(d, link)| link.map_or(0.0, |l| l.k * d * d)).sum();
         let in_ground: f64 = x.iter().zip(&self.forest.ground).map(|(x, g)| g * x * x).sum();
         let in_loops: f64 = deformed.forces.iter().zip(&self.forest.loops).map(|(force, l)| force * force / l.k).sum();
         in_links + in_ground + in_loops

@@ -100,8 +100,7 @@ impl Forest {
         }
         let root = |turning: &[f64], tree: &[usize]| -> usize {
             let held = tree.iter().any(|&i| ground[i] > 0.0);
-            let weight =
-                |i: usize| if held { ground[i] } else { inertia[i].abs() } * turning[i] * turning[i];
+            let weight = |i: usize| if held { ground[i] } else { inertia[i].abs() } * turning[i] * turning[i];
             tree.iter().copied().fold(tree[0], |best, i| if weight(i) > weight(best) { i } else { best })
         };
         Some(Forest::from_parts(Hanging::new(n, &edges, &in_tree, root), &edges, &in_tree, &ground))

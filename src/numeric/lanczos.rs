@@ -198,10 +198,16 @@ impl Work<'_> {
     }
 
     fn run(&mut self, mut begin: Vec<f64>) -> Result<Found, Error> {
-        let before = { let m = self.mass_times(&begin); dot(&begin, &m).max(0.0).sqrt() };
+        let before = {
+            let m = self.mass_times(&begin);
+            dot(&begin, &m).max(0.0).sqrt()
+        };
         let norm = self.orthogonalise(&mut begin, &[]);
         if !norm.is_finite() {
-            return Err(Error::new(Code::Overflow, "the vectors of the Lanczos process leave the range of double precision"));
+            return Err(Error::new(
+                Code::Overflow,
+                "the vectors of the Lanczos process leave the range of double precision",
+            ));
         }
         if norm <= 1e3 * f64::EPSILON * before || norm == 0.0 {
             return Ok(Found { exhausted: true, ..Found::default() });
@@ -237,16 +243,23 @@ impl Work<'_> {
     }
 
     /// The converged pairs of a run, if they are enough or the run is at its end.
-    fn harvest(&self, alpha: &[f64], beta: &[f64], basis: &[Vec<f64>], closed: bool, last: bool) -> Result<Option<Found>, Error> {
+    fn harvest(
+        &self,
+        alpha: &[f64],
+        beta: &[f64],
+        basis: &[Vec<f64>],
+        closed: bool,
+        last: bool,
+    ) -> Result<Option<Found>, Error> {
         let m = alpha.len();
         let projected = Matrix::from_fn(m, m, |i, j| match i.abs_diff(j) {
             0 => alpha[i],
             1 => beta[i.min(j)],
             _ => 0.0,
         });
-        let eigen = projected
-            .self_adjoint_eigen(Side::Lower)
-            .map_err(|_| Error::new(Code::NoConvergence, format!("the {m} × {m} matrix of the Lanczos process has no eigenvalues")))?;
+        let eigen = projected.self_adjoint_eigen(Side::Lower).map_err(|_| {
+            Error::new(Code::NoConvergence, format!("the {m} × {m} matrix of the Lanczos process has no eigenvalues"))
+        })?;
         let theta = |i: usize| eigen.S()[i];
         let mut order: Vec<usize> = (0..m).collect();
         order.sort_by(|&i, &j| theta(j).abs().total_cmp(&theta(i).abs()));
@@ -280,7 +293,8 @@ impl Work<'_> {
     }
 
     fn distances(&self) -> Vec<f64> {
-        let mut distances: Vec<f64> = self.modes.iter().map(|m| (m.value - self.search.inverse.shift()).abs()).collect();
+        let mut distances: Vec<f64> =
+            self.modes.iter().map(|m| (m.value - self.search.inverse.shift()).abs()).collect();
         distances.sort_by(f64::total_cmp);
         distances
     }
@@ -294,19 +308,26 @@ impl Work<'_> {
             self.search.inverse.solve(&mut y);
         }
         self.steps += 1;
-        let my = self.mass_times(&y);
-        let norm2 = dot(&y, &my);
-        let value = match energy {
-            Some(energy) => energy / norm2,
-            None => self.search.inverse.shift() + dot(&f, &y) / norm2,
-        };
+        let work = dot(&f, &y);
+        let of_others = self.energy_of_modes(&y);
         let mut rest = y.clone();
         add(&mut rest, -theta, &vector);
-        let residual = dot(&rest, &self.mass_times(&rest)).max(0.0).sqrt() / theta.abs();
+        let residual = self.orthogonalise(&mut rest, &[]) / theta.abs();
         let norm = self.orthogonalise(&mut y, &[]);
+        let value = match energy {
+            Some(energy) => (energy - of_others) / (norm * norm),
+            None => self.search.inverse.shift() + work / (norm * norm),
+        };
         let vector = scaled(y, norm);
         self.fixed.push(vector.clone());
         self.modes.push(Mode { value, vector, residual });
+    }
+
+    /// The part of `yᵀKy` that modes already found have in it by rounding.
+    fn energy_of_modes(&self, y: &[f64]) -> f64 {
+        let my = self.mass_times(y);
+        let part = |mode: &Mode| mode.value * dot(&mode.vector, &my).powi(2);
+        self.modes.iter().map(part).sum()
     }
 
     /// Whether no mode among the wanted is missing; none without a count.

@@ -100,7 +100,8 @@ impl SparseSym {
 
     /// The stored entries (row, column, value), row ≥ column.
     pub fn entries(&self) -> impl Iterator<Item = (usize, usize, f64)> {
-        (0..self.len()).flat_map(move |j| (self.start[j]..self.start[j + 1]).map(move |at| (self.rows[at], j, self.values[at])))
+        (0..self.len())
+            .flat_map(move |j| (self.start[j]..self.start[j + 1]).map(move |at| (self.rows[at], j, self.values[at])))
     }
 }
 
@@ -129,7 +130,8 @@ impl Factor {
             let square = if i == j { v.abs() } else { 0.0 };
             largest[i] = largest[i].max(square);
         }
-        let scale: Vec<f64> = largest.iter().map(|&d| if d > 0.0 { (-0.5 * d.log2()).round().exp2() } else { 1.0 }).collect();
+        let scale: Vec<f64> =
+            largest.iter().map(|&d| if d > 0.0 { (-0.5 * d.log2()).round().exp2() } else { 1.0 }).collect();
         let scaled: Vec<f64> = matrix.entries().map(|(i, j, v)| v * scale[i] * scale[j]).collect();
         let pattern = SymbolicSparseColMatRef::new_checked(n, n, &matrix.start, None, &matrix.rows);
         let params = CholeskySymbolicParams {
@@ -225,5 +227,6 @@ fn vanishing(growth: f64) -> Error {
         0.0 => "a pivot of the sparse factorisation is zero".to_owned(),
         _ => format!("the sparse factorisation grows {growth:.1e} times above its matrix"),
     };
-    Error::new(Code::NoConvergence, message).hint("the shift is an eigenvalue, or a freedom is held by no spring; move the shift")
+    Error::new(Code::NoConvergence, message)
+        .hint("the shift is an eigenvalue, or a freedom is held by no spring; move the shift")
 }
