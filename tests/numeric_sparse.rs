@@ -259,3 +259,65 @@ fn spring(row: &Value) -> Spring {
     let other = row[2].as_u64().map(|j| (j as usize, number(3)));
     Spring { i: row[0].as_u64().unwrap() as usize, a: number(1), other, k: number(4) }
 }
+
+/// Springs over 14 decades and inertias over 12: every value Lanczos gives stands between two counts.
+#[test]
+fn survives_graded_trains() {
+    for (seed, n, loops, grounds) in [
+        (21, 40, 0, 0),
+        (22, 200, 0, 1),
+        (23, 300, 0, 4),
+        (24, 40, 4, 1),
+        (25, 200, 6, 0),
+        (26, 2000, 2, 0),
+        (27, 20000, 0, 0),
+    ] {
+        let (mut springs, mut mass) = train(n, loops, grounds, seed);
+        let mut dice = Dice(seed + 1000);
+        springs.iter_mut().for_each(|s| s.k *= 10_f64.powf(14.0 * dice.roll() - 7.0));
+        mass.iter_mut().for_each(|m| *m *= 10_f64.powf(12.0 * dice.roll() - 6.0));
+        let begin = Instant::now();
+        let ritz = lowest(&springs, &mass, 20);
+        let seconds = begin.elapsed().as_secs_f64();
+        let forest = Forest::new(n, &springs, &mass).unwrap();
+        let rigid = forest.rigid().len();
+        let good = |t: f64| {
+            ritz.values.iter().enumerate().all(|(k, v)| {
+                forest.count_below(&mass, v * (1.0 - t)) <= rigid + k
+                    && forest.count_below(&mass, v * (1.0 + t)) > rigid + k
+            })
+        };
+        let digits = (1..16).rev().find(|&d| good(10_f64.powi(-d)));
+        let worst = ritz.residuals.iter().copied().fold(0.0, f64::max);
+        println!(
+            "graded n {n} loops {loops} grounds {grounds}: within counts to {digits:?} digits, residual {worst:.0e}, {} solves, {} runs, {seconds:.3} s, counted {}",
+            ritz.steps, ritz.runs, ritz.counted
+        );
+        assert!(digits.is_some_and(|d| d >= 11), "seed {seed}");
+    }
+}
+
+#[test]
+fn survives_nothing_and_too_much() {
+    assert!(lowest(&[], &[], 3).values.is_empty());
+    assert!(lowest(&[], &[1.0, 2.0], 3).values.is_empty());
+    assert!(lowest(&[shaft(0, 1, 2.0)], &[1.0, 1.0], 0).values.is_empty());
+    assert_eq!(lowest(&[shaft(0, 1, 2.0), shaft(2, 3, 2.0)], &[1.0; 5], 9).values.len(), 2);
+    assert!(Forest::new(2, &[shaft(0, 1, f64::NAN)], &[1.0; 2]).is_none());
+    assert!(Forest::new(2, &[shaft(0, 5, 1.0)], &[1.0; 2]).is_none());
+    assert!(Forest::new(2, &[shaft(0, 1, 1e300), ground(0, f64::INFINITY)], &[1.0; 2]).is_none());
+    let many: Vec<Spring> = (0..60).map(|k| shaft(0, 1, 1.0 + k as f64)).collect();
+    assert!(Forest::new(2, &many, &[1.0; 2]).is_none());
+}
+
+#[test]
+fn refuses_a_singular_matrix() {
+    let k = SparseSym::from_entries(2, &assembled(&[shaft(0, 1, 1.0)]));
+    let error = Factor::new(&k).err().unwrap();
+    assert_eq!(error.code, geardyn::base::code::Code::NoConvergence);
+    let m = SparseSym::diagonal(&[1.0, 1.0]);
+    let moved = Factor::shifted(&k, &m, 2.0).unwrap();
+    assert!((moved.shift() / 2.0 - 1.0).abs() < 1e-4 && moved.shift() != 2.0 && moved.negative() == 2);
+    let broken = SparseSym::diagonal(&[1.0, f64::NAN]);
+    assert_eq!(Factor::new(&broken).err().unwrap().code, geardyn::base::code::Code::Overflow);
+}
