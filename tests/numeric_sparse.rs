@@ -6,7 +6,7 @@ use std::time::Instant;
 use faer::Side;
 use geardyn::numeric::Matrix;
 use geardyn::numeric::forest::{Forest, Spring};
-use geardyn::numeric::lanczos::{Ritz, Search, Shifted, nearest};
+use geardyn::numeric::lanczos::{Measured, Ritz, Search, Shifted, nearest};
 use geardyn::numeric::sparse::{Factor, SparseSym};
 use serde_json::Value;
 
@@ -14,7 +14,7 @@ use serde_json::Value;
 fn lowest(springs: &[Spring], mass: &[f64], wanted: usize) -> Ritz {
     let forest = Forest::new(mass.len(), springs, mass).unwrap();
     let rigid = forest.rigid();
-    let inverse = Shifted(forest.eliminate(), 0.0);
+    let inverse = Shifted::at_zero(&forest);
     let matrix = SparseSym::diagonal(mass);
     let count = |sigma: f64| Ok(forest.count_below(mass, sigma));
     let search = Search { inverse: &inverse, mass: &matrix, rigid: &rigid, count: Some(&count), wanted };
@@ -200,7 +200,7 @@ fn law_nearest_modes_agree_with_dense() {
         let found = nearest(&search).unwrap();
         assert!(worst(&found.values, dense.iter().copied()) < 1e-11 && found.counted, "seed {seed}");
         let Some(forest) = Forest::new(400, &springs, &mass) else { continue };
-        let inverse = Shifted(forest.eliminate_shifted(&mass, target), target);
+        let inverse = Shifted::near(&forest, &mass, target);
         let uncounted = nearest(&Search { inverse: &inverse, count: None, ..search }).unwrap();
         assert!(worst(&uncounted.values, dense.iter().copied()) < 1e-11 && !uncounted.counted, "seed {seed}, forest");
         assert_eq!(forest.count_below(&mass, target), factor.negative());
@@ -320,4 +320,48 @@ fn refuses_a_singular_matrix() {
     assert!((moved.shift() / 2.0 - 1.0).abs() < 1e-4 && moved.shift() != 2.0 && moved.negative() == 2);
     let broken = SparseSym::diagonal(&[1.0, f64::NAN]);
     assert_eq!(Factor::new(&broken).err().unwrap().code, geardyn::base::code::Code::Overflow);
+}
+
+/// A shift on an eigenvalue moves off it and still finds it: discs 1 and 1 on a spring of 2, λ = 4.
+#[test]
+fn survives_a_shift_on_an_eigenvalue() {
+    let (springs, mass) = ([shaft(0, 1, 2.0), shaft(1, 2, 2.0), shaft(2, 3, 2.0)], [1.0, 1.0, 1.0, 1.0]);
+    let forest = Forest::new(4, &springs, &mass).unwrap();
+    let m = SparseSym::diagonal(&mass);
+    let inverse = Shifted::near(&forest, &mass, 4.0);
+    let count = |sigma: f64| Ok(forest.count_below(&mass, sigma));
+    let search = Search { inverse: &inverse, mass: &m, rigid: &forest.rigid(), count: Some(&count), wanted: 1 };
+    assert!((nearest(&search).unwrap().values[0] / 4.0 - 1.0).abs() < 1e-14);
+}
+
+/// A free square net of springs, k = J = 1, too many loops for a forest: λ = 4 sin²(pπ/2N) + 4 sin²(qπ/2N), most of them twice.
+#[test]
+fn exact_net() {
+    let side = 60;
+    let at = |row: usize, col: usize| row * side + col;
+    let mut springs = Vec::new();
+    for row in 0..side {
+        for col in 1..side {
+            springs.extend([shaft(at(row, col - 1), at(row, col), 1.0), shaft(at(col - 1, row), at(col, row), 1.0)]);
+        }
+    }
+    let n = side * side;
+    assert!(Forest::new(n, &springs, &vec![1.0; n]).is_none());
+    let (k, m) = (SparseSym::from_entries(n, &assembled(&springs)), SparseSym::diagonal(&vec![1.0; n]));
+    let factor = Factor::shifted(&k, &m, -1e-4).unwrap();
+    let energy =
+        |y: &[f64]| springs.iter().map(|s| s.k * (s.other.map_or(0.0, |(j, c)| c * y[j]) + s.a * y[s.i]).powi(2)).sum();
+    let count = |sigma: f64| Factor::shifted(&k, &m, sigma).map(|f| f.negative());
+    let rigid = [vec![1.0; n]];
+    let inverse = Measured { factor: &factor, energy: &energy };
+    let begin = Instant::now();
+    let search = Search { inverse: &inverse, mass: &m, rigid: &rigid, count: Some(&count), wanted: 20 };
+    let found = nearest(&search).unwrap();
+    println!("net: {} solves, {} runs, {:.3} s", found.steps, found.runs, begin.elapsed().as_secs_f64());
+    let part = |p: usize| 4.0 * (PI * p as f64 / (2.0 * side as f64)).sin().powi(2);
+    let mut exact: Vec<f64> = (1..n).map(|i| part(i / side) + part(i % side)).collect();
+    exact.sort_by(f64::total_cmp);
+    let error = worst(&found.values, exact.into_iter());
+    println!("net: worst {error:.1e}");
+    assert!(error < 1e-12 && found.counted);
 }

@@ -154,14 +154,11 @@ impl<'f> Elimination<'f> {
             }
         }
         let size = |i: usize| {
+            let column = (0..p).map(|row| small[(row, i)].abs()).fold(f64::MIN_POSITIVE, f64::max);
             let diagonal = small[(i, i)].abs();
-            let column = (0..p).map(|row| small[(row, i)].abs()).fold(0.0, f64::max);
-            if i < p && diagonal > 0.0 { diagonal.sqrt().recip() } else { column.max(f64::MIN_POSITIVE).recip() }
+            if i < p && diagonal > 0.0 { diagonal.sqrt() } else { column }
         };
-        let mut scale: Vec<f64> = (0..p + locked.len()).map(size).collect();
-        for (t, s) in scale.iter_mut().enumerate().skip(p) {
-            *s = 1.0 / (0..p).map(|row| small[(row, t)].abs()).fold(f64::MIN_POSITIVE, f64::max);
-        }
+        let scale: Vec<f64> = (0..p + locked.len()).map(|i| 1.0 / size(i)).collect();
         let scaled = Matrix::from_fn(scale.len(), scale.len(), |i, j| {
             0.5 * (small[(i, j)] + small[(j, i)]) * scale[i] * scale[j]
         });

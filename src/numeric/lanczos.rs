@@ -8,6 +8,7 @@ use faer::Side;
 
 use super::Matrix;
 use super::elimination::Elimination;
+use super::forest::Forest;
 use super::sparse::{Factor, SparseSym};
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -24,6 +25,15 @@ const SAME_VALUE: f64 = 1e-9;
 /// Orthogonalise again where the norm has fallen below this part of itself (Daniel, Gragg, Kaufman and Stewart 1976, 1/√2).
 const AGAIN: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
+/// A pivot this small, relative to its spring, means that σ is an eigenvalue of the machine or of a part of it.
+const TOO_NEAR: f64 = 1e-9;
+
+/// By how much the shift is then moved, relative, each time twice as far.
+const MOVE: f64 = 1e-7;
+
+/// How often.
+const MOST_MOVES: usize = 8;
+
 /// What Lanczos needs of a factorised `K − σM`.
 pub trait Inverse {
     /// σ.
@@ -32,7 +42,7 @@ pub trait Inverse {
     /// Overwrites f by `(K − σM)⁻¹ f`.
     fn solve(&self, f: &mut [f64]);
 
-    /// The same for σ = 0, and `yᵀKy` of the answer from the forces in the springs; none where they are not at hand.
+    /// The same, and `yᵀKy` of the answer from the deformation of the springs; none, and f as it was, where they are not at hand.
     fn solve_with_energy(&self, _f: &mut [f64]) -> Option<f64> {
         None
     }
@@ -52,6 +62,49 @@ impl Inverse for Shifted<'_> {
 
     fn solve_with_energy(&self, f: &mut [f64]) -> Option<f64> {
         (self.1 == 0.0).then(|| self.0.solve_with_energy(f))
+    }
+}
+
+impl<'f> Shifted<'f> {
+    /// K of a forest.
+    pub fn at_zero(forest: &'f Forest) -> Shifted<'f> {
+        Shifted(forest.eliminate(), 0.0)
+    }
+
+    /// `K − σM` of a forest, with σ moved by some 1e-7 of itself where it falls on an eigenvalue.
+    pub fn near(forest: &'f Forest, mass: &[f64], sigma: f64) -> Shifted<'f> {
+        let mut shifted = Shifted(forest.eliminate_shifted(mass, sigma), sigma);
+        for attempt in 0..MOST_MOVES {
+            if shifted.0.smallest_pivot() > TOO_NEAR {
+                break;
+            }
+            let moved = sigma * (1.0 + MOVE * (1 << attempt) as f64);
+            shifted = Shifted(forest.eliminate_shifted(mass, moved), moved);
+        }
+        shifted
+    }
+}
+
+/// A sparse factorisation with `yᵀKy` measured from the springs, `Σ k (wᵀy)²`: the values then have half the lost digits back.
+pub struct Measured<'a> {
+    /// The factorised `K − σM`.
+    pub factor: &'a Factor,
+    /// `yᵀKy` as a sum over springs.
+    pub energy: &'a dyn Fn(&[f64]) -> f64,
+}
+
+impl Inverse for Measured<'_> {
+    fn shift(&self) -> f64 {
+        self.factor.shift()
+    }
+
+    fn solve(&self, f: &mut [f64]) {
+        self.factor.solve_in_place(f);
+    }
+
+    fn solve_with_energy(&self, f: &mut [f64]) -> Option<f64> {
+        self.factor.solve_in_place(f);
+        Some((self.energy)(f))
     }
 }
 
@@ -273,17 +326,19 @@ impl Work<'_> {
         if !(last || nothing_new || (wanted > 0 && n_ready >= wanted) || order[..n_ready].iter().any(|&i| passed(i))) {
             return Ok(None);
         }
-        let combine = |i: usize| {
-            let mut x = vec![0.0; basis[0].len()];
-            basis.iter().take(m).enumerate().for_each(|(row, v)| add(&mut x, eigen.U()[(row, i)], v));
-            x
+        let few = wanted.max(1).min(m - n_ready);
+        let restarts = last && !closed && n_ready < wanted.max(1);
+        let factors = |row: usize| -> Vec<f64> {
+            let mut factors: Vec<f64> = order[..n_ready].iter().map(|&i| eigen.U()[(row, i)]).collect();
+            factors.extend(
+                restarts.then(|| order[n_ready..n_ready + few].iter().map(|&i| eigen.U()[(row, i)]).sum::<f64>()),
+            );
+            factors
         };
-        let modes: Vec<(f64, Vec<f64>)> = order[..n_ready].iter().map(|&i| (theta(i), combine(i))).collect();
-        let restart = (last && !closed && n_ready < wanted.max(1)).then(|| {
-            let mut sum = vec![0.0; basis[0].len()];
-            order[n_ready..].iter().take(wanted.max(1)).for_each(|&i| add(&mut sum, 1.0, &combine(i)));
-            sum
-        });
+        let factors: Vec<Vec<f64>> = (0..m).map(factors).collect();
+        let mut vectors = combine(basis, &factors);
+        let restart = if restarts { vectors.pop() } else { None };
+        let modes = order[..n_ready].iter().map(|&i| theta(i)).zip(vectors).collect();
         Ok(Some(Found { modes, restart, nothing_new, exhausted: false }))
     }
 
@@ -362,6 +417,20 @@ impl Work<'_> {
 fn scaled(mut x: Vec<f64>, norm: f64) -> Vec<f64> {
     x.iter_mut().for_each(|x| *x /= norm);
     x
+}
+
+/// `Σ factors[row][column] basis[row]` for every column, in pieces that stay in the cache.
+fn combine(basis: &[Vec<f64>], factors: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    const PIECE: usize = 512;
+    let n = basis[0].len();
+    let mut sums = vec![vec![0.0; n]; factors[0].len()];
+    for start in (0..n).step_by(PIECE) {
+        let piece = start..n.min(start + PIECE);
+        for (row, v) in basis.iter().enumerate().take(factors.len()) {
+            sums.iter_mut().zip(&factors[row]).for_each(|(sum, &f)| add(&mut sum[piece.clone()], f, &v[piece.clone()]));
+        }
+    }
+    sums
 }
 
 fn add(x: &mut [f64], factor: f64, v: &[f64]) {
