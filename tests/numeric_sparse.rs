@@ -6,7 +6,8 @@ use std::time::Instant;
 use faer::Side;
 use geardyn::numeric::Matrix;
 use geardyn::numeric::forest::{Forest, Spring};
-use geardyn::numeric::lanczos::{Measured, Ritz, Search, Shifted, nearest};
+use geardyn::numeric::inverse::{Measured, Shifted};
+use geardyn::numeric::lanczos::{Ritz, Search, nearest};
 use geardyn::numeric::sparse::{Factor, SparseSym};
 use serde_json::Value;
 

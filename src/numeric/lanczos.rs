@@ -7,9 +7,9 @@
 use faer::Side;
 
 use super::Matrix;
-use super::elimination::Elimination;
-use super::forest::Forest;
-use super::sparse::{Factor, SparseSym};
+use super::inverse::Inverse;
+use super::slices::{add, combine, dot, scaled};
+use super::sparse::SparseSym;
 use crate::base::code::Code;
 use crate::base::error::Error;
 
@@ -24,99 +24,6 @@ const SAME_VALUE: f64 = 1e-9;
 
 /// Orthogonalise again where the norm has fallen below this part of itself (Daniel, Gragg, Kaufman and Stewart 1976, 1/√2).
 const AGAIN: f64 = std::f64::consts::FRAC_1_SQRT_2;
-
-/// A pivot this small, relative to its spring, means that σ is an eigenvalue of the machine or of a part of it.
-const TOO_NEAR: f64 = 1e-9;
-
-/// By how much the shift is then moved, relative, each time twice as far.
-const MOVE: f64 = 1e-7;
-
-/// How often.
-const MOST_MOVES: usize = 8;
-
-/// What Lanczos needs of a factorised `K − σM`.
-pub trait Inverse {
-    /// σ.
-    fn shift(&self) -> f64;
-
-    /// Overwrites f by `(K − σM)⁻¹ f`.
-    fn solve(&self, f: &mut [f64]);
-
-    /// The same, and `yᵀKy` of the answer from the deformation of the springs; none, and f as it was, where they are not at hand.
-    fn solve_with_energy(&self, _f: &mut [f64]) -> Option<f64> {
-        None
-    }
-}
-
-/// An elimination with the shift it was made for; 0 where it was made for K.
-pub struct Shifted<'f>(pub Elimination<'f>, pub f64);
-
-impl Inverse for Shifted<'_> {
-    fn shift(&self) -> f64 {
-        self.1
-    }
-
-    fn solve(&self, f: &mut [f64]) {
-        self.0.solve(f);
-    }
-
-    fn solve_with_energy(&self, f: &mut [f64]) -> Option<f64> {
-        (self.1 == 0.0).then(|| self.0.solve_with_energy(f))
-    }
-}
-
-impl<'f> Shifted<'f> {
-    /// K of a forest.
-    pub fn at_zero(forest: &'f Forest) -> Shifted<'f> {
-        Shifted(forest.eliminate(), 0.0)
-    }
-
-    /// `K − σM` of a forest, with σ moved by some 1e-7 of itself where it falls on an eigenvalue.
-    pub fn near(forest: &'f Forest, mass: &[f64], sigma: f64) -> Shifted<'f> {
-        let mut shifted = Shifted(forest.eliminate_shifted(mass, sigma), sigma);
-        for attempt in 0..MOST_MOVES {
-            if shifted.0.smallest_pivot() > TOO_NEAR {
-                break;
-            }
-            let moved = sigma * (1.0 + MOVE * (1 << attempt) as f64);
-            shifted = Shifted(forest.eliminate_shifted(mass, moved), moved);
-        }
-        shifted
-    }
-}
-
-/// A sparse factorisation with `yᵀKy` measured from the springs, `Σ k (wᵀy)²`: the values then have half the lost digits back.
-pub struct Measured<'a> {
-    /// The factorised `K − σM`.
-    pub factor: &'a Factor,
-    /// `yᵀKy` as a sum over springs.
-    pub energy: &'a dyn Fn(&[f64]) -> f64,
-}
-
-impl Inverse for Measured<'_> {
-    fn shift(&self) -> f64 {
-        self.factor.shift()
-    }
-
-    fn solve(&self, f: &mut [f64]) {
-        self.factor.solve_in_place(f);
-    }
-
-    fn solve_with_energy(&self, f: &mut [f64]) -> Option<f64> {
-        self.factor.solve_in_place(f);
-        Some((self.energy)(f))
-    }
-}
-
-impl Inverse for Factor {
-    fn shift(&self) -> f64 {
-        Factor::shift(self)
-    }
-
-    fn solve(&self, f: &mut [f64]) {
-        self.solve_in_place(f);
-    }
-}
 
 /// How many eigenvalues of (K, M) lie below a value, those of rigid motions among them.
 pub type Count<'a> = &'a dyn Fn(f64) -> Result<usize, Error>;
@@ -412,40 +319,4 @@ impl Work<'_> {
         let vectors = modes.into_iter().map(|m| m.vector).collect();
         Ritz { values, vectors, residuals, steps: self.steps, runs, counted }
     }
-}
-
-fn scaled(mut x: Vec<f64>, norm: f64) -> Vec<f64> {
-    x.iter_mut().for_each(|x| *x /= norm);
-    x
-}
-
-/// `Σ factors[row][column] basis[row]` for every column, in pieces that stay in the cache.
-fn combine(basis: &[Vec<f64>], factors: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    const PIECE: usize = 512;
-    let n = basis[0].len();
-    let mut sums = vec![vec![0.0; n]; factors[0].len()];
-    for start in (0..n).step_by(PIECE) {
-        let piece = start..n.min(start + PIECE);
-        for (row, v) in basis.iter().enumerate().take(factors.len()) {
-            sums.iter_mut().zip(&factors[row]).for_each(|(sum, &f)| add(&mut sum[piece.clone()], f, &v[piece.clone()]));
-        }
-    }
-    sums
-}
-
-fn add(x: &mut [f64], factor: f64, v: &[f64]) {
-    x.iter_mut().zip(v).for_each(|(x, v)| *x += factor * v);
-}
-
-/// In eight partial sums: faster, and with less rounding, than one.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 8];
-    let (a, b) = (a.chunks_exact(8), b.chunks_exact(8));
-    let rest: f64 = a.remainder().iter().zip(b.remainder()).map(|(a, b)| a * b).sum();
-    for (a, b) in a.zip(b) {
-        for lane in 0..8 {
-            sums[lane] += a[lane] * b[lane];
-        }
-    }
-    sums.iter().sum::<f64>() + rest
 }

@@ -9,6 +9,9 @@ pub type ComplexMatrix = faer::Mat<Complex>;
 /// A complex number.
 pub type Complex = faer::c64;
 
+/// Sums over long vectors.
+mod slices;
+
 /// Sparse symmetric matrices, and their factorisation with a count of negative eigenvalues.
 pub mod sparse;
 
@@ -17,6 +20,9 @@ pub mod forest;
 
 /// Series and parallel: a forest eliminated without subtraction, its solutions and its Sturm count.
 pub mod elimination;
+
+/// `(K − σM)⁻¹` from whatever factorised it.
+pub mod inverse;
 
 /// Modes nearest a shift.
 pub mod lanczos;
