@@ -33,6 +33,24 @@ pub mod general;
 /// Polishing of damped modes.
 pub mod quadratic;
 
+/// Sums over long vectors.
+mod slices;
+
+/// Sparse symmetric matrices, and their factorisation with a count of negative eigenvalues.
+pub mod sparse;
+
+/// What hangs from what: the spanning forest of a machine's springs.
+pub mod forest;
+
+/// Series and parallel: a forest eliminated without subtraction, its solutions and its Sturm count.
+pub mod elimination;
+
+/// `(K − σM)⁻¹` from whatever factorised it.
+pub mod inverse;
+
+/// Modes nearest a shift.
+pub mod lanczos;
+
 /// Refuses a matrix with an entry that is not a number or not finite; `what` names it.
 fn check_finite(a: &Matrix, what: &str) -> Result<(), Error> {
     for j in 0..a.ncols() {

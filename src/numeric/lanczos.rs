@@ -1,0 +1,322 @@
+//! Modes nearest a shift by Lanczos on `(K − σM)⁻¹ M`, whose eigenvalues are `θ = 1/(λ − σ)`.
+//!
+//! Every vector is kept M-orthogonal to the rigid motions, to the modes already found and to all others of its run. One run cannot tell
+//! a repeated frequency from a single one, so found modes are set aside and further runs look for what is missing, until a Sturm count
+//! says that nothing is, or without a count until a run finds nothing new.
+
+use faer::Side;
+
+use super::Matrix;
+use super::inverse::Inverse;
+use super::slices::{add, combine, dot, scaled};
+use super::sparse::SparseSym;
+use crate::base::code::Code;
+use crate::base::error::Error;
+
+/// A Ritz pair is taken when its residual is below this times |θ|; its value is then good to the square of it, over the gap.
+const CONVERGED: f64 = 1e-10;
+
+/// A run takes no θ below this times its largest, whose rounding would spoil it; a later run sees it as large.
+const SAME_RUN: f64 = 1e-5;
+
+/// Two eigenvalues nearer than this (relative) are counted together.
+const SAME_VALUE: f64 = 1e-9;
+
+/// Orthogonalise again where the norm has fallen below this part of itself (Daniel, Gragg, Kaufman and Stewart 1976, 1/√2).
+const AGAIN: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
+/// How many eigenvalues of (K, M) lie below a value, those of rigid motions among them.
+pub type Count<'a> = &'a dyn Fn(f64) -> Result<usize, Error>;
+
+/// What is looked for.
+pub struct Search<'a> {
+    /// The factorised `K − σM`.
+    pub inverse: &'a dyn Inverse,
+    /// M.
+    pub mass: &'a SparseSym,
+    /// Motions without strain energy, which are left out exactly.
+    pub rigid: &'a [Vec<f64>],
+    /// The Sturm count that says when nothing is missing.
+    pub count: Option<Count<'a>>,
+    /// How many modes are wanted.
+    pub wanted: usize,
+}
+
+/// Modes found, lowest first.
+#[derive(Debug, Clone)]
+pub struct Ritz {
+    /// λ = ω², rad²/s².
+    pub values: Vec<f64>,
+    /// Shapes with `φᵀMφ = 1`, of either sign.
+    pub vectors: Vec<Vec<f64>>,
+    /// `‖(K − σM)⁻¹Mφ − θφ‖_M / |θ|` before the last solve, which shrinks it further.
+    pub residuals: Vec<f64>,
+    /// How many systems were solved.
+    pub steps: usize,
+    /// Runs, of which each finds at most one mode of a repeated frequency.
+    pub runs: usize,
+    /// Whether a Sturm count says that no mode among them is missing.
+    pub counted: bool,
+}
+
+struct Mode {
+    value: f64,
+    vector: Vec<f64>,
+    residual: f64,
+}
+
+/// The modes nearest σ without the rigid ones, or all where there are fewer.
+pub fn nearest(search: &Search) -> Result<Ritz, Error> {
+    let mut work = Work { search, fixed: Vec::new(), modes: Vec::new(), steps: 0 };
+    for r in search.rigid {
+        let mut r = r.clone();
+        let norm = work.orthogonalise(&mut r, &[]);
+        work.fixed.push(scaled(r, norm));
+    }
+    let most_runs = 20 + 3 * search.wanted;
+    let (mut start, mut nothing_new) = (None, false);
+    for run in 0..most_runs {
+        let counted = work.is_counted()?;
+        if counted == Some(true) || (counted.is_none() && nothing_new && work.modes.len() >= search.wanted) {
+            return Ok(work.finish(run, counted == Some(true)));
+        }
+        let begin = start.take().unwrap_or_else(|| work.random(run as u64));
+        let found = work.run(begin)?;
+        if found.exhausted && found.modes.is_empty() {
+            return Ok(work.finish(run + 1, counted == Some(true)));
+        }
+        nothing_new = found.nothing_new;
+        start = found.restart;
+        for (theta, vector) in found.modes {
+            work.take(theta, vector);
+        }
+    }
+    let (have, wanted) = (work.modes.len(), search.wanted);
+    Err(Error::new(
+        Code::NoConvergence,
+        format!("Lanczos ended after {most_runs} runs and {} solves with {have} modes of {wanted} wanted", work.steps),
+    ))
+}
+
+/// What one run brings.
+#[derive(Default)]
+struct Found {
+    modes: Vec<(f64, Vec<f64>)>,
+    restart: Option<Vec<f64>>,
+    nothing_new: bool,
+    /// No direction was left to start in.
+    exhausted: bool,
+}
+
+struct Work<'a> {
+    search: &'a Search<'a>,
+    /// Rigid motions, then modes, all M-orthonormal.
+    fixed: Vec<Vec<f64>>,
+    modes: Vec<Mode>,
+    steps: usize,
+}
+
+impl Work<'_> {
+    fn mass_times(&self, x: &[f64]) -> Vec<f64> {
+        let mut y = vec![0.0; x.len()];
+        self.search.mass.times(x, &mut y);
+        y
+    }
+
+    /// Removes what x has of the fixed vectors and of `basis`; the norm that is left.
+    fn orthogonalise(&self, x: &mut [f64], basis: &[Vec<f64>]) -> f64 {
+        let mut mx = self.mass_times(x);
+        let mut norm = dot(x, &mx).max(0.0).sqrt();
+        for _ in 0..4 {
+            let factors: Vec<f64> = self.fixed.iter().chain(basis).map(|v| dot(v, &mx)).collect();
+            self.fixed.iter().chain(basis).zip(&factors).for_each(|(v, &factor)| add(x, -factor, v));
+            self.search.mass.times(x, &mut mx);
+            let left = dot(x, &mx).max(0.0).sqrt();
+            if left > AGAIN * norm || left == 0.0 {
+                return left;
+            }
+            norm = left;
+        }
+        norm
+    }
+
+    /// Numbers in (−1, 1) without pattern, the same every time, smoothed by one solve.
+    fn random(&mut self, seed: u64) -> Vec<f64> {
+        let mut state = (seed + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        let number = |_| {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+        };
+        let mut x: Vec<f64> = (0..self.search.mass.len()).map(number).collect();
+        let norm = self.orthogonalise(&mut x, &[]);
+        self.steps += 1;
+        let mut x = self.mass_times(&scaled(x, norm));
+        self.search.inverse.solve(&mut x);
+        x
+    }
+
+    fn run(&mut self, mut begin: Vec<f64>) -> Result<Found, Error> {
+        let before = {
+            let m = self.mass_times(&begin);
+            dot(&begin, &m).max(0.0).sqrt()
+        };
+        let norm = self.orthogonalise(&mut begin, &[]);
+        if !norm.is_finite() {
+            return Err(Error::new(
+                Code::Overflow,
+                "the vectors of the Lanczos process leave the range of double precision",
+            ));
+        }
+        if norm <= 1e3 * f64::EPSILON * before || norm == 0.0 {
+            return Ok(Found { exhausted: true, ..Found::default() });
+        }
+        let most = (2 * self.search.wanted + 60).min(begin.len());
+        let (mut alpha, mut beta): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
+        let mut basis = vec![scaled(begin, norm)];
+        loop {
+            let j = basis.len() - 1;
+            let mv = self.mass_times(&basis[j]);
+            let mut w = mv.clone();
+            self.search.inverse.solve(&mut w);
+            self.steps += 1;
+            alpha.push(dot(&w, &mv));
+            add(&mut w, -alpha[j], &basis[j]);
+            if j > 0 {
+                add(&mut w, -beta[j - 1], &basis[j - 1]);
+            }
+            beta.push(self.orthogonalise(&mut w, &basis));
+            let size = alpha.iter().chain(&beta).fold(0.0_f64, |m, v| m.max(v.abs()));
+            if !size.is_finite() {
+                return Err(Error::new(Code::Overflow, "the shift is an eigenvalue to the last digit; move it"));
+            }
+            let closed = beta[j] <= 1e2 * f64::EPSILON * size;
+            let last = closed || basis.len() == most;
+            if last || (basis.len() >= 10 && basis.len() % 5 == 0) {
+                if let Some(found) = self.harvest(&alpha, &beta, &basis, closed, last)? {
+                    return Ok(found);
+                }
+            }
+            basis.push(scaled(w, beta[j]));
+        }
+    }
+
+    /// The converged pairs of a run, if they are enough or the run is at its end.
+    fn harvest(
+        &self,
+        alpha: &[f64],
+        beta: &[f64],
+        basis: &[Vec<f64>],
+        closed: bool,
+        last: bool,
+    ) -> Result<Option<Found>, Error> {
+        let m = alpha.len();
+        let projected = Matrix::from_fn(m, m, |i, j| match i.abs_diff(j) {
+            0 => alpha[i],
+            1 => beta[i.min(j)],
+            _ => 0.0,
+        });
+        let eigen = projected.self_adjoint_eigen(Side::Lower).map_err(|_| {
+            Error::new(Code::NoConvergence, format!("the {m} × {m} matrix of the Lanczos process has no eigenvalues"))
+        })?;
+        let theta = |i: usize| eigen.S()[i];
+        let mut order: Vec<usize> = (0..m).collect();
+        order.sort_by(|&i, &j| theta(j).abs().total_cmp(&theta(i).abs()));
+        let largest = theta(order[0]).abs();
+        let ready = |i: usize| closed || (beta[m - 1] * eigen.U()[(m - 1, i)]).abs() <= CONVERGED * theta(i).abs();
+        let n_ready = order.iter().take_while(|&&i| ready(i) && theta(i).abs() > SAME_RUN * largest).count();
+        let wanted = self.search.wanted.saturating_sub(self.modes.len());
+        let cutoff = self.cutoff();
+        let nothing_new = n_ready > 0 && largest < cutoff;
+        let passed = |i: usize| theta(i).abs() < cutoff;
+        if !(last || nothing_new || (wanted > 0 && n_ready >= wanted) || order[..n_ready].iter().any(|&i| passed(i))) {
+            return Ok(None);
+        }
+        let few = wanted.max(1).min(m - n_ready);
+        let restarts = last && !closed && n_ready < wanted.max(1);
+        let factors = |row: usize| -> Vec<f64> {
+            let mut factors: Vec<f64> = order[..n_ready].iter().map(|&i| eigen.U()[(row, i)]).collect();
+            factors.extend(
+                restarts.then(|| order[n_ready..n_ready + few].iter().map(|&i| eigen.U()[(row, i)]).sum::<f64>()),
+            );
+            factors
+        };
+        let factors: Vec<Vec<f64>> = (0..m).map(factors).collect();
+        let mut vectors = combine(basis, &factors);
+        let restart = if restarts { vectors.pop() } else { None };
+        let modes = order[..n_ready].iter().map(|&i| theta(i)).zip(vectors).collect();
+        Ok(Some(Found { modes, restart, nothing_new, exhausted: false }))
+    }
+
+    /// |θ| below which a mode is not among the wanted.
+    fn cutoff(&self) -> f64 {
+        self.distances().get(self.search.wanted.wrapping_sub(1)).map_or(0.0, |d| (1.0 - SAME_VALUE) / d)
+    }
+
+    fn distances(&self) -> Vec<f64> {
+        let mut distances: Vec<f64> =
+            self.modes.iter().map(|m| (m.value - self.search.inverse.shift()).abs()).collect();
+        distances.sort_by(f64::total_cmp);
+        distances
+    }
+
+    /// One more solve, the quotient `yᵀKy / yᵀMy` of what it gives, and the mode is set aside.
+    fn take(&mut self, theta: f64, vector: Vec<f64>) {
+        let f = self.mass_times(&vector);
+        let mut y = f.clone();
+        let energy = self.search.inverse.solve_with_energy(&mut y);
+        if energy.is_none() {
+            self.search.inverse.solve(&mut y);
+        }
+        self.steps += 1;
+        let work = dot(&f, &y);
+        let of_others = self.energy_of_modes(&y);
+        let mut rest = y.clone();
+        add(&mut rest, -theta, &vector);
+        let residual = self.orthogonalise(&mut rest, &[]) / theta.abs();
+        let norm = self.orthogonalise(&mut y, &[]);
+        let value = match energy {
+            Some(energy) => (energy - of_others) / (norm * norm),
+            None => self.search.inverse.shift() + work / (norm * norm),
+        };
+        let vector = scaled(y, norm);
+        self.fixed.push(vector.clone());
+        self.modes.push(Mode { value, vector, residual });
+    }
+
+    /// The part of `yᵀKy` that modes already found have in it by rounding.
+    fn energy_of_modes(&self, y: &[f64]) -> f64 {
+        let my = self.mass_times(y);
+        let part = |mode: &Mode| mode.value * dot(&mode.vector, &my).powi(2);
+        self.modes.iter().map(part).sum()
+    }
+
+    /// Whether no mode among the wanted is missing; none without a count.
+    fn is_counted(&self) -> Result<Option<bool>, Error> {
+        let Some(count) = self.search.count else { return Ok(None) };
+        if self.search.wanted == 0 {
+            return Ok(Some(true));
+        }
+        let distances = self.distances();
+        let Some(&last) = distances.get(self.search.wanted - 1) else { return Ok(Some(false)) };
+        let shift = self.search.inverse.shift();
+        let reach = last + SAME_VALUE * (last + shift.abs());
+        let inside = distances.iter().filter(|d| **d <= reach).count();
+        let below = shift - reach;
+        let known = inside + if below > 0.0 { count(below)? } else { self.search.rigid.len() };
+        Ok(Some(count(shift + reach)? <= known))
+    }
+
+    fn finish(self, runs: usize, counted: bool) -> Ritz {
+        let shift = self.search.inverse.shift();
+        let mut modes = self.modes;
+        modes.sort_by(|a, b| (a.value - shift).abs().total_cmp(&(b.value - shift).abs()));
+        modes.truncate(self.search.wanted);
+        modes.sort_by(|a, b| a.value.total_cmp(&b.value));
+        let values = modes.iter().map(|m| m.value).collect();
+        let residuals = modes.iter().map(|m| m.residual).collect();
+        let vectors = modes.into_iter().map(|m| m.vector).collect();
+        Ritz { values, vectors, residuals, steps: self.steps, runs, counted }
+    }
+}
