@@ -16,3 +16,6 @@ pub mod machine;
 
 /// Natural modes.
 pub mod modes;
+
+/// What a study needs, and running it.
+pub mod plan;

@@ -9,6 +9,9 @@ pub mod basis;
 /// Undamped modes over all freedoms.
 pub mod undamped;
 
+/// A few modes of a large machine.
+pub mod lowest;
+
 /// The machine in modal coordinates.
 pub mod modal;
 

@@ -63,18 +63,18 @@ pub fn sensitivities(machine: &Machine, linear: &Linear, modes: &[Mode]) -> Resu
 fn of_set(machine: &Machine, linear: &Linear, omega: f64, shapes: &[Vec<f64>]) -> Result<Vec<Vec<Sensitivity>>, Error> {
     let m = shapes.len();
     let lambda = omega * omega;
-    let mut terms: Vec<Term> = Vec::new();
+    let mut terms = Terms { list: Vec::new(), of: vec![[None; 2]; machine.elements.len()], m };
     for branch in linear.branches.iter().filter(|b| b.stiffness != 0.0 && b.force.is_none()) {
         let seen: Vec<f64> = shapes.iter().map(|p| branch.direction.dot(p)).collect();
         let element = machine.branches[branch.index].element;
-        Term::of(&mut terms, element, Parameter::Stiffness, m).add(branch.stiffness, 1.0, &seen);
+        terms.of(element, Parameter::Stiffness).add(branch.stiffness, 1.0, &seen);
     }
     for mass in &linear.masses {
         let seen: Vec<f64> = shapes.iter().map(|p| mass.direction.dot(p)).collect();
-        Term::of(&mut terms, mass.element, Parameter::Inertia, m).add(mass.value, -lambda, &seen);
+        terms.of(mass.element, Parameter::Inertia).add(mass.value, -lambda, &seen);
     }
     let mut lists = vec![Vec::new(); m];
-    for term in &terms {
+    for term in &terms.list {
         let values = definite::symmetric(&term.matrix)?.values;
         for (list, &change) in lists.iter_mut().zip(&values) {
             // ∂ω = ∂λ / 2ω, per relative change of the parameter.
@@ -99,16 +99,25 @@ struct Term {
     any: bool,
 }
 
-impl Term {
-    fn of(terms: &mut Vec<Term>, element: usize, parameter: Parameter, m: usize) -> &mut Term {
-        let found = terms.iter().rposition(|t| t.element == element && t.parameter == parameter);
-        let at = found.unwrap_or_else(|| {
-            terms.push(Term { element, parameter, matrix: Matrix::zeros(m, m), value: None, any: false });
-            terms.len() - 1
-        });
-        &mut terms[at]
-    }
+/// Terms, found by element and parameter.
+struct Terms {
+    list: Vec<Term>,
+    of: Vec<[Option<usize>; 2]>,
+    m: usize,
+}
 
+impl Terms {
+    fn of(&mut self, element: usize, parameter: Parameter) -> &mut Term {
+        let slot = &mut self.of[element][parameter as usize];
+        let at = *slot.get_or_insert_with(|| {
+            self.list.push(Term { element, parameter, matrix: Matrix::zeros(self.m, self.m), value: None, any: false });
+            self.list.len() - 1
+        });
+        &mut self.list[at]
+    }
+}
+
+impl Term {
     fn add(&mut self, value: f64, factor: f64, seen: &[f64]) {
         self.value = if !self.any || self.value == Some(value) { Some(value) } else { None };
         self.any = true;

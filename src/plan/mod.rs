@@ -1,0 +1,10 @@
+//! What one study needs: stages announced, run at most once, and a trace kept.
+
+/// A machine ready to be asked.
+pub mod prepared;
+
+/// The table of stages.
+pub mod stages;
+
+/// The run.
+pub mod run;
