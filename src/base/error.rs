@@ -21,6 +21,13 @@ pub struct Error {
 }
 
 impl Error {
+    /// Sorts by file and place, those without a place last.
+    fn order(&self) -> (bool, Option<&str>, usize) {
+        let place = self.place.as_ref();
+        let path = place.map(|p| p.source().path.as_str());
+        (place.is_none(), path, place.map_or(0, |p| p.span().start))
+    }
+
     /// An error without a place.
     pub fn new(code: Code, message: impl Into<String>) -> Error {
         Error {
@@ -82,7 +89,7 @@ impl Errors {
         if errors.is_empty() {
             return Ok(value());
         }
-        errors.sort_by_key(|e| e.place.as_ref().map_or(usize::MAX, |p| p.span().start));
+        errors.sort_by(|a, b| Error::order(a).cmp(&Error::order(b)));
         Err(Errors(errors))
     }
 

@@ -67,7 +67,7 @@ impl Range {
 }
 
 /// One table being read. Ask for every key it may have, then call `ends`.
-pub struct Fields<'a> {
+pub struct Fields<'a, 'n> {
     table: &'a Table,
     /// Where the table begins.
     pub place: Place,
@@ -75,12 +75,17 @@ pub struct Fields<'a> {
     pub title: String,
     asked: Vec<(String, String)>,
     /// What was found wrong.
-    pub notes: &'a mut Notes,
+    pub notes: &'n mut Notes,
 }
 
-impl<'a> Fields<'a> {
+impl<'a, 'n> Fields<'a, 'n> {
     /// Starts reading `table`, which begins at `place` under the header `header`.
-    pub fn new(table: &'a Table, place: Place, header: &str, notes: &'a mut Notes) -> Fields<'a> {
+    pub fn new(
+        table: &'a Table,
+        place: Place,
+        header: &str,
+        notes: &'n mut Notes,
+    ) -> Fields<'a, 'n> {
         let title = match table.get("name").map(|entry| &entry.item.value) {
             Some(Value::Text(name)) => format!("{header} \"{}\"", units::shortened(name)),
             _ => header.to_string(),
@@ -295,8 +300,15 @@ impl<'a> Fields<'a> {
     }
 
     fn unknown(&mut self, entry: &Entry) {
+        let asked = |key: &str| self.asked.iter().any(|(asked, _)| asked == key);
+        let synonyms = SYNONYMS.iter().filter(|(_, key)| asked(key));
         let known = self.asked.iter().map(|(asked, _)| asked.as_str());
-        let hint = match suggestion(&entry.key, known) {
+        let words = known.chain(synonyms.map(|(word, _)| *word));
+        let meant = suggestion(&entry.key, words).map(|word| {
+            let synonym = SYNONYMS.iter().find(|(w, key)| *w == word && asked(key));
+            synonym.map_or(word, |(_, key)| *key)
+        });
+        let hint = match meant {
             Some(meant) => {
                 let takes = self.asked.iter().find(|(asked, _)| *asked == meant);
                 let takes = takes.map_or("", |(_, takes)| takes);
@@ -411,6 +423,37 @@ impl<'a> Fields<'a> {
         None
     }
 }
+
+/// Words people write for keys.
+const SYNONYMS: &[(&str, &str)] = &[
+    ("stiffness", "k"),
+    ("spring", "k"),
+    ("inertia", "J"),
+    ("moment_of_inertia", "J"),
+    ("polar_inertia", "J"),
+    ("damping", "c"),
+    ("damping_coefficient", "c"),
+    ("zeta", "damping_ratio"),
+    ("eta", "loss_factor"),
+    ("number_of_teeth", "teeth"),
+    ("tooth_numbers", "teeth"),
+    ("alpha", "pressure_angle"),
+    ("beta", "helix_angle"),
+    ("clearance", "backlash"),
+    ("play", "backlash"),
+    ("outer_diameter", "diameter"),
+    ("inner_diameter", "bore"),
+    ("node", "at"),
+    ("ends", "between"),
+    ("nodes", "between"),
+    ("gear", "gear_pair"),
+    ("mesh", "gear_pair"),
+    ("disc", "inertia"),
+    ("disk", "inertia"),
+    ("mass", "inertia"),
+    ("spring", "shaft"),
+    ("support", "bearing"),
+];
 
 /// The known word nearest to a misspelt one, if any is near.
 pub fn suggestion<'k>(word: &str, known: impl Iterator<Item = &'k str>) -> Option<&'k str> {

@@ -2,3 +2,38 @@
 
 /// A machine as its file describes it.
 pub mod model;
+
+/// What many tables share.
+mod common;
+
+/// The materials a file can name.
+pub mod materials;
+
+/// Bodies and rows of them.
+mod bodies;
+
+/// Shafts and couplings.
+mod shafts;
+
+/// Gear pairs, worm pairs and belts.
+mod gears;
+
+/// Planetary stages.
+mod planetary;
+
+/// Bearings, dampers, loads, speeds, damping.
+mod supports;
+
+/// What no single table can tell.
+mod nodes;
+
+/// Values a scene puts in place of the model's.
+mod overrides;
+
+/// What a scene asks.
+pub mod study;
+
+/// From the first byte to a checked scene.
+mod file;
+
+pub use file::{Scene, read, read_text};

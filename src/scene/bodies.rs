@@ -1,0 +1,123 @@
+//! `[[inertia]]` and `[[chain]]`.
+
+use std::f64::consts::PI;
+
+use super::common::{self, MOST};
+use super::materials;
+use super::model::{Chain, Inertia};
+use crate::base::code::Code;
+use crate::base::fields::{Fields, Range};
+use crate::base::kind::Kind;
+
+/// A body: inertia given, or a disc from which it follows.
+pub fn inertia(f: &mut Fields) -> Inertia {
+    let name = common::name(f);
+    let polar = f.optional_quantity("J", Kind::Inertia, Range::NotNegative);
+    let mass = f.optional_quantity("mass", Kind::Mass, Range::NotNegative);
+    let diametral = f.optional_quantity("J_diametral", Kind::Inertia, Range::NotNegative);
+    let disc = disc(f);
+    if let Some(key) = ["diameter", "bore", "width", "density", "material"]
+        .into_iter()
+        .find(|key| f.has(key))
+    {
+        for given in ["J", "mass", "J_diametral"] {
+            if f.has(given) {
+                let message = format!("`{given}` is given, and follows from `{key}` as well");
+                let hint = "give J, mass and J_diametral, or the size of the disc";
+                f.refuse_key(Code::Conflict, given, message, hint);
+            }
+        }
+    } else if !f.has("J") {
+        f.missing(
+            "J",
+            ", nor diameter, width and material from which it would follow",
+        );
+    }
+    match disc {
+        Some((polar, mass, diametral)) => Inertia {
+            name,
+            polar,
+            mass: Some(mass),
+            diametral: Some(diametral),
+        },
+        None => Inertia {
+            name,
+            polar: polar.unwrap_or(f64::NAN),
+            mass,
+            diametral,
+        },
+    }
+}
+
+/// Polar inertia, mass and diametral inertia of a hollow cylinder.
+///
+/// `m = ρπ(D² − d²)w/4`, `J = m(D² + d²)/8`, `J_d = J/2 + mw²/12`.
+fn disc(f: &mut Fields) -> Option<(f64, f64, f64)> {
+    let (outer, inner) = outer_and_bore(f);
+    let width = f.optional_quantity("width", Kind::Length, Range::Positive);
+    let density = f.optional_quantity("density", Kind::Density, Range::Positive);
+    let material = materials::read(f);
+    f.exclusive("material", "density");
+    let keys = ["diameter", "bore", "width", "density", "material"];
+    if !keys.iter().any(|key| f.has(key)) {
+        return None;
+    }
+    f.need("diameter");
+    f.need("width");
+    if !f.has("density") {
+        f.need("material");
+    }
+    let (outer, width) = (outer?, width?);
+    let density = density.or(material.map(|m| m.density))?;
+    let squares = outer * outer + inner * inner;
+    let mass = density * PI / 4.0 * (outer - inner) * (outer + inner) * width;
+    let polar = mass * squares / 8.0;
+    Some((polar, mass, polar / 2.0 + mass * width * width / 12.0))
+}
+
+/// `diameter` and `bore`, the bore being less.
+pub fn outer_and_bore(f: &mut Fields) -> (Option<f64>, f64) {
+    let outer = f.optional_quantity("diameter", Kind::Length, Range::Positive);
+    let inner = f
+        .optional_quantity("bore", Kind::Length, Range::NotNegative)
+        .unwrap_or(0.0);
+    if let Some(outer) = outer.filter(|outer| inner >= *outer) {
+        let message = format!(
+            "the bore of {} mm leaves nothing of a diameter of {} mm",
+            1e3 * inner,
+            1e3 * outer
+        );
+        f.refuse_key(
+            Code::OutOfRange,
+            "bore",
+            message,
+            "the bore is the inner diameter",
+        );
+    }
+    (outer, inner)
+}
+
+/// Equal discs on equal shafts.
+pub fn chain(f: &mut Fields) -> Chain {
+    let name = common::name(f);
+    let count = f.optional_count("count", 1, MOST);
+    f.need("count");
+    let polar = f.quantity("J", Kind::Inertia, Range::NotNegative);
+    let stiffness = f.quantity("k", Kind::TorsionalStiffness, Range::NotNegative);
+    let held = [
+        ("none", (false, false)),
+        ("start", (true, false)),
+        ("end", (false, true)),
+        ("both", (true, true)),
+    ];
+    let (start_held, end_held) = f.choice("held", &held).unwrap_or_default();
+    Chain {
+        name,
+        count: count.unwrap_or(1) as usize,
+        polar,
+        stiffness,
+        start_held,
+        end_held,
+        loss: common::loss(f, "", Kind::TorsionalDamping, "`k`", false),
+    }
+}

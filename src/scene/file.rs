@@ -1,0 +1,237 @@
+//! A model or scene file from the first byte to a checked `Scene`.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::model::{Load, Model};
+use super::study::Study;
+use super::{bodies, gears, nodes, overrides, planetary, shafts, study, supports};
+use crate::base::code::Code;
+use crate::base::error::{Error, Errors};
+use crate::base::fields::{Fields, Notes};
+use crate::base::place::{Place, Source};
+use crate::base::toml::{self, Document, Item, Table, Value};
+
+/// A model with what a scene asks of it; a model file alone is a scene without studies.
+#[derive(Debug, Clone)]
+pub struct Scene {
+    /// The machine, with the scene's changes made.
+    pub model: Model,
+    /// The model file.
+    pub model_path: PathBuf,
+    /// What is asked, in the order asked.
+    pub studies: Vec<Study>,
+    /// Every file read, the one named first at the front; their texts are what a hash of the input covers.
+    pub sources: Vec<Arc<Source>>,
+}
+
+/// Reads a model or a scene, and the model the scene names.
+pub fn read(path: &Path) -> Result<Scene, Errors> {
+    read_source(toml::load(path)?)
+}
+
+/// Reads the text of a model or a scene as if it stood in the file `path`.
+pub fn read_text(path: &str, text: &str) -> Result<Scene, Errors> {
+    read_source(toml::source(path.to_string(), text))
+}
+
+fn read_source(source: Arc<Source>) -> Result<Scene, Errors> {
+    let document = toml::parse(&source);
+    let mut notes = Notes::default();
+    note_units(&document, &mut notes);
+    if document.root.get("model").is_some() {
+        return read_scene(document, notes);
+    }
+    let model = read_model(&document, Vec::new(), &mut notes);
+    finish(notes, document.broken, || Scene {
+        model,
+        model_path: PathBuf::from(&source.path),
+        studies: Vec::new(),
+        sources: vec![source.clone()],
+    })
+}
+
+/// Remembers a file that states bare numbers in SI.
+fn note_units(document: &Document, notes: &mut Notes) {
+    let units = document.root.get("units").map(|entry| &entry.item.value);
+    if matches!(units, Some(Value::Text(text)) if text == "SI") {
+        notes.bare_si.push(document.source.path.clone());
+    }
+}
+
+/// All errors, or the value. Behind a syntax error nothing was read, so what seems to be missing may stand there.
+fn finish<T>(
+    mut notes: Notes,
+    broken: Option<Error>,
+    value: impl FnOnce() -> T,
+) -> Result<T, Errors> {
+    if let Some(broken) = broken {
+        notes.errors.retain(|error| {
+            !matches!(
+                error.code,
+                Code::MissingKey | Code::UnknownNode | Code::EmptyMachine
+            )
+        });
+        notes.push(broken);
+    }
+    Errors::or(notes.errors, value)
+}
+
+fn read_scene(document: Document, mut notes: Notes) -> Result<Scene, Errors> {
+    let place = Place::new(document.source.clone(), 0..0);
+    let mut f = Fields::new(&document.root, place, "the scene", &mut notes);
+    heading(&mut f);
+    let named = f.optional_text("model");
+    let loads = each(&mut f, "load", supports::load);
+    let studies = each(&mut f, "study", study::read);
+    f.item("set", "a table of \"element.key\" = value");
+    let at = f.place_of("model").clone();
+    f.ends();
+    let whole = document.broken.is_none();
+    let found = named
+        .filter(|_| whole)
+        .and_then(|named| model_of(&document, named, &at, loads, &mut notes));
+    // Without a model an error has been noted, and the scene below is not made.
+    let (model, model_path, source, broken) = match found {
+        Some((model, path, file)) => (model, path, file.source, file.broken),
+        None => (
+            Model::default(),
+            PathBuf::new(),
+            document.source.clone(),
+            document.broken,
+        ),
+    };
+    finish(notes, broken, || Scene {
+        model,
+        model_path,
+        studies: studies.into_iter().flatten().collect(),
+        sources: vec![document.source.clone(), source],
+    })
+}
+
+/// The model a scene names, changed as the scene says.
+fn model_of(
+    scene: &Document,
+    named: &str,
+    at: &Place,
+    loads: Vec<Load>,
+    notes: &mut Notes,
+) -> Option<(Model, PathBuf, Document)> {
+    let folder = Path::new(&scene.source.path).parent();
+    let path = folder.unwrap_or(Path::new("")).join(named);
+    let source = match toml::load(&path) {
+        Ok(source) => source,
+        Err(error) if error.place.is_some() => {
+            notes.push(error);
+            return None;
+        }
+        Err(error) => {
+            let error = error.at(at).label("in the scene");
+            notes.push(error.hint("the path starts from the scene's folder"));
+            return None;
+        }
+    };
+    let mut file = toml::parse(&source);
+    note_units(&file, notes);
+    if file.root.get("model").is_some() {
+        let error = Error::new(Code::Conflict, "the model is itself a scene");
+        notes.push(error.at(at).hint("name the model file of that scene"));
+        return None;
+    }
+    if let (Some(set), None) = (scene.root.get("set"), &file.broken) {
+        overrides::apply(set, &mut file.root, notes);
+    }
+    let model = read_model(&file, loads, notes);
+    Some((model, path, file))
+}
+
+/// Keys both kinds of file have at their top.
+fn heading(f: &mut Fields) -> (String, String) {
+    f.choice("units", &[("SI", ())]);
+    let mut text = |key| f.optional_text(key).unwrap_or_default().to_string();
+    (text("title"), text("source"))
+}
+
+/// The tables of a model file; `loads` of a scene come after its own.
+fn read_model(file: &Document, loads: Vec<Load>, notes: &mut Notes) -> Model {
+    let place = Place::new(file.source.clone(), 0..0);
+    let mut f = Fields::new(&file.root, place.clone(), "the model", notes);
+    let (title, source) = heading(&mut f);
+    let mut model = Model {
+        title,
+        source,
+        inertias: each(&mut f, "inertia", bodies::inertia),
+        shafts: each(&mut f, "shaft", shafts::shaft),
+        chains: each(&mut f, "chain", bodies::chain),
+        gear_pairs: each(&mut f, "gear_pair", gears::gear_pair),
+        worm_pairs: each(&mut f, "worm_pair", gears::worm_pair),
+        planetaries: each(&mut f, "planetary", planetary::planetary),
+        belts: each(&mut f, "belt", gears::belt),
+        couplings: each(&mut f, "coupling", shafts::coupling),
+        bearings: each(&mut f, "bearing", supports::bearing),
+        dampers: each(&mut f, "damper", supports::damper),
+        loads: each(&mut f, "load", supports::load),
+        damping: one(&mut f, "damping", supports::damping).unwrap_or_default(),
+        speeds: one(&mut f, "speed", supports::speeds).unwrap_or_default(),
+    };
+    model.loads.extend(loads);
+    let empty = !["inertia", "chain", "planetary"]
+        .iter()
+        .any(|key| f.has(key));
+    f.ends();
+    if empty {
+        let what = match file.source.text.trim().is_empty() {
+            true => "the file is empty",
+            false => "the model has no [[inertia]], so nothing can move",
+        };
+        let error = Error::new(Code::EmptyMachine, what).at(&place);
+        notes.push(error.hint("`geardyn new FILE` writes a model to start from"));
+    }
+    nodes::check(&model, notes);
+    model
+}
+
+/// Every table under `[[key]]`.
+fn each<T>(f: &mut Fields, key: &str, read: fn(&mut Fields) -> T) -> Vec<T> {
+    let takes = format!("tables: write [[{key}]] above each");
+    let Some(item) = f.item(key, takes.as_str()) else {
+        return Vec::new();
+    };
+    let Value::List(list) = &item.value else {
+        return f.wrong_type(key, item, &takes).unwrap_or_default();
+    };
+    let header = format!("[[{key}]]");
+    let mut all = Vec::new();
+    for item in list {
+        match &item.value {
+            Value::Table(table) => all.push(inner(f, table, item, &header, read)),
+            _ => {
+                f.wrong_type::<()>(key, item, &takes);
+            }
+        }
+    }
+    all
+}
+
+/// The one table under `[key]`.
+fn one<T>(f: &mut Fields, key: &str, read: fn(&mut Fields) -> T) -> Option<T> {
+    let takes = format!("one table: write [{key}] above it");
+    let item = f.item(key, takes.as_str())?;
+    match &item.value {
+        Value::Table(table) => Some(inner(f, table, item, &format!("[{key}]"), read)),
+        _ => f.wrong_type(key, item, &takes),
+    }
+}
+
+fn inner<T>(
+    f: &mut Fields,
+    table: &Table,
+    item: &Item,
+    header: &str,
+    read: fn(&mut Fields) -> T,
+) -> T {
+    let mut fields = Fields::new(table, item.place.clone(), header, f.notes);
+    let value = read(&mut fields);
+    fields.ends();
+    value
+}

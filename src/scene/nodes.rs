@@ -1,0 +1,189 @@
+//! What no single table can tell: names used twice, nodes nobody declares, modules that lateral axes need.
+
+use std::collections::{HashMap, HashSet};
+
+use super::model::{Axis, End, Inertia, Model, Name, ShaftBody};
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::base::fields::{Notes, suggestion};
+use crate::base::units::shortened;
+
+/// Notes what is wrong between the tables of a model.
+pub fn check(model: &Model, notes: &mut Notes) {
+    duplicates(model, notes);
+    let nodes = Nodes::of(model);
+    for name in references(model) {
+        if !name.text.is_empty() && !nodes.has(&name.text) {
+            notes.push(nodes.unknown(name));
+        }
+    }
+    levers(model, notes);
+}
+
+/// Every element's name, table by table.
+fn names(model: &Model) -> Vec<&Name> {
+    let mut names: Vec<&Name> = model.inertias.iter().map(|e| &e.name).collect();
+    names.extend(model.shafts.iter().map(|e| &e.name));
+    names.extend(model.chains.iter().map(|e| &e.name));
+    names.extend(model.gear_pairs.iter().map(|e| &e.name));
+    names.extend(model.worm_pairs.iter().map(|e| &e.name));
+    names.extend(model.planetaries.iter().map(|e| &e.name));
+    names.extend(model.belts.iter().map(|e| &e.name));
+    names.extend(model.couplings.iter().map(|e| &e.name));
+    names.extend(model.bearings.iter().map(|e| &e.name));
+    names.extend(model.dampers.iter().map(|e| &e.name));
+    names
+}
+
+/// Names used more than once, shown at each later use.
+fn duplicates(model: &Model, notes: &mut Notes) {
+    let mut names = names(model);
+    names.retain(|name| !name.text.is_empty());
+    names.sort_by_key(|name| name.place.span().start);
+    let mut first: HashMap<&str, &Name> = HashMap::new();
+    for name in names {
+        let Some(earlier) = first.get(name.text.as_str()) else {
+            first.insert(&name.text, name);
+            continue;
+        };
+        let line = earlier.place.line();
+        notes.push(
+            Error::new(
+                Code::DuplicateName,
+                format!("the name \"{}\" is taken", shortened(&name.text)),
+            )
+            .at(&name.place)
+            .label(format!("first used in line {line}"))
+            .hint("names are unique over all tables, since results speak of elements by name"),
+        );
+    }
+}
+
+/// Every place of the model that names a node.
+fn references(model: &Model) -> Vec<&Name> {
+    let mut ends: Vec<&End> = Vec::new();
+    ends.extend(model.shafts.iter().flat_map(|e| &e.between));
+    ends.extend(model.couplings.iter().flat_map(|e| &e.between));
+    ends.extend(model.bearings.iter().flat_map(|e| &e.between));
+    ends.extend(model.dampers.iter().flat_map(|e| &e.between));
+    ends.extend(
+        model
+            .planetaries
+            .iter()
+            .flat_map(|p| [&p.sun, &p.ring, &p.carrier]),
+    );
+    let mut nodes: Vec<&Name> = ends
+        .into_iter()
+        .filter_map(|end| match end {
+            End::Node(name) => Some(name),
+            End::Ground => None,
+        })
+        .collect();
+    nodes.extend(model.gear_pairs.iter().flat_map(|e| &e.between));
+    nodes.extend(model.worm_pairs.iter().flat_map(|e| &e.between));
+    nodes.extend(model.belts.iter().flat_map(|e| &e.between));
+    nodes.extend(model.loads.iter().map(|e| &e.at));
+    nodes.extend(model.speeds.iter().map(|e| &e.at));
+    nodes
+}
+
+/// The nodes of a model: bodies, and what chains, cut shafts and planetary stages make.
+struct Nodes<'a> {
+    bodies: HashSet<&'a str>,
+    /// Elements that make nodes `name.1 …` or `name.planet_1 …`, with the number of the last.
+    rows: HashMap<&'a str, (&'static str, usize)>,
+    elements: HashSet<&'a str>,
+}
+
+impl<'a> Nodes<'a> {
+    fn of(model: &'a Model) -> Nodes<'a> {
+        let mut rows = HashMap::new();
+        for chain in &model.chains {
+            rows.insert(chain.name.text.as_str(), ("", chain.count));
+        }
+        for shaft in &model.shafts {
+            if let Some(ShaftBody::Bar { segments, .. }) = shaft.body {
+                rows.insert(shaft.name.text.as_str(), ("", segments.saturating_sub(1)));
+            }
+        }
+        for stage in &model.planetaries {
+            rows.insert(stage.name.text.as_str(), ("planet_", stage.positions.len()));
+        }
+        let text = |body: &'a Inertia| body.name.text.as_str();
+        Nodes {
+            bodies: model.inertias.iter().map(text).collect(),
+            rows,
+            elements: names(model).iter().map(|n| n.text.as_str()).collect(),
+        }
+    }
+
+    fn has(&self, node: &str) -> bool {
+        self.bodies.contains(node) || self.in_row(node).is_some()
+    }
+
+    /// The node is one of those an element makes.
+    fn in_row(&self, node: &str) -> Option<()> {
+        let (element, number) = node.rsplit_once('.')?;
+        let (prefix, last) = self.rows.get(element)?;
+        let digits = number.strip_prefix(prefix)?;
+        let n: usize = digits.parse().ok()?;
+        ((1..=*last).contains(&n) && n.to_string() == digits).then_some(())
+    }
+
+    fn unknown(&self, name: &Name) -> Error {
+        let node = &name.text;
+        let element = node.rsplit_once('.').map_or(node.as_str(), |(e, _)| e);
+        let hint = if let Some((prefix, last)) = self.rows.get(element) {
+            format!(
+                "the nodes of `{element}` are `{element}.{prefix}1` to `{element}.{prefix}{last}`"
+            )
+        } else if self.elements.contains(node.as_str()) {
+            format!("`{node}` is an element, not a body; name one of the bodies it joins")
+        } else {
+            let mut known: Vec<&str> = self.bodies.iter().copied().collect();
+            known.sort_unstable();
+            match suggestion(node, known.into_iter()) {
+                Some(meant) => format!("did you mean `{meant}`?"),
+                None => {
+                    "a body is declared by an [[inertia]]; J = \"0 kg·m²\" makes it massless".into()
+                }
+            }
+        };
+        Error::new(Code::UnknownNode, format!("no node `{}`", shortened(node)))
+            .at(&name.place)
+            .hint(hint)
+    }
+}
+
+/// Notes pairs without a module on bodies that move sideways, where the size of the gears counts.
+fn levers(model: &Model, notes: &mut Notes) {
+    let mut lateral: HashSet<&str> = HashSet::new();
+    for bearing in &model.bearings {
+        let sideways = |terms: &[(Axis, Axis, f64)]| terms.iter().any(|t| t.0 != Axis::Theta);
+        if sideways(&bearing.stiffness) {
+            for end in &bearing.between {
+                if let End::Node(name) = end {
+                    lateral.insert(&name.text);
+                }
+            }
+        }
+    }
+    let gears = model.gear_pairs.iter();
+    let gears = gears.map(|p| (&p.name, &p.between, p.module, p.contact.stiffness));
+    let worms = model.worm_pairs.iter();
+    let worms = worms.map(|p| (&p.name, &p.between, p.module, p.contact.stiffness));
+    for (name, between, module, stiffness) in gears.chain(worms) {
+        let moves = between.iter().find(|n| lateral.contains(n.text.as_str()));
+        if let (None, None, Some(body)) = (module, stiffness, moves) {
+            let message = format!(
+                "\"{}\" has no `module`, and `{}` moves sideways",
+                name.text, body.text
+            );
+            notes.push(
+                Error::new(Code::MissingKey, message)
+                    .at(&name.place)
+                    .hint("the module tells how far the tooth force stands from the axis"),
+            );
+        }
+    }
+}

@@ -1,0 +1,130 @@
+//! `[set]` of a scene: `"element.key" = value` pairs put into the model's tables before these are read.
+
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::base::fields::{Notes, suggestion};
+use crate::base::place::Place;
+use crate::base::toml::{Entry, Item, Table, Value};
+use crate::base::units::shortened;
+
+/// Tables without a name, which `[set]` reaches by their header.
+const SINGLE: [&str; 2] = ["speed", "damping"];
+
+/// Puts every pair of `set` into `model`.
+pub fn apply(set: &Entry, model: &mut Table, notes: &mut Notes) {
+    let Value::Table(pairs) = &set.item.value else {
+        notes.push(
+            Error::new(
+                Code::WrongType,
+                format!("`set` is {}", set.item.value.name()),
+            )
+            .at(&set.key_place)
+            .hint("write [set] and below it \"element.key\" = value"),
+        );
+        return;
+    };
+    for pair in &pairs.entries {
+        match (&pair.item.value, pair.key.rsplit_once('.')) {
+            // Unquoted, `element.key = value` is a table `element` in TOML.
+            (Value::Table(inner), None) => {
+                for entry in &inner.entries {
+                    replace(model, &pair.key, &pair.key_place, entry.clone(), notes);
+                }
+            }
+            (_, Some((element, key))) => {
+                let entry = Entry {
+                    key: key.to_string(),
+                    ..pair.clone()
+                };
+                replace(model, element, &pair.key_place, entry, notes);
+            }
+            (_, None) => notes.push(
+                Error::new(
+                    Code::UnknownKey,
+                    format!("`{}` names no key of an element", shortened(&pair.key)),
+                )
+                .at(&pair.key_place)
+                .label("in [set]")
+                .hint("write \"element.key\", such as \"roll_shaft.k\""),
+            ),
+        }
+    }
+}
+
+fn replace(model: &mut Table, element: &str, at: &Place, entry: Entry, notes: &mut Notes) {
+    if SINGLE.contains(&element) && model.get(element).is_none() {
+        model.entries.push(Entry {
+            key: element.to_string(),
+            key_place: at.clone(),
+            item: Item {
+                value: Value::Table(Table::default()),
+                place: at.clone(),
+            },
+        });
+    }
+    let Some(table) = find(model, element) else {
+        let known = names(model);
+        let hint = match suggestion(element, known.iter().map(String::as_str)) {
+            Some(meant) => format!("did you mean `{meant}`?"),
+            None => "the part before the dot is the name of an element of the model".to_string(),
+        };
+        let message = format!("the model has no element `{}`", shortened(element));
+        notes.push(
+            Error::new(Code::UnknownKey, message)
+                .at(at)
+                .label("in [set]")
+                .hint(hint),
+        );
+        return;
+    };
+    if entry.key == "name" {
+        let error = Error::new(
+            Code::Conflict,
+            "`name` cannot be set: the model's branches use it",
+        );
+        notes.push(error.at(at).label("in [set]"));
+        return;
+    }
+    match table.entries.iter_mut().find(|old| old.key == entry.key) {
+        Some(old) => *old = entry,
+        None => table.entries.push(entry),
+    }
+}
+
+fn is_named(table: &Table, name: &str) -> bool {
+    matches!(table.get("name").map(|e| &e.item.value), Some(Value::Text(text)) if text == name)
+}
+
+/// The table of an element.
+fn find<'m>(model: &'m mut Table, element: &str) -> Option<&'m mut Table> {
+    model
+        .entries
+        .iter_mut()
+        .find_map(|entry| match &mut entry.item.value {
+            Value::Table(table) if entry.key == element && SINGLE.contains(&element) => Some(table),
+            Value::List(list) => list.iter_mut().find_map(|item| match &mut item.value {
+                Value::Table(table) if is_named(table, element) => Some(table),
+                _ => None,
+            }),
+            _ => None,
+        })
+}
+
+/// The names of all elements.
+fn names(model: &Table) -> Vec<String> {
+    let lists = model
+        .entries
+        .iter()
+        .filter_map(|entry| match &entry.item.value {
+            Value::List(list) => Some(list),
+            _ => None,
+        });
+    let names = lists.flatten().filter_map(|item| match &item.value {
+        Value::Table(table) => match &table.get("name")?.item.value {
+            Value::Text(text) => Some(text.clone()),
+            _ => None,
+        },
+        _ => None,
+    });
+    names.chain(SINGLE.map(str::to_string)).collect()
+}

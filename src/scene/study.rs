@@ -1,0 +1,117 @@
+//! `[[study]]`: what a scene asks of its model.
+
+use super::common::MOST;
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::base::fields::{Fields, Range};
+use crate::base::kind::Kind;
+use crate::base::place::Place;
+use crate::base::units;
+
+/// One question of a scene.
+#[derive(Debug, Clone)]
+pub struct Study {
+    /// What is asked.
+    pub kind: StudyKind,
+    /// Where it is asked.
+    pub place: Place,
+}
+
+/// What a study asks.
+#[derive(Debug, Clone)]
+pub enum StudyKind {
+    /// Natural frequencies, damping and shapes.
+    Modes(ModesStudy),
+}
+
+/// Options of the modes of a machine, as the command has them.
+#[derive(Debug, Clone, Default)]
+pub struct ModesStudy {
+    /// Damping counts.
+    pub damped: bool,
+    /// Speed of the first node of [speed], rad/s.
+    pub speed: Option<f64>,
+    /// Speeds of a Campbell diagram.
+    pub campbell: Option<SpeedRange>,
+    /// Only so many modes, from the lowest.
+    pub lowest: Option<u32>,
+    /// The modes nearest to this frequency, rad/s.
+    pub near: Option<f64>,
+}
+
+/// Equally spaced speeds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpeedRange {
+    /// First speed, rad/s.
+    pub from: f64,
+    /// Last speed, rad/s.
+    pub to: f64,
+    /// How many speeds, both ends included.
+    pub count: u32,
+}
+
+impl SpeedRange {
+    /// Reads `A:B:N`, two speeds (rpm where bare) and how many points; 50 points where `N` is left out.
+    pub fn parse(text: &str, subject: &str) -> Result<SpeedRange, Error> {
+        const USUAL: u32 = 50;
+        const MOST_POINTS: u32 = 100_000;
+        let form = || {
+            let message = format!("\"{}\" is not a range of speeds", units::shortened(text));
+            let hint = format!(
+                "{subject} takes first:last:points, such as 0:3000:61 or \"0 rpm:50 Hz:61\""
+            );
+            Error::new(Code::OutOfRange, message).hint(hint)
+        };
+        let parts: Vec<&str> = text.splitn(4, ':').collect();
+        let (from, to, count) = match parts[..] {
+            [from, to] => (from, to, USUAL),
+            [from, to, count] => {
+                let count = count.trim().parse().map_err(|_| form())?;
+                (from, to, count)
+            }
+            _ => return Err(form()),
+        };
+        let speed = |text: &str| units::parse_or_bare(text, Kind::Speed, "rpm", subject);
+        let (from, to) = (speed(from)?, speed(to)?);
+        if !(2..=MOST_POINTS).contains(&count) || from >= to {
+            return Err(form());
+        }
+        Ok(SpeedRange { from, to, count })
+    }
+}
+
+/// A study; absent where its kind is missing or unknown, which is then noted.
+pub fn read(f: &mut Fields) -> Option<Study> {
+    let known = f.choice("kind", &[("modes", ())]);
+    f.need("kind");
+    let damped = f.flag("damped");
+    let speed = f.optional_quantity("speed", Kind::Speed, Range::Any);
+    let campbell = campbell(f);
+    let lowest = f.optional_count("lowest", 1, MOST);
+    let near = f.optional_quantity("near", Kind::Frequency, Range::NotNegative);
+    f.exclusive("speed", "campbell");
+    known?;
+    Some(Study {
+        kind: StudyKind::Modes(ModesStudy {
+            damped,
+            speed,
+            campbell,
+            lowest,
+            near,
+        }),
+        place: f.place.clone(),
+    })
+}
+
+fn campbell(f: &mut Fields) -> Option<SpeedRange> {
+    let text = f.optional_text("campbell")?;
+    match SpeedRange::parse(text, "`campbell`") {
+        Ok(range) => Some(range),
+        Err(error) => {
+            let place = f.place_of("campbell").clone();
+            let label = format!("in {}", f.title);
+            f.notes.push(error.at(&place).label(label));
+            None
+        }
+    }
+}

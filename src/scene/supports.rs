@@ -1,0 +1,141 @@
+//! `[[bearing]]`, `[[damper]]`, `[[load]]`, `[speed]` and `[damping]`.
+
+use super::common;
+use super::model::{Axis, Bearing, Damper, GlobalDamping, Load, MeanSpeed, Name};
+use crate::base::code::Code;
+use crate::base::fields::{Fields, Range};
+use crate::base::kind::Kind;
+use crate::base::toml::Value;
+
+/// A bearing: any terms of a stiffness and a damping matrix.
+pub fn bearing(f: &mut Fields) -> Bearing {
+    let name = common::name(f);
+    let between = common::ends_or_at(f);
+    let stiffness = terms(f, "k", stiffness_kind);
+    let damping = terms(f, "c", damping_kind);
+    let any = f
+        .entries()
+        .iter()
+        .any(|entry| entry.key.starts_with("k_") || entry.key.starts_with("c_"));
+    if !any {
+        f.missing("k_radial", " nor any other stiffness or damping");
+    }
+    Bearing {
+        name,
+        between,
+        stiffness,
+        damping,
+    }
+}
+
+/// The terms whose keys start with `letter`; `radial` and `tilt` stand for two each.
+fn terms(f: &mut Fields, letter: &str, kind: fn(Axis, Axis) -> Kind) -> Vec<(Axis, Axis, f64)> {
+    let mut terms = Vec::new();
+    for (word, axes) in [
+        ("radial", [Axis::X, Axis::Y]),
+        ("tilt", [Axis::TiltX, Axis::TiltY]),
+    ] {
+        let both = format!("{letter}_{word}");
+        let value = f.optional_quantity(&both, kind(axes[0], axes[0]), Range::Any);
+        terms.extend(value.iter().flat_map(|v| axes.map(|axis| (axis, axis, *v))));
+        for axis in axes {
+            f.exclusive(&both, &format!("{letter}_{}", axis.name()));
+        }
+    }
+    for row in Axis::ALL {
+        for column in Axis::ALL {
+            let key = if row == column {
+                format!("{letter}_{}", row.name())
+            } else {
+                format!("{letter}_{}_{}", row.name(), column.name())
+            };
+            let value = f.optional_quantity(&key, kind(row, column), Range::Any);
+            terms.extend(value.map(|v| (row, column, v)));
+        }
+    }
+    terms
+}
+
+fn stiffness_kind(row: Axis, column: Axis) -> Kind {
+    match (row.turns(), column.turns()) {
+        (false, false) => Kind::Stiffness,
+        (false, true) => Kind::ForcePerAngle,
+        (true, false) => Kind::TorquePerLength,
+        (true, true) => Kind::TorsionalStiffness,
+    }
+}
+
+fn damping_kind(row: Axis, column: Axis) -> Kind {
+    match (row.turns(), column.turns()) {
+        (false, false) => Kind::Damping,
+        (false, true) => Kind::ForceRatePerAngle,
+        (true, false) => Kind::TorqueRatePerLength,
+        (true, true) => Kind::TorsionalDamping,
+    }
+}
+
+/// A damper on rotation.
+pub fn damper(f: &mut Fields) -> Damper {
+    Damper {
+        name: common::name(f),
+        between: common::ends_or_at(f),
+        coefficient: f.quantity("c", Kind::TorsionalDamping, Range::NotNegative),
+    }
+}
+
+/// A constant torque.
+pub fn load(f: &mut Fields) -> Load {
+    Load {
+        at: common::one_node(f, "at"),
+        torque: f.quantity("torque", Kind::Torque, Range::Any),
+    }
+}
+
+/// Mean speeds, whose keys are nodes.
+pub fn speeds(f: &mut Fields) -> Vec<MeanSpeed> {
+    let mut speeds = Vec::new();
+    for entry in f.entries() {
+        let speed = f.optional_quantity(&entry.key, Kind::Speed, Range::Any);
+        if entry.key == "ground" {
+            let hint = "name a node that turns";
+            f.refuse(
+                Code::Conflict,
+                "`ground` does not turn",
+                &entry.key_place,
+                hint,
+            );
+        } else if let Some(speed) = speed {
+            let at = Name {
+                text: entry.key.clone(),
+                place: entry.key_place.clone(),
+            };
+            speeds.push(MeanSpeed { at, speed });
+        }
+    }
+    speeds
+}
+
+/// Damping of the whole machine.
+pub fn damping(f: &mut Fields) -> GlobalDamping {
+    let mass = f.optional_quantity("rayleigh_mass", Kind::PerSecond, Range::NotNegative);
+    let stiffness = f.optional_quantity("rayleigh_stiffness", Kind::Time, Range::NotNegative);
+    let modal = match f.item(
+        "modal",
+        "a ratio, or a list of ratios in rising order of modes",
+    ) {
+        None => Vec::new(),
+        Some(item) => match &item.value {
+            Value::List(list) => list
+                .iter()
+                .filter_map(|item| f.number_of("modal", item, Range::NotNegative))
+                .collect(),
+            _ => Vec::from_iter(f.number_of("modal", item, Range::NotNegative)),
+        },
+    };
+    GlobalDamping {
+        mass: mass.unwrap_or(0.0),
+        stiffness: stiffness.unwrap_or(0.0),
+        modal,
+        place: Some(f.place.clone()),
+    }
+}
