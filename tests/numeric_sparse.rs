@@ -1,5 +1,7 @@
 //! Forests, their counts and Lanczos: closed forms, another program's digits, and dense answers.
 
+#![allow(clippy::unwrap_used)] // a test that cannot go on has failed
+
 use std::f64::consts::PI;
 use std::time::Instant;
 
@@ -304,6 +306,9 @@ fn survives_nothing_and_too_much() {
     assert!(lowest(&[], &[1.0, 2.0], 3).values.is_empty());
     assert!(lowest(&[shaft(0, 1, 2.0)], &[1.0, 1.0], 0).values.is_empty());
     assert_eq!(lowest(&[shaft(0, 1, 2.0), shaft(2, 3, 2.0)], &[1.0; 5], 9).values.len(), 2);
+    assert!(lowest(&[ground(0, 1.0)], &[0.0], 1).values.is_empty());
+    assert!(lowest(&[shaft(0, 1, 2.0)], &[1.0, 1.0], 5).counted);
+    assert_eq!(Factor::new(&SparseSym::diagonal(&[])).unwrap().negative(), 0);
     assert!(Forest::new(2, &[shaft(0, 1, f64::NAN)], &[1.0; 2]).is_none());
     assert!(Forest::new(2, &[shaft(0, 5, 1.0)], &[1.0; 2]).is_none());
     assert!(Forest::new(2, &[shaft(0, 1, 1e300), ground(0, f64::INFINITY)], &[1.0; 2]).is_none());
