@@ -1,5 +1,7 @@
 //! Forests, their counts and Lanczos: closed forms, another program's digits, and dense answers.
 
+#![allow(clippy::unwrap_used)] // a test that cannot go on has failed
+
 use std::f64::consts::PI;
 use std::time::Instant;
 
@@ -304,6 +306,9 @@ fn survives_nothing_and_too_much() {
     assert!(lowest(&[], &[1.0, 2.0], 3).values.is_empty());
     assert!(lowest(&[shaft(0, 1, 2.0)], &[1.0, 1.0], 0).values.is_empty());
     assert_eq!(lowest(&[shaft(0, 1, 2.0), shaft(2, 3, 2.0)], &[1.0; 5], 9).values.len(), 2);
+    assert!(lowest(&[ground(0, 1.0)], &[0.0], 1).values.is_empty());
+    assert!(lowest(&[shaft(0, 1, 2.0)], &[1.0, 1.0], 5).counted);
+    assert_eq!(Factor::new(&SparseSym::diagonal(&[])).unwrap().negative(), 0);
     assert!(Forest::new(2, &[shaft(0, 1, f64::NAN)], &[1.0; 2]).is_none());
     assert!(Forest::new(2, &[shaft(0, 5, 1.0)], &[1.0; 2]).is_none());
     assert!(Forest::new(2, &[shaft(0, 1, 1e300), ground(0, f64::INFINITY)], &[1.0; 2]).is_none());
@@ -365,4 +370,30 @@ fn exact_net() {
     let error = worst(&found.values, exact.into_iter());
     println!("net: worst {error:.1e}");
     assert!(error < 1e-12 && found.counted);
+}
+
+/// A free bar of linear elements with consistent mass: λ = 12 sin²(θ/2) / (2 + cos θ), θ = kπ/(n − 1).
+#[test]
+fn exact_consistent_mass() {
+    let n = 2000;
+    let springs: Vec<Spring> = (1..n).map(|j| shaft(j - 1, j, 1.0)).collect();
+    let elements = (1..n).flat_map(|j| [(j - 1, j - 1, 1.0 / 3.0), (j, j, 1.0 / 3.0), (j, j - 1, 1.0 / 6.0)]);
+    let m = SparseSym::from_entries(n, &elements.collect::<Vec<_>>());
+    let k = SparseSym::from_entries(n, &assembled(&springs));
+    let forest = Forest::new(n, &springs, &vec![1.0; n]).unwrap();
+    let inverse = Shifted::at_zero(&forest);
+    let count = |sigma: f64| Factor::shifted(&k, &m, sigma).map(|f| f.negative());
+    let search = Search { inverse: &inverse, mass: &m, rigid: &forest.rigid(), count: Some(&count), wanted: 20 };
+    let found = nearest(&search).unwrap();
+    let angle = |k: usize| k as f64 * PI / (n as f64 - 1.0);
+    let error = worst(&found.values, (1..=20).map(|k| 12.0 * (angle(k) / 2.0).sin().powi(2) / (2.0 + angle(k).cos())));
+    assert!(error < 1e-12 && found.counted, "{error:e}");
+    for (i, v) in found.vectors.iter().enumerate() {
+        let mut mv = vec![0.0; n];
+        m.times(v, &mut mv);
+        for (j, w) in found.vectors.iter().enumerate() {
+            let product: f64 = w.iter().zip(&mv).map(|(w, v)| w * v).sum();
+            assert!((product - f64::from(u8::from(i == j))).abs() < 1e-12);
+        }
+    }
 }

@@ -67,17 +67,18 @@ struct Mode {
 
 /// The modes nearest σ without the rigid ones, or all where there are fewer.
 pub fn nearest(search: &Search) -> Result<Ritz, Error> {
-    let mut work = Work { search, fixed: Vec::new(), modes: Vec::new(), steps: 0 };
+    let wanted = search.wanted.min(search.mass.len().saturating_sub(search.rigid.len()));
+    let mut work = Work { search, wanted, fixed: Vec::new(), modes: Vec::new(), steps: 0 };
     for r in search.rigid {
         let mut r = r.clone();
         let norm = work.orthogonalise(&mut r, &[]);
         work.fixed.push(scaled(r, norm));
     }
-    let most_runs = 20 + 3 * search.wanted;
+    let most_runs = 20 + 3 * wanted;
     let (mut start, mut nothing_new) = (None, false);
     for run in 0..most_runs {
         let counted = work.is_counted()?;
-        if counted == Some(true) || (counted.is_none() && nothing_new && work.modes.len() >= search.wanted) {
+        if counted == Some(true) || (counted.is_none() && nothing_new && work.modes.len() >= wanted) {
             return Ok(work.finish(run, counted == Some(true)));
         }
         let begin = start.take().unwrap_or_else(|| work.random(run as u64));
@@ -91,7 +92,7 @@ pub fn nearest(search: &Search) -> Result<Ritz, Error> {
             work.take(theta, vector);
         }
     }
-    let (have, wanted) = (work.modes.len(), search.wanted);
+    let have = work.modes.len();
     Err(Error::new(
         Code::NoConvergence,
         format!("Lanczos ended after {most_runs} runs and {} solves with {have} modes of {wanted} wanted", work.steps),
@@ -110,6 +111,8 @@ struct Found {
 
 struct Work<'a> {
     search: &'a Search<'a>,
+    /// No more than there can be.
+    wanted: usize,
     /// Rigid motions, then modes, all M-orthonormal.
     fixed: Vec<Vec<f64>>,
     modes: Vec<Mode>,
@@ -172,7 +175,7 @@ impl Work<'_> {
         if norm <= 1e3 * f64::EPSILON * before || norm == 0.0 {
             return Ok(Found { exhausted: true, ..Found::default() });
         }
-        let most = (2 * self.search.wanted + 60).min(begin.len());
+        let most = (2 * self.wanted + 60).min(begin.len());
         let (mut alpha, mut beta): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
         let mut basis = vec![scaled(begin, norm)];
         loop {
@@ -193,10 +196,9 @@ impl Work<'_> {
             }
             let closed = beta[j] <= 1e2 * f64::EPSILON * size;
             let last = closed || basis.len() == most;
-            if last || (basis.len() >= 10 && basis.len() % 5 == 0) {
-                if let Some(found) = self.harvest(&alpha, &beta, &basis, closed, last)? {
-                    return Ok(found);
-                }
+            let due = last || (basis.len() >= 10 && basis.len() % 5 == 0);
+            if due && let Some(found) = self.harvest(&alpha, &beta, &basis, closed, last)? {
+                return Ok(found);
             }
             basis.push(scaled(w, beta[j]));
         }
@@ -226,7 +228,7 @@ impl Work<'_> {
         let largest = theta(order[0]).abs();
         let ready = |i: usize| closed || (beta[m - 1] * eigen.U()[(m - 1, i)]).abs() <= CONVERGED * theta(i).abs();
         let n_ready = order.iter().take_while(|&&i| ready(i) && theta(i).abs() > SAME_RUN * largest).count();
-        let wanted = self.search.wanted.saturating_sub(self.modes.len());
+        let wanted = self.wanted.saturating_sub(self.modes.len());
         let cutoff = self.cutoff();
         let nothing_new = n_ready > 0 && largest < cutoff;
         let passed = |i: usize| theta(i).abs() < cutoff;
@@ -251,7 +253,7 @@ impl Work<'_> {
 
     /// |θ| below which a mode is not among the wanted.
     fn cutoff(&self) -> f64 {
-        self.distances().get(self.search.wanted.wrapping_sub(1)).map_or(0.0, |d| (1.0 - SAME_VALUE) / d)
+        self.distances().get(self.wanted.wrapping_sub(1)).map_or(0.0, |d| (1.0 - SAME_VALUE) / d)
     }
 
     fn distances(&self) -> Vec<f64> {
@@ -295,11 +297,11 @@ impl Work<'_> {
     /// Whether no mode among the wanted is missing; none without a count.
     fn is_counted(&self) -> Result<Option<bool>, Error> {
         let Some(count) = self.search.count else { return Ok(None) };
-        if self.search.wanted == 0 {
+        if self.wanted == 0 {
             return Ok(Some(true));
         }
         let distances = self.distances();
-        let Some(&last) = distances.get(self.search.wanted - 1) else { return Ok(Some(false)) };
+        let Some(&last) = distances.get(self.wanted - 1) else { return Ok(Some(false)) };
         let shift = self.search.inverse.shift();
         let reach = last + SAME_VALUE * (last + shift.abs());
         let inside = distances.iter().filter(|d| **d <= reach).count();
@@ -312,7 +314,7 @@ impl Work<'_> {
         let shift = self.search.inverse.shift();
         let mut modes = self.modes;
         modes.sort_by(|a, b| (a.value - shift).abs().total_cmp(&(b.value - shift).abs()));
-        modes.truncate(self.search.wanted);
+        modes.truncate(self.wanted);
         modes.sort_by(|a, b| a.value.total_cmp(&b.value));
         let values = modes.iter().map(|m| m.value).collect();
         let residuals = modes.iter().map(|m| m.residual).collect();

@@ -1,8 +1,10 @@
 //! Sums over long vectors.
 
-/// `x / norm`.
+/// `x / norm`, or x where the norm is zero.
 pub fn scaled(mut x: Vec<f64>, norm: f64) -> Vec<f64> {
-    x.iter_mut().for_each(|x| *x /= norm);
+    if norm != 0.0 {
+        x.iter_mut().for_each(|x| *x /= norm);
+    }
     x
 }
 
