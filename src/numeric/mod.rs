@@ -15,6 +15,9 @@ pub type Complex = faer::c64;
 /// Householder reduction that keeps the digits of small rows.
 mod rowwise;
 
+/// Factors that set the grading of a matrix apart.
+mod pivots;
+
 /// One-sided Jacobi rotations.
 mod jacobi;
 
