@@ -9,7 +9,7 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 
 use super::jacobi::orthogonalise;
-use super::pivots::{Revealed, null_vectors, reveal};
+use super::pivots::{Revealed, null_vectors, reveal, solve_upper};
 use super::rowwise::{back_substitute, dot, norm, reduce, subtract};
 use super::{Matrix, check_finite};
 
@@ -119,23 +119,31 @@ pub struct Elimination {
 
 /// Static condensation of the `first` columns of `a`, which carry no inertia, without forming `K`.
 ///
-/// `A = Q [R₁₁ R₁₂; 0 R₂₂]`: the energy `½‖A x‖²` is least over `x_first = −R₁₁⁻¹ R₁₂ x_rest`, where it is
-/// `½‖R₂₂ x_rest‖²`. Rows are sorted by their size in the first columns, which are pivoted among themselves.
+/// With `A_first = L D U` and `[L D, A_rest] = Q [R₁₁ R₁₂; 0 R₂₂]` the energy `½‖A x‖²` is least over
+/// `x_first = −U⁻¹ R₁₁⁻¹ R₁₂ x_rest`, where it is `½‖R₂₂ x_rest‖²`. The reflections sort rows by their size in `L D`.
 ///
 /// Errors: `Overflow` where an entry is not finite.
 pub fn eliminate(a: &Matrix, first: usize) -> Result<Elimination, Error> {
     check_finite(a, "a graded matrix")?;
     let first = first.min(a.ncols());
     let rest = a.ncols() - first;
+    let columns: Vec<Vec<f64>> = (0..a.ncols()).map(|j| a.col_as_slice(j).to_vec()).collect();
     let negligible = 8.0 * (a.ncols() as f64) * f64::EPSILON; // of the row's size: its backward error, with a margin
-    let reduced = reduce((0..a.ncols()).map(|j| a.col_as_slice(j).to_vec()).collect(), first, first, negligible);
-    let rank = reduced.steps;
-    let condensed = Matrix::from_fn(a.nrows() - rank, rest, |i, j| reduced.columns[first + j][rank + i]);
+    let held = reduce(columns[..first].to_vec(), first, first, negligible);
+    let rank = held.steps;
+    let singular = held.order[rank..].iter().min().copied();
+
+    let revealed = reveal((0..a.nrows()).map(|i| (0..first).map(|j| a[(i, j)]).collect()).collect(), rank);
+    let rank = revealed.pivots.len();
+    let reduced = reduce(revealed.lower.iter().chain(&columns[first..]).cloned().collect(), rank, rank, 0.0);
+    let condensed = Matrix::from_fn(a.nrows() - rank, rest, |i, j| reduced.columns[rank + j][rank + i]);
     let mut recovery = Matrix::zeros(first, rest);
-    for (j, solved) in back_substitute(&reduced, first).iter().enumerate() {
-        solved.iter().zip(&reduced.order).for_each(|(x, &at)| recovery[(at, j)] = -x);
+    for (j, solved) in back_substitute(&reduced, rank).iter().enumerate() {
+        let mut right = vec![0.0; rank];
+        solved.iter().zip(&reduced.order).for_each(|(x, &at)| right[at] = -x);
+        let x = solve_upper(&revealed, vec![0.0; first], &right);
+        x.iter().enumerate().for_each(|(i, x)| recovery[(i, j)] = *x);
     }
-    let singular = reduced.order[rank..first].iter().min().copied();
     Ok(Elimination { condensed, recovery, singular })
 }
 

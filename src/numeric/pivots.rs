@@ -43,12 +43,17 @@ pub(super) fn null_vectors(found: &Revealed, n: usize) -> Vec<Vec<f64>> {
     let solve = |j: usize| {
         let mut x = vec![0.0; n];
         x[j] = 1.0;
-        for (row, &pivot) in found.upper.iter().zip(&found.pivots).rev() {
-            x[pivot] = -dot(row, &x);
-        }
-        x
+        solve_upper(found, x, &vec![0.0; found.pivots.len()])
     };
     free.map(solve).collect()
+}
+
+/// x with `U x = right`; the columns without a pivot keep what x holds.
+pub(super) fn solve_upper(found: &Revealed, mut x: Vec<f64>, right: &[f64]) -> Vec<f64> {
+    for (k, &pivot) in found.pivots.iter().enumerate().rev() {
+        x[pivot] = right[k] - dot(&found.upper[k], &x);
+    }
+    x
 }
 
 /// Row and column of the largest entry.
