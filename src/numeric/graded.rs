@@ -1,15 +1,16 @@
 //! Singular values of graded matrices to high relative accuracy, and elimination of freedoms without inertia.
 //!
 //! With `A = √k W M^-½` (a row per branch, a column per freedom) the singular values are the natural frequencies,
-//! `ω² x = Aᵀ A x`. Forming `K = AᵀA` loses all digits of ω below √ε times the largest; row-sorted QR followed by
-//! one-sided Jacobi on `Rᵀ` (Drmač & Veselić 2008, see `jacobi`) keeps them: 1e-15 to 1e-12 relative at a spread
-//! of 1e14 in stiffness and 1e12 in inertia (`tests/numeric_graded.rs`).
+//! `ω² x = Aᵀ A x`. Forming `K = AᵀA` loses all digits of ω below √ε times the largest. Instead `A = L D U` with
+//! complete pivoting, `L D = Q R`, and one-sided Jacobi on the rows of `R U`: Demmel, Gu, Eisenstat, Slapničar,
+//! Veselić & Drmač, Linear Algebra Appl. 299 (1999), pp. 21–80, Algorithm 3.1.
 
 use crate::base::code::Code;
 use crate::base::error::Error;
 
 use super::jacobi::orthogonalise;
-use super::rowwise::{Reduced, back_substitute, dot, norm, reduce, subtract};
+use super::pivots::{Revealed, null_vectors, reveal, solve_upper};
+use super::rowwise::{back_substitute, dot, norm, reduce, subtract};
 use super::{Matrix, check_finite};
 
 /// Singular values and right singular vectors.
@@ -32,18 +33,17 @@ pub struct GradedSvd {
 pub fn svd(a: &Matrix, rank: Option<usize>) -> Result<GradedSvd, Error> {
     let n = a.ncols();
     check_finite(a, "a graded matrix")?;
-    let mut columns = columns_of(a);
-    let scale = middle_scale(&columns);
-    columns.iter_mut().flatten().for_each(|x| *x /= scale);
-    let reduced = reduce(columns, n, rank.unwrap_or(n), 0.0);
+    let scale = middle_scale(a);
+    let rows = (0..a.nrows()).map(|i| (0..n).map(|j| a[(i, j)] / scale).collect()).collect();
+    let revealed = reveal(rows, rank.unwrap_or(n));
 
-    let mut turned = rows_of_r(&reduced);
+    let mut turned = rows_of_product(&revealed, n);
     let (lengths, sweeps) = orthogonalise(&mut turned)?;
     let mut by_value: Vec<usize> = (0..turned.len()).filter(|&i| lengths[i] > 0.0).collect();
     by_value.sort_by(|&i, &j| lengths[i].total_cmp(&lengths[j]));
     let live: Vec<Vec<f64>> = by_value.iter().map(|&i| turned[i].iter().map(|x| x / lengths[i]).collect()).collect();
 
-    let mut vectors = null_space(&reduced, &live);
+    let mut vectors = null_space(null_vectors(&revealed, n), &live, n);
     let mut values = vec![0.0; vectors.len()];
     vectors.extend(live);
     values.extend(by_value.iter().map(|&i| lengths[i] * scale));
@@ -53,39 +53,30 @@ pub fn svd(a: &Matrix, rank: Option<usize>) -> Result<GradedSvd, Error> {
     Ok(GradedSvd { values, vectors: Matrix::from_fn(n, n, |i, j| vectors[j][i]), sweeps })
 }
 
-fn columns_of(a: &Matrix) -> Vec<Vec<f64>> {
-    (0..a.ncols()).map(|j| a.col_as_slice(j).to_vec()).collect()
-}
-
 /// The power of two midway between the largest and the smallest entry.
-fn middle_scale(columns: &[Vec<f64>]) -> f64 {
-    let sizes = columns.iter().flatten().map(|x| x.abs()).filter(|&x| x > 0.0);
+fn middle_scale(a: &Matrix) -> f64 {
+    let sizes = (0..a.ncols()).flat_map(|j| a.col_as_slice(j)).map(|x| x.abs()).filter(|&x| x > 0.0);
     let (small, large) = sizes.fold((f64::MAX, 0.0_f64), |(small, large), x| (small.min(x), large.max(x)));
     if large == 0.0 { 1.0 } else { (0.5 * (small.log2() + large.log2())).round().exp2() }
 }
 
-/// Row i of R as column i, its entries in the order of the columns of `A`.
-fn rows_of_r(reduced: &Reduced) -> Vec<Vec<f64>> {
-    let mut rows = vec![vec![0.0; reduced.order.len()]; reduced.steps];
-    for (column, &at) in reduced.columns.iter().zip(&reduced.order) {
-        rows.iter_mut().zip(column).for_each(|(row, x)| row[at] = *x);
+/// Rows of `R Πᵀ U`, where `L D Π = Q R`: what is left of `A = L D U` once Q, which turns no right vector, is dropped.
+fn rows_of_product(revealed: &Revealed, n: usize) -> Vec<Vec<f64>> {
+    let rank = revealed.pivots.len();
+    let r = reduce(revealed.lower.clone(), rank, rank, 0.0);
+    let mut rows = vec![vec![0.0; n]; r.steps];
+    for (column, &at) in r.columns.iter().zip(&r.order) {
+        rows.iter_mut().zip(column).for_each(|(row, x)| subtract(row, -x, &revealed.upper[at]));
     }
     rows
 }
 
-/// Orthonormal vectors that `R` maps to zero: `(−R₁₁⁻¹ R₁₂, I)`, then as many more as `live` leaves room for.
-fn null_space(reduced: &Reduced, live: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    let n = reduced.order.len();
+/// Orthonormal vectors beside `live`: the known null vectors, then as many more as there is room for.
+fn null_space(known: Vec<Vec<f64>>, live: &[Vec<f64>], n: usize) -> Vec<Vec<f64>> {
     let independent = 0.5 / (n as f64).sqrt(); // at least one unit vector has 1/√n of itself in the complement
     let mut found: Vec<Vec<f64>> = Vec::new();
-    let exact = back_substitute(reduced, reduced.steps).into_iter().enumerate().map(|(j, solved)| {
-        let mut x = vec![0.0; n];
-        solved.iter().zip(&reduced.order).for_each(|(value, &at)| x[at] = -value);
-        x[reduced.order[reduced.steps + j]] = 1.0;
-        x
-    });
     let units = (0..n).map(|i| (0..n).map(|j| f64::from(u8::from(i == j))).collect());
-    for mut x in exact.chain(units) {
+    for mut x in known.into_iter().chain(units) {
         if found.len() + live.len() == n {
             break;
         }
@@ -128,23 +119,31 @@ pub struct Elimination {
 
 /// Static condensation of the `first` columns of `a`, which carry no inertia, without forming `K`.
 ///
-/// `A = Q [R₁₁ R₁₂; 0 R₂₂]`: the energy `½‖A x‖²` is least over `x_first = −R₁₁⁻¹ R₁₂ x_rest`, where it is
-/// `½‖R₂₂ x_rest‖²`. Rows are sorted by their size in the first columns, which are pivoted among themselves.
+/// With `A_first = L D U` and `[L D, A_rest] = Q [R₁₁ R₁₂; 0 R₂₂]` the energy `½‖A x‖²` is least over
+/// `x_first = −U⁻¹ R₁₁⁻¹ R₁₂ x_rest`, where it is `½‖R₂₂ x_rest‖²`. The reflections sort rows by their size in `L D`.
 ///
 /// Errors: `Overflow` where an entry is not finite.
 pub fn eliminate(a: &Matrix, first: usize) -> Result<Elimination, Error> {
     check_finite(a, "a graded matrix")?;
     let first = first.min(a.ncols());
     let rest = a.ncols() - first;
+    let columns: Vec<Vec<f64>> = (0..a.ncols()).map(|j| a.col_as_slice(j).to_vec()).collect();
     let negligible = 8.0 * (a.ncols() as f64) * f64::EPSILON; // of the row's size: its backward error, with a margin
-    let reduced = reduce(columns_of(a), first, first, negligible);
-    let rank = reduced.steps;
-    let condensed = Matrix::from_fn(a.nrows() - rank, rest, |i, j| reduced.columns[first + j][rank + i]);
+    let held = reduce(columns[..first].to_vec(), first, first, negligible);
+    let rank = held.steps;
+    let singular = held.order[rank..].iter().min().copied();
+
+    let revealed = reveal((0..a.nrows()).map(|i| (0..first).map(|j| a[(i, j)]).collect()).collect(), rank);
+    let rank = revealed.pivots.len();
+    let reduced = reduce(revealed.lower.iter().chain(&columns[first..]).cloned().collect(), rank, rank, 0.0);
+    let condensed = Matrix::from_fn(a.nrows() - rank, rest, |i, j| reduced.columns[rank + j][rank + i]);
     let mut recovery = Matrix::zeros(first, rest);
-    for (j, solved) in back_substitute(&reduced, first).iter().enumerate() {
-        solved.iter().zip(&reduced.order).for_each(|(x, &at)| recovery[(at, j)] = -x);
+    for (j, solved) in back_substitute(&reduced, rank).iter().enumerate() {
+        let mut right = vec![0.0; rank];
+        solved.iter().zip(&reduced.order).for_each(|(x, &at)| right[at] = -x);
+        let x = solve_upper(&revealed, vec![0.0; first], &right);
+        x.iter().enumerate().for_each(|(i, x)| recovery[(i, j)] = *x);
     }
-    let singular = reduced.order[rank..first].iter().min().copied();
     Ok(Elimination { condensed, recovery, singular })
 }
 

@@ -18,6 +18,9 @@ pub mod exact;
 /// Householder reduction that keeps the digits of small rows.
 mod rowwise;
 
+/// Factors that set the grading of a matrix apart.
+mod pivots;
+
 /// One-sided Jacobi rotations.
 mod jacobi;
 
