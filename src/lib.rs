@@ -10,3 +10,7 @@ pub mod numeric;
 
 /// Model and scene files as written.
 pub mod scene;
+
+/// The command: the only place that touches the terminal.
+#[cfg(feature = "cli")]
+pub mod cli;

@@ -121,7 +121,7 @@ fn model_of(
     let path = folder.unwrap_or(Path::new("")).join(named);
     let source = match toml::load(&path) {
         Ok(source) => source,
-        Err(error) if error.place.is_some() => {
+        Err(error) if error.code == Code::NotText => {
             notes.push(error);
             return None;
         }
