@@ -228,7 +228,7 @@ hint: did you mean `k`? it takes N·m/rad, kN·m/rad, N·m/deg
         let text = "a = 1\nb = 2\nc = 3\nd = 4\n";
         let shown = errors(&read_text("m.toml", text).unwrap_err(), false);
         assert_eq!(shown.matches("error: ").count(), 3, "{shown}");
-        assert!(shown.ends_with("and 2 more errors\n"), "{shown}");
+        assert!(shown.ends_with("and 1 more error\n"), "{shown}");
     }
 
     #[test]
