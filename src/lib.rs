@@ -19,3 +19,10 @@ pub mod modes;
 
 /// What a study needs, and running it.
 pub mod plan;
+
+/// Results as tables, JSON, CSV and pictures.
+pub mod report;
+
+/// The command: the only place that touches the terminal.
+#[cfg(feature = "cli")]
+pub mod cli;

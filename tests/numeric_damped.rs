@@ -16,12 +16,23 @@ fn number(value: &Value) -> f64 {
 }
 
 fn problems() -> Vec<Problem> {
-    let document: Value = serde_json::from_str(include_str!("../data/reference/damped.json")).unwrap();
-    document["problems"].as_array().unwrap().iter().map(read).collect()
+    let document: Value =
+        serde_json::from_str(include_str!("../data/reference/damped.json")).unwrap();
+    document["problems"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(read)
+        .collect()
 }
 
 fn read(p: &Value) -> Problem {
-    let inertia: Vec<f64> = p["inertia"].as_array().unwrap().iter().map(number).collect();
+    let inertia: Vec<f64> = p["inertia"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(number)
+        .collect();
     let branches = p["branches"].as_array().unwrap();
     let mut w = Matrix::zeros(branches.len(), inertia.len());
     for (row, branch) in branches.iter().enumerate() {
@@ -30,11 +41,18 @@ fn read(p: &Value) -> Problem {
             w[(row, dof)] = number(&term[1]) / inertia[dof].sqrt();
         }
     }
-    let weighted =
-        |key: &str| Matrix::from_fn(w.nrows(), w.ncols(), |i, j| number(&branches[i][key]).sqrt() * w[(i, j)]);
+    let weighted = |key: &str| {
+        Matrix::from_fn(w.nrows(), w.ncols(), |i, j| {
+            number(&branches[i][key]).sqrt() * w[(i, j)]
+        })
+    };
     let modes = graded::svd(&weighted("k"), None).unwrap();
     let dampers = weighted("c") * &modes.vectors;
-    let values = p["lambda_rad_s"].as_array().unwrap().iter().map(|v| Complex::new(number(&v["re"]), number(&v["im"])));
+    let values = p["lambda_rad_s"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|v| Complex::new(number(&v["re"]), number(&v["im"])));
     Problem {
         name: p["name"].as_str().unwrap().to_owned(),
         omega: modes.values,
@@ -70,8 +88,13 @@ fn companion(p: &Problem) -> Matrix {
 fn matched(found: &[Complex], exact: &[Complex]) -> Vec<Complex> {
     let mut free = exact.to_vec();
     let nearest = |value: &Complex| {
-        let at =
-            (0..free.len()).min_by(|&i, &j| (free[i] - value).norm().total_cmp(&(free[j] - value).norm())).unwrap();
+        let at = (0..free.len())
+            .min_by(|&i, &j| {
+                (free[i] - value)
+                    .norm()
+                    .total_cmp(&(free[j] - value).norm())
+            })
+            .unwrap();
         free.remove(at)
     };
     found.iter().map(nearest).collect()
@@ -88,7 +111,10 @@ fn ref_mpmath_conditions_bound_errors() {
             let bound = f64::EPSILON * found.norm * found.condition[i];
             worst_share = worst_share.max((found.values[i] - exact[i]).norm() / bound);
         }
-        println!("{:12} worst error {worst_share:.1e} of ε norm condition", p.name);
+        println!(
+            "{:12} worst error {worst_share:.1e} of ε norm condition",
+            p.name
+        );
         assert!(worst_share < 10.0, "{}", p.name);
     }
 }
@@ -100,12 +126,18 @@ fn ref_mpmath_polished() {
         let found = general::eigen(&companion(&p)).unwrap();
         let start = |i: usize| (0..n).map(|j| found.right[(n + j, i)]).collect::<Vec<_>>();
         let squares: Vec<f64> = p.omega.iter().map(|w| w * w).collect();
-        let polish = |i: usize| quadratic::quadratic_refine(&p.c, &squares, found.values[i], &start(i)).unwrap();
+        let polish = |i: usize| {
+            quadratic::quadratic_refine(&p.c, &squares, found.values[i], &start(i)).unwrap()
+        };
         let polished: Vec<_> = (0..2 * n).map(polish).collect();
         let values: Vec<Complex> = polished.iter().map(|m| m.value).collect();
         let worst = |found: &[Complex]| {
             let exact = matched(found, &p.values);
-            found.iter().zip(&exact).map(|(f, e)| (f - e).norm() / e.norm()).fold(0.0, f64::max)
+            found
+                .iter()
+                .zip(&exact)
+                .map(|(f, e)| (f - e).norm() / e.norm())
+                .fold(0.0, f64::max)
         };
         let residual = polished.iter().map(|m| m.residual).fold(0.0, f64::max);
         let steps = polished.iter().map(|m| m.steps).max().unwrap();

@@ -98,33 +98,39 @@ pub struct Document {
 /// The text of a file, refused before it is read where it cannot be a model.
 pub fn load(path: &Path) -> Result<Arc<Source>, Error> {
     let name = path.display().to_string();
+    let place = Place::new(source(name.clone(), ""), 0..0);
+    let refuse =
+        |code, message: String, hint: &str| Error::new(code, message).at(&place).hint(hint);
     let missing = |e: std::io::Error| {
-        Error::new(Code::FileMissing, format!("{name} cannot be read: {e}"))
-            .hint("paths are taken from the folder the command is run in")
+        let hint = "paths are taken from the folder the command is run in";
+        refuse(
+            Code::FileMissing,
+            format!("{name} cannot be read: {e}"),
+            hint,
+        )
     };
     let facts = fs::metadata(path).map_err(missing)?;
-    if facts.is_dir() {
-        return Err(
-            Error::new(Code::FileMissing, format!("{name} is a folder, not a file"))
-                .hint("name a file in it"),
-        );
-    }
     if !facts.is_file() {
-        return Err(Error::new(
+        let what = if facts.is_dir() {
+            "is a folder"
+        } else {
+            "is a device or a pipe"
+        };
+        let message = format!("{name} {what}, not a file");
+        return Err(refuse(
             Code::FileMissing,
-            format!("{name} is neither a file nor a folder"),
+            message,
+            "name a model or scene file",
         ));
     }
     if facts.len() > LARGEST {
         let mega = facts.len() >> 20;
-        return Err(Error::new(
-            Code::FileTooLarge,
-            format!("{name} has {mega} MB; model files are limited to 64 MB"),
-        )
-        .hint("a log is read by `geardyn identify` and `geardyn spectrum`"));
+        let message = format!("{name} has {mega} MB; model files are limited to 64 MB");
+        let hint = "a log is read by `geardyn identify` and `geardyn spectrum`";
+        return Err(refuse(Code::FileTooLarge, message, hint));
     }
     let bytes = fs::read(path).map_err(missing)?;
-    decode(name, bytes)
+    decode(name.clone(), bytes)
 }
 
 /// Bytes as text; a byte-order mark is taken off.

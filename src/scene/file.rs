@@ -121,7 +121,7 @@ fn model_of(
     let path = folder.unwrap_or(Path::new("")).join(named);
     let source = match toml::load(&path) {
         Ok(source) => source,
-        Err(error) if error.place.is_some() => {
+        Err(error) if error.code == Code::NotText => {
             notes.push(error);
             return None;
         }
@@ -179,7 +179,8 @@ fn read_model(file: &Document, loads: Vec<Load>, notes: &mut Notes) -> Model {
         .iter()
         .any(|key| f.has(key));
     f.ends();
-    if empty {
+    // A misspelt [[inertia]] has been noted as such.
+    if empty && notes.errors.is_empty() {
         let what = match file.source.text.trim().is_empty() {
             true => "the file is empty",
             false => "the model has no [[inertia]], so nothing can move",

@@ -1,0 +1,14 @@
+//! Results as tables, JSON, CSV and pictures. Computes nothing.
+
+/// Columns of numbers.
+pub mod number;
+
+/// JSON documents.
+pub mod json;
+
+/// CSV files.
+pub mod csv;
+
+/// Tables for a terminal.
+#[cfg(feature = "cli")]
+pub mod table;
