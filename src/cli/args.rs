@@ -6,7 +6,13 @@ use clap::{Args, Parser, Subcommand};
 
 /// Machine dynamics of gear drive trains: a model file becomes modes.
 #[derive(Debug, Parser)]
-#[command(name = "geardyn", version, about, max_term_width = 100, arg_required_else_help = true)]
+#[command(
+    name = "geardyn",
+    version,
+    about,
+    max_term_width = 100,
+    arg_required_else_help = true
+)]
 #[command(after_help = "Example:\n  geardyn modes models/y2250.toml")]
 pub struct Arguments {
     /// What to do.

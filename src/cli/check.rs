@@ -21,10 +21,20 @@ pub fn run(files: &[PathBuf], as_json: bool) -> Result<u8, Errors> {
             Ok(found) if as_json => documents.push(found.json()),
             Ok(found) => {
                 output::print(&found.line())?;
-                found.warnings.iter().for_each(|w| eprint!("{}", diagnostic::warning(w, diagnostic::colour())));
+                found
+                    .warnings
+                    .iter()
+                    .for_each(|w| eprint!("{}", diagnostic::warning(w, diagnostic::colour())));
             }
             Err(errors) => {
-                exit = exit.max(errors.list().iter().map(|e| e.code.exit()).max().unwrap_or(2));
+                exit = exit.max(
+                    errors
+                        .list()
+                        .iter()
+                        .map(|e| e.code.exit())
+                        .max()
+                        .unwrap_or(2),
+                );
                 if as_json {
                     documents.push(diagnostic::json(&errors));
                 } else {
@@ -77,7 +87,11 @@ impl Found {
             0 => String::new(),
             _ => format!(", {} after rigid joints", self.stay),
         };
-        let studies = if self.studies > 0 { format!(", {} studies", self.studies) } else { String::new() };
+        let studies = if self.studies > 0 {
+            format!(", {} studies", self.studies)
+        } else {
+            String::new()
+        };
         format!(
             "{}   {}\n  {} elements, {} freedoms{joints}, {} rigid-body {}{studies}\n",
             self.path,

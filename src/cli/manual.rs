@@ -25,20 +25,34 @@ pub fn completions(shell: clap_complete::Shell) -> Result<u8, Error> {
 /// # Errors
 /// The folder cannot be written.
 pub fn pages(folder: &Path) -> Result<u8, Error> {
-    let failed = |e: std::io::Error| Error::new(Code::OutputFailed, format!("{} could not be written: {e}", folder.display()));
+    let failed = |e: std::io::Error| {
+        Error::new(
+            Code::OutputFailed,
+            format!("{} could not be written: {e}", folder.display()),
+        )
+    };
     std::fs::create_dir_all(folder).map_err(failed)?;
     let mut root = Arguments::command();
     root.build();
     let mut names = Vec::new();
     let subcommands: Vec<clap::Command> = root.get_subcommands().cloned().collect();
     for command in std::iter::once(root).chain(subcommands) {
-        let name = command.get_display_name().unwrap_or(command.get_name()).to_string();
+        let name = command
+            .get_display_name()
+            .unwrap_or(command.get_name())
+            .to_string();
         let page = format!("{name}.1");
         let mut text = Vec::new();
-        clap_mangen::Man::new(command).render(&mut text).map_err(failed)?;
+        clap_mangen::Man::new(command)
+            .render(&mut text)
+            .map_err(failed)?;
         output::write(&folder.join(&page), &text)?;
         names.push(page);
     }
-    output::print(&format!("wrote {} pages into {}\n", names.len(), folder.display()))?;
+    output::print(&format!(
+        "wrote {} pages into {}\n",
+        names.len(),
+        folder.display()
+    ))?;
     Ok(0)
 }

@@ -41,7 +41,12 @@ pub fn run(arguments: &Arguments) -> ExitCode {
     match carry_out(&arguments.command) {
         Ok(exit) => ExitCode::from(exit),
         Err(errors) => {
-            let exit = errors.list().iter().map(|e| e.code.exit()).max().unwrap_or(2);
+            let exit = errors
+                .list()
+                .iter()
+                .map(|e| e.code.exit())
+                .max()
+                .unwrap_or(2);
             if wants_json(&arguments.command) {
                 // Whoever asked for JSON reads standard output.
                 let _ = output::print(&format!("{:#}\n", diagnostic::json(&errors)));

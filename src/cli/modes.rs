@@ -28,7 +28,8 @@ pub fn run(args: &ModesArgs) -> Result<u8, Errors> {
         written.push(path.display().to_string());
     }
     if args.json {
-        let document = report::json::modes(&scene.sources, &prepared, &answer, Detail { top: args.top });
+        let document =
+            report::json::modes(&scene.sources, &prepared, &answer, Detail { top: args.top });
         output::print(&format!("{document:#}\n"))?;
         return Ok(0);
     }
@@ -44,11 +45,16 @@ pub fn run(args: &ModesArgs) -> Result<u8, Errors> {
 }
 
 fn chosen(args: &ModesArgs, answer: &Answer) -> Result<Option<usize>, Error> {
-    let Some(number) = args.mode else { return Ok(None) };
+    let Some(number) = args.mode else {
+        return Ok(None);
+    };
     if (1..=answer.modes.len()).contains(&number) {
         return Ok(Some(number - 1));
     }
-    let message = format!("there is no mode {number}: the answer holds modes 1 to {}", answer.modes.len());
+    let message = format!(
+        "there is no mode {number}: the answer holds modes 1 to {}",
+        answer.modes.len()
+    );
     Err(Error::new(Code::OutOfRange, message))
 }
 
@@ -57,10 +63,16 @@ fn epilogue(plan: &Plan, answer: &Answer, written: &[String]) -> String {
     let mut text = String::from("\n");
     for (_, name, verdict) in &plan.steps {
         match (*name, verdict) {
-            ("undamped modes" | "few modes" | "complex modes" | "operating point" | "rigid joints", Verdict::Runs(what)) => {
+            (
+                "undamped modes" | "few modes" | "complex modes" | "operating point"
+                | "rigid joints",
+                Verdict::Runs(what),
+            ) => {
                 text += &format!("{name}: {what}\n");
             }
-            ("operating point" | "complex modes", Verdict::LeftOut(why)) => text += &format!("left out {name}: {why}\n"),
+            ("operating point" | "complex modes", Verdict::LeftOut(why)) => {
+                text += &format!("left out {name}: {why}\n")
+            }
             _ => {}
         }
     }

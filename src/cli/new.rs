@@ -20,6 +20,8 @@ pub fn run(path: &Path) -> Result<u8, Error> {
     }
     output::write(path, STARTER.as_bytes())?;
     let name = path.display();
-    output::print(&format!("wrote {name}\nnext: `geardyn check {name}`, then `geardyn modes {name}`\n"))?;
+    output::print(&format!(
+        "wrote {name}\nnext: `geardyn check {name}`, then `geardyn modes {name}`\n"
+    ))?;
     Ok(0)
 }

@@ -13,9 +13,10 @@ use crate::base::error::Error;
 pub fn print(text: &str) -> Result<(), Error> {
     let mut out = io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(e) if e.kind() != ErrorKind::BrokenPipe => {
-            Err(Error::new(Code::OutputFailed, format!("standard output could not be written: {e}")))
-        }
+        Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(Error::new(
+            Code::OutputFailed,
+            format!("standard output could not be written: {e}"),
+        )),
         _ => Ok(()),
     }
 }
@@ -25,23 +26,34 @@ pub fn print(text: &str) -> Result<(), Error> {
 /// # Errors
 /// The folder or the file cannot be written.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = path
+        .parent()
+        .filter(|p| !p.as_os_str().is_empty())
+        .unwrap_or(Path::new("."));
     let whole = || -> io::Result<()> {
-        let mut file = tempfile::Builder::new().prefix(".geardyn-").tempfile_in(folder)?;
+        let mut file = tempfile::Builder::new()
+            .prefix(".geardyn-")
+            .tempfile_in(folder)?;
         file.write_all(bytes)?;
         file.as_file().sync_all()?;
         readable_by_others(&file)?;
         file.persist(path).map_err(|e| e.error)?;
         Ok(())
     };
-    whole().map_err(|e| Error::new(Code::OutputFailed, format!("{} could not be written: {e}", path.display())))
+    whole().map_err(|e| {
+        Error::new(
+            Code::OutputFailed,
+            format!("{} could not be written: {e}", path.display()),
+        )
+    })
 }
 
 /// Temporary files are made for their owner alone; an answer has the rights of any new file.
 #[cfg(unix)]
 fn readable_by_others(file: &tempfile::NamedTempFile) -> io::Result<()> {
     use std::os::unix::fs::PermissionsExt;
-    file.as_file().set_permissions(std::fs::Permissions::from_mode(0o644))
+    file.as_file()
+        .set_permissions(std::fs::Permissions::from_mode(0o644))
 }
 
 #[cfg(not(unix))]

@@ -28,7 +28,10 @@ pub fn modes(linear: &Linear, basis: &Basis, modal: &Modal) -> Result<Vec<Mode>,
                 continue;
             }
             let right: Vec<Complex> = (0..state.len()).map(|i| eigen.right[(i, k)]).collect();
-            let start = Root { lambda, x: state.positions(&quadratic, basis, lambda, &right) };
+            let start = Root {
+                lambda,
+                x: state.positions(&quadratic, basis, lambda, &right),
+            };
             let error = f64::EPSILON * eigen.norm * eigen.condition[k];
             found.push(polish(&quadratic, start, error));
         }
@@ -36,23 +39,45 @@ pub fn modes(linear: &Linear, basis: &Basis, modal: &Modal) -> Result<Vec<Mode>,
     found.sort_by(|a, b| modulus(a.root.lambda).total_cmp(&modulus(b.root.lambda)));
     let rigid = (0..basis.n_rigid).filter(|&j| quadratic.is_free(j));
     let rigid = rigid.map(|j| {
-        let mut shape: Vec<Complex> =
-            linear.recover(&super::basis::column(&basis.shapes, j)).iter().map(|&x| Complex::new(x, 0.0)).collect();
+        let mut shape: Vec<Complex> = linear
+            .recover(&super::basis::column(&basis.shapes, j))
+            .iter()
+            .map(|&x| Complex::new(x, 0.0))
+            .collect();
         orient(&mut shape);
         let zero = Complex::new(0.0, 0.0);
-        Mode { eigenvalue: zero, rigid: true, damping_ratio: None, shape, residual: 0.0, digits: f64::INFINITY }
+        Mode {
+            eigenvalue: zero,
+            rigid: true,
+            damping_ratio: None,
+            shape,
+            residual: 0.0,
+            digits: f64::INFINITY,
+        }
     });
     let damped = modal.is_dissipative();
     let elastic = found.iter().map(|polished| {
         let z = light.expand(&polished.root.x);
         let p: Vec<Complex> = (0..modal.shapes.nrows())
-            .map(|i| z.iter().enumerate().map(|(j, &x)| x * modal.shapes[(i, j)]).fold(ZERO, |s, t| s + t))
+            .map(|i| {
+                z.iter()
+                    .enumerate()
+                    .map(|(j, &x)| x * modal.shapes[(i, j)])
+                    .fold(ZERO, |s, t| s + t)
+            })
             .collect();
         let mut shape = recover(linear, &p);
         orient(&mut shape);
         let lambda = polished.root.lambda;
         let damping_ratio = (damped && lambda.im != 0.0).then(|| -lambda.re / modulus(lambda));
-        Mode { eigenvalue: lambda, rigid: false, damping_ratio, shape, residual: polished.residual, digits: polished.digits }
+        Mode {
+            eigenvalue: lambda,
+            rigid: false,
+            damping_ratio,
+            shape,
+            residual: polished.residual,
+            digits: polished.digits,
+        }
     });
     Ok(rigid.chain(elastic).collect())
 }
@@ -60,7 +85,11 @@ pub fn modes(linear: &Linear, basis: &Basis, modal: &Modal) -> Result<Vec<Mode>,
 const ZERO: Complex = Complex::new(0.0, 0.0);
 
 fn recover(linear: &Linear, p: &[Complex]) -> Vec<Complex> {
-    linear.transform.iter().map(|row| row.iter().map(|&(j, a)| p[j] * a).fold(ZERO, |s, t| s + t)).collect()
+    linear
+        .transform
+        .iter()
+        .map(|row| row.iter().map(|&(j, a)| p[j] * a).fold(ZERO, |s, t| s + t))
+        .collect()
 }
 
 /// The massless coordinates in a basis of those a damper brakes (y) and those that follow statically (z).
@@ -84,15 +113,29 @@ struct Quadratic {
 impl Light {
     fn new(modal: &Modal) -> Result<Light, Error> {
         let (m, l) = (modal.n_modes, modal.n_light);
-        let block = Matrix::from_fn(l, l, |i, j| (modal.damping[(m + i, m + j)] + modal.damping[(m + j, m + i)]) / 2.0);
+        let block = Matrix::from_fn(l, l, |i, j| {
+            (modal.damping[(m + i, m + j)] + modal.damping[(m + j, m + i)]) / 2.0
+        });
         let eigen = definite::symmetric(&block)?;
         let largest = eigen.values.iter().fold(0.0f64, |a, b| a.max(b.abs()));
         // Relative to the largest damper on a massless coordinate: below this is rounding of the rank-one sums.
-        let braked: Vec<bool> = eigen.values.iter().map(|&v| v.abs() > 1e-13 * largest).collect();
-        let order: Vec<usize> = (0..l).filter(|&k| braked[k]).chain((0..l).filter(|&k| !braked[k])).collect();
+        let braked: Vec<bool> = eigen
+            .values
+            .iter()
+            .map(|&v| v.abs() > 1e-13 * largest)
+            .collect();
+        let order: Vec<usize> = (0..l)
+            .filter(|&k| braked[k])
+            .chain((0..l).filter(|&k| !braked[k]))
+            .collect();
         let turn = Matrix::from_fn(l, l, |i, k| eigen.vectors[(i, order[k])]);
         let n_braked = braked.iter().filter(|&&b| b).count();
-        Ok(Light { n_modes: m, turn, n_braked, follow: Matrix::zeros(l - n_braked, m + n_braked) })
+        Ok(Light {
+            n_modes: m,
+            turn,
+            n_braked,
+            follow: Matrix::zeros(l - n_braked, m + n_braked),
+        })
     }
 
     fn condense(&self, modal: &Modal) -> Result<Quadratic, Error> {
@@ -104,7 +147,11 @@ impl Light {
                 (false, false) => self.turn[(i - m, j - m)],
                 _ => 0.0,
             });
-            if l == 0 { a.clone() } else { full.transpose() * a * &full }
+            if l == 0 {
+                a.clone()
+            } else {
+                full.transpose() * a * &full
+            }
         };
         let (damping, stiffness) = (turned(&modal.damping), turned(&modal.stiffness));
         let cut = |a: &Matrix| Matrix::from_fn(keep, keep, |i, j| a[(i, j)]);
@@ -123,7 +170,9 @@ impl Light {
     }
 
     fn follow_of(&self, stiffness: &Matrix, keep: usize, all: usize) -> Result<Matrix, Error> {
-        let corner = Matrix::from_fn(all - keep, all - keep, |i, j| stiffness[(keep + i, keep + j)]);
+        let corner = Matrix::from_fn(all - keep, all - keep, |i, j| {
+            stiffness[(keep + i, keep + j)]
+        });
         let side = Matrix::from_fn(all - keep, keep, |i, j| -stiffness[(keep + i, j)]);
         definite::solve(&corner, &side)
     }
@@ -135,7 +184,9 @@ impl Light {
         for i in 0..self.turn.nrows() {
             let braked = (0..self.n_braked).map(|k| x[m + k] * self.turn[(i, k)]);
             let follows = (0..self.follow.nrows()).map(|k| {
-                let value = (0..x.len()).map(|j| x[j] * self.follow[(k, j)]).fold(ZERO, |s, t| s + t);
+                let value = (0..x.len())
+                    .map(|j| x[j] * self.follow[(k, j)])
+                    .fold(ZERO, |s, t| s + t);
                 value * self.turn[(i, self.n_braked + k)]
             });
             z.push(braked.chain(follows).fold(ZERO, |s, t| s + t));
@@ -156,7 +207,11 @@ impl Quadratic {
 
     /// `λ² I_η + λ C + K + i sgn(Im λ) H`.
     fn at(&self, lambda: Complex) -> ComplexMatrix {
-        let sign = if lambda.im == 0.0 { 0.0 } else { lambda.im.signum() };
+        let sign = if lambda.im == 0.0 {
+            0.0
+        } else {
+            lambda.im.signum()
+        };
         ComplexMatrix::from_fn(self.len(), self.len(), |i, j| {
             let mut value = lambda * self.damping[(i, j)] + self.stiffness[(i, j)];
             if let Some(h) = &self.hysteretic {
@@ -173,8 +228,14 @@ impl Quadratic {
     fn slope(&self, lambda: Complex, x: &[Complex]) -> Vec<Complex> {
         (0..self.len())
             .map(|i| {
-                let damped = (0..self.len()).map(|j| x[j] * self.damping[(i, j)]).fold(ZERO, |s, t| s + t);
-                if i < self.n_modes { damped + lambda * x[i] * 2.0 } else { damped }
+                let damped = (0..self.len())
+                    .map(|j| x[j] * self.damping[(i, j)])
+                    .fold(ZERO, |s, t| s + t);
+                if i < self.n_modes {
+                    damped + lambda * x[i] * 2.0
+                } else {
+                    damped
+                }
             })
             .collect()
     }
@@ -196,11 +257,27 @@ impl State {
         let alone = |j: usize| {
             j < n_undamped_rigid
                 && quadratic.is_free(j)
-                && (0..quadratic.len()).all(|i| quadratic.damping[(i, j)] == 0.0 && quadratic.damping[(j, i)] == 0.0)
+                && (0..quadratic.len())
+                    .all(|i| quadratic.damping[(i, j)] == 0.0 && quadratic.damping[(j, i)] == 0.0)
         };
         let rates = (0..m).filter(|&j| !alone(j)).collect();
-        let scale = positions.iter().map(|&j| if basis.omega[j] > 0.0 { basis.omega[j] } else { 1.0 }).collect();
-        State { positions, rates, scale, n_braked: quadratic.len() - m, n_modes: m }
+        let scale = positions
+            .iter()
+            .map(|&j| {
+                if basis.omega[j] > 0.0 {
+                    basis.omega[j]
+                } else {
+                    1.0
+                }
+            })
+            .collect();
+        State {
+            positions,
+            rates,
+            scale,
+            n_braked: quadratic.len() - m,
+            n_modes: m,
+        }
     }
 
     fn len(&self) -> usize {
@@ -213,7 +290,12 @@ impl State {
 
     /// The state matrix over `(s η, η̇, y)`, s the scale of each position.
     fn matrix(&self, quadratic: &Quadratic) -> Result<Matrix, Error> {
-        let (np, nr, ny, m) = (self.positions.len(), self.rates.len(), self.n_braked, self.n_modes);
+        let (np, nr, ny, m) = (
+            self.positions.len(),
+            self.rates.len(),
+            self.n_braked,
+            self.n_modes,
+        );
         let (c, k) = (&quadratic.damping, &quadratic.stiffness);
         let n = self.len();
         let mut a = Matrix::zeros(n, n);
@@ -225,8 +307,14 @@ impl State {
         // Force rows of every mode and of y, over the state: −K(position, y) − C(rate).
         let row = |i: usize| -> Vec<f64> {
             let mut row = vec![0.0; n];
-            self.positions.iter().enumerate().for_each(|(p, &j)| row[p] = -k[(i, j)] / self.scale[p]);
-            self.rates.iter().enumerate().for_each(|(r, &j)| row[np + r] = -c[(i, j)]);
+            self.positions
+                .iter()
+                .enumerate()
+                .for_each(|(p, &j)| row[p] = -k[(i, j)] / self.scale[p]);
+            self.rates
+                .iter()
+                .enumerate()
+                .for_each(|(r, &j)| row[np + r] = -c[(i, j)]);
             (0..ny).for_each(|y| row[np + nr + y] = -k[(i, m + y)]);
             row
         };
@@ -248,7 +336,13 @@ impl State {
     }
 
     /// (η, y) from an eigenvector of the state matrix.
-    fn positions(&self, quadratic: &Quadratic, _basis: &Basis, lambda: Complex, v: &[Complex]) -> Vec<Complex> {
+    fn positions(
+        &self,
+        quadratic: &Quadratic,
+        _basis: &Basis,
+        lambda: Complex,
+        v: &[Complex],
+    ) -> Vec<Complex> {
         let (np, nr) = (self.positions.len(), self.rates.len());
         let mut x = vec![ZERO; quadratic.len()];
         for (r, &j) in self.rates.iter().enumerate() {
@@ -287,8 +381,11 @@ fn polish(quadratic: &Quadratic, start: Root, error: f64) -> Polished {
     let mut polished = false;
     if quadratic.len() <= POLISH {
         for _ in 0..4 {
-            let Some(next) = newton(quadratic, &best) else { break };
-            let near = modulus(next.lambda - best.lambda) <= 1e3 * error + 0.5 * hysteretic_size(quadratic, size);
+            let Some(next) = newton(quadratic, &best) else {
+                break;
+            };
+            let near = modulus(next.lambda - best.lambda)
+                <= 1e3 * error + 0.5 * hysteretic_size(quadratic, size);
             let residual = backward_error(quadratic, &next);
             if !near || !residual.is_finite() || residual >= best_residual {
                 polished |= near && residual <= 4.0 * best_residual;
@@ -298,13 +395,25 @@ fn polish(quadratic: &Quadratic, start: Root, error: f64) -> Polished {
         }
     }
     normalise(quadratic, &mut best);
-    let lost = if polished { f64::EPSILON * componentwise_condition(quadratic, &best) } else { error / modulus(best.lambda) };
+    let lost = if polished {
+        f64::EPSILON * componentwise_condition(quadratic, &best)
+    } else {
+        error / modulus(best.lambda)
+    };
     let digits = (-lost.log10()).clamp(0.0, 15.0);
-    Polished { root: best, residual: best_residual, digits: if lost.is_nan() { 0.0 } else { digits } }
+    Polished {
+        root: best,
+        residual: best_residual,
+        digits: if lost.is_nan() { 0.0 } else { digits },
+    }
 }
 
 fn hysteretic_size(quadratic: &Quadratic, size: f64) -> f64 {
-    if quadratic.hysteretic.is_some() { size } else { 0.0 }
+    if quadratic.hysteretic.is_some() {
+        size
+    } else {
+        0.0
+    }
 }
 
 fn newton(quadratic: &Quadratic, root: &Root) -> Option<Root> {
@@ -319,7 +428,11 @@ fn newton(quadratic: &Quadratic, root: &Root) -> Option<Root> {
         return None;
     }
     let lambda = root.lambda - root.x[lead] / lead_y;
-    let lambda = if root.lambda.im == 0.0 { Complex::new(lambda.re, 0.0) } else { lambda };
+    let lambda = if root.lambda.im == 0.0 {
+        Complex::new(lambda.re, 0.0)
+    } else {
+        lambda
+    };
     let x: Vec<Complex> = (0..n).map(|i| y[(i, 0)] / lead_y).collect();
     (lambda.re.is_finite() && lambda.im.is_finite()).then_some(Root { lambda, x })
 }
@@ -333,7 +446,8 @@ fn backward_error(quadratic: &Quadratic, root: &Root) -> f64 {
         let (mut sum, mut bound) = (ZERO, 0.0);
         for j in 0..quadratic.len() {
             sum += q[(i, j)] * root.x[j];
-            let mut entry = size * quadratic.damping[(i, j)].abs() + quadratic.stiffness[(i, j)].abs();
+            let mut entry =
+                size * quadratic.damping[(i, j)].abs() + quadratic.stiffness[(i, j)].abs();
             if i == j && i < quadratic.n_modes {
                 entry += size * size;
             }
@@ -351,16 +465,28 @@ fn componentwise_condition(quadratic: &Quadratic, root: &Root) -> f64 {
     // The left vector: one step of inverse iteration on the transpose.
     let q = quadratic.at(root.lambda);
     let nudge = Complex::new(1.0 + 4.0 * f64::EPSILON, 0.0);
-    let transposed = ComplexMatrix::from_fn(n, n, |i, j| if i == j { q[(i, j)] * nudge } else { q[(j, i)] });
+    let transposed =
+        ComplexMatrix::from_fn(
+            n,
+            n,
+            |i, j| if i == j { q[(i, j)] * nudge } else { q[(j, i)] },
+        );
     let right = ComplexMatrix::from_fn(n, 1, |i, _| root.x[i]);
-    let Ok(y) = definite::solve_complex(&transposed, &right) else { return f64::INFINITY };
+    let Ok(y) = definite::solve_complex(&transposed, &right) else {
+        return f64::INFINITY;
+    };
     let slope = quadratic.slope(root.lambda, &root.x);
     let size = modulus(root.lambda);
-    let bottom = modulus((0..n).map(|i| y[(i, 0)] * slope[i]).fold(ZERO, |s, t| s + t));
+    let bottom = modulus(
+        (0..n)
+            .map(|i| y[(i, 0)] * slope[i])
+            .fold(ZERO, |s, t| s + t),
+    );
     let mut top = 0.0;
     for i in 0..n {
         for j in 0..n {
-            let mut entry = size * quadratic.damping[(i, j)].abs() + quadratic.stiffness[(i, j)].abs();
+            let mut entry =
+                size * quadratic.damping[(i, j)].abs() + quadratic.stiffness[(i, j)].abs();
             if i == j && i < quadratic.n_modes {
                 entry += size * size;
             }
@@ -373,12 +499,29 @@ fn componentwise_condition(quadratic: &Quadratic, root: &Root) -> f64 {
 /// `xᵀ (2λ I_η + C) x = 1`; where that product vanishes (defective, or with gyroscopic terms) `xᴴx = 1`.
 fn normalise(quadratic: &Quadratic, root: &mut Root) {
     let slope = quadratic.slope(root.lambda, &root.x);
-    let product = root.x.iter().zip(&slope).map(|(x, s)| x * s).fold(ZERO, |s, t| s + t);
-    let size: f64 = root.x.iter().zip(&slope).map(|(x, s)| modulus(*x) * modulus(*s)).sum();
+    let product = root
+        .x
+        .iter()
+        .zip(&slope)
+        .map(|(x, s)| x * s)
+        .fold(ZERO, |s, t| s + t);
+    let size: f64 = root
+        .x
+        .iter()
+        .zip(&slope)
+        .map(|(x, s)| modulus(*x) * modulus(*s))
+        .sum();
     let factor = if modulus(product) > 1e-8 * size {
         product.sqrt()
     } else {
-        Complex::new(root.x.iter().map(|x| modulus(*x).powi(2)).sum::<f64>().sqrt(), 0.0)
+        Complex::new(
+            root.x
+                .iter()
+                .map(|x| modulus(*x).powi(2))
+                .sum::<f64>()
+                .sqrt(),
+            0.0,
+        )
     };
     if modulus(factor) > 0.0 {
         root.x.iter_mut().for_each(|x| *x /= factor);

@@ -3,6 +3,9 @@
 /// Columns of numbers.
 pub mod number;
 
+/// Modes in words.
+pub mod words;
+
 /// JSON documents.
 pub mod json;
 

@@ -3,8 +3,8 @@
 use comfy_table::presets::NOTHING;
 use comfy_table::{CellAlignment, ContentArrangement, Table};
 
-use super::json::mostly_in;
 use super::number::{column, percent};
+use super::words::mostly_in;
 use crate::machine::parts::Machine;
 use crate::modes::mode::modulus;
 use crate::modes::sensitivity::{Parameter, Sensitivity};
@@ -18,13 +18,22 @@ const ROWS: usize = 50;
 /// One row a mode.
 pub fn modes(prepared: &Prepared, answer: &Answer) -> String {
     let shown = answer.modes.len().min(ROWS);
-    let frequencies: Vec<f64> = answer.modes[..shown].iter().map(|m| m.frequency_hz()).collect();
+    let frequencies: Vec<f64> = answer.modes[..shown]
+        .iter()
+        .map(|m| m.frequency_hz())
+        .collect();
     let damped = (0..shown).any(|k| damping(answer, k).is_some());
-    let decays = answer.modes[..shown].iter().any(|m| !m.rigid && !m.oscillates());
+    let decays = answer.modes[..shown]
+        .iter()
+        .any(|m| !m.rigid && !m.oscillates());
     let mut table = plain();
     let (mut heads, mut units) = (vec!["mode", "frequency"], vec!["", "Hz"]);
     if damped {
-        heads.push(if answer.complex { "damping" } else { "damping*" });
+        heads.push(if answer.complex {
+            "damping"
+        } else {
+            "damping*"
+        });
         units.push("%");
     }
     if decays {
@@ -38,12 +47,19 @@ pub fn modes(prepared: &Prepared, answer: &Answer) -> String {
     for (k, frequency) in column(&frequencies).into_iter().enumerate() {
         let mode = &answer.modes[k];
         let swings = mode.rigid || mode.oscillates();
-        let mut row = vec![(k + 1).to_string(), if swings { frequency } else { "–".to_string() }];
+        let mut row = vec![
+            (k + 1).to_string(),
+            if swings { frequency } else { "–".to_string() },
+        ];
         if damped {
             row.push(damping(answer, k).map_or("–".to_string(), percent));
         }
         if decays {
-            row.push(if swings { "–".to_string() } else { format!("{:.5}", -1.0 / mode.eigenvalue.re) });
+            row.push(if swings {
+                "–".to_string()
+            } else {
+                format!("{:.5}", -1.0 / mode.eigenvalue.re)
+            });
         }
         row.push(mostly_in(&prepared.machine, mode, &answer.energies[k]));
         table.add_row(row);
@@ -61,7 +77,11 @@ pub fn modes(prepared: &Prepared, answer: &Answer) -> String {
 }
 
 fn damping(answer: &Answer, k: usize) -> Option<f64> {
-    if answer.complex { answer.modes[k].damping_ratio } else { answer.energies[k].light_damping }
+    if answer.complex {
+        answer.modes[k].damping_ratio
+    } else {
+        answer.energies[k].light_damping
+    }
 }
 
 /// Everything about one mode: where its energy is, what it depends on, its shape.
@@ -73,14 +93,36 @@ pub fn mode(prepared: &Prepared, answer: &Answer, k: usize) -> String {
         text += &format!(", damping {} %", percent(zeta));
     }
     if mode.digits.is_finite() {
-        text += &format!(", {:.0} digits, residual {:.0e}", mode.digits.floor(), mode.residual);
+        text += &format!(
+            ", {:.0} digits, residual {:.0e}",
+            mode.digits.floor(),
+            mode.residual
+        );
     }
     text += "\n\n";
     let mut table = plain();
-    table.add_row(vec!["element", "strain energy", "kinetic energy", "dissipation", "dω/ω per dk/k", "dω/ω per dJ/J"]);
+    table.add_row(vec![
+        "element",
+        "strain energy",
+        "kinetic energy",
+        "dissipation",
+        "dω/ω per dk/k",
+        "dω/ω per dJ/J",
+    ]);
     table.add_row(vec!["", "%", "%", "%", "%/%", "%/%"]);
-    let list = answer.sensitivities.as_ref().map(|all| all[k].as_slice()).unwrap_or_default();
-    for element in by_share(machine, [energies.strain.as_deref(), Some(&energies.kinetic), energies.dissipated.as_deref()]) {
+    let list = answer
+        .sensitivities
+        .as_ref()
+        .map(|all| all[k].as_slice())
+        .unwrap_or_default();
+    for element in by_share(
+        machine,
+        [
+            energies.strain.as_deref(),
+            Some(&energies.kinetic),
+            energies.dissipated.as_deref(),
+        ],
+    ) {
         let share = |shares: Option<&[(usize, f64)]>| {
             let found = shares.and_then(|s| s.iter().find(|s| s.0 == element));
             found.map_or("–".to_string(), |s| percent(s.1))
@@ -102,7 +144,9 @@ pub fn mode(prepared: &Prepared, answer: &Answer, k: usize) -> String {
 }
 
 fn sensitivity(list: &[Sensitivity], element: usize, parameter: Parameter) -> String {
-    let found = list.iter().find(|s| s.element == element && s.parameter == parameter);
+    let found = list
+        .iter()
+        .find(|s| s.element == element && s.parameter == parameter);
     found.map_or("–".to_string(), |s| format!("{:.4}", s.relative))
 }
 
@@ -164,24 +208,38 @@ pub fn plan(plan: &Plan) -> String {
 
 fn plain() -> Table {
     let mut table = Table::new();
-    table.load_preset(NOTHING).set_content_arrangement(ContentArrangement::Disabled);
+    table
+        .load_preset(NOTHING)
+        .set_content_arrangement(ContentArrangement::Disabled);
     table
 }
 
 fn right_but_last(table: &mut Table) {
     let last = table.column_count().saturating_sub(1);
     for (at, column) in table.column_iter_mut().enumerate() {
-        column.set_cell_alignment(if at == last { CellAlignment::Left } else { CellAlignment::Right });
+        column.set_cell_alignment(if at == last {
+            CellAlignment::Left
+        } else {
+            CellAlignment::Right
+        });
     }
 }
 
 fn right_but_first(table: &mut Table) {
     for (at, column) in table.column_iter_mut().enumerate() {
-        column.set_cell_alignment(if at == 0 { CellAlignment::Left } else { CellAlignment::Right });
+        column.set_cell_alignment(if at == 0 {
+            CellAlignment::Left
+        } else {
+            CellAlignment::Right
+        });
     }
 }
 
 /// The table's text without blanks at line ends.
 fn finish(table: &Table) -> String {
-    table.to_string().lines().map(|line| line.trim_end().to_string() + "\n").collect()
+    table
+        .to_string()
+        .lines()
+        .map(|line| line.trim_end().to_string() + "\n")
+        .collect()
 }
