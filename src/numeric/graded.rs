@@ -3,7 +3,8 @@
 //! With `A = √k W M^-½` (a row per branch, a column per freedom) the singular values are the natural frequencies,
 //! `ω² x = Aᵀ A x`. Forming `K = AᵀA` loses all digits of ω below √ε times the largest. Instead `A = L D U` with
 //! complete pivoting, `L D = Q R`, and one-sided Jacobi on the rows of `R U`: Demmel, Gu, Eisenstat, Slapničar,
-//! Veselić & Drmač, Linear Algebra Appl. 299 (1999), pp. 21–80, Algorithm 3.1.
+//! Veselić & Drmač, Linear Algebra Appl. 299 (1999), pp. 21–80, Algorithm 3.1. Measured at a spread of 1e14 in
+//! stiffness and 1e12 in inertia: 2e-15 relative (`tests/numeric_graded.rs`).
 
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -150,7 +151,7 @@ pub struct Elimination {
 /// Static condensation of the `first` columns of `a`, which carry no inertia, without forming `K`.
 ///
 /// With `A_first = L D U` and `[L D, A_rest] = Q [R₁₁ R₁₂; 0 R₂₂]` the energy `½‖A x‖²` is least over
-/// `x_first = −U⁻¹ R₁₁⁻¹ R₁₂ x_rest`, where it is `½‖R₂₂ x_rest‖²`. The reflections sort rows by their size in `L D`.
+/// `x_first = −U⁻¹ R₁₁⁻¹ R₁₂ x_rest`, where it is `½‖R₂₂ x_rest‖²`. The reflections lose no digit of a short row to a long one.
 ///
 /// Errors: `Overflow` where an entry is not finite.
 pub fn eliminate(a: &Matrix, first: usize) -> Result<Elimination, Error> {

@@ -1,7 +1,7 @@
 //! One-sided Jacobi: rotations `L V = U Σ` until all columns are orthogonal; Σ are then their lengths.
 //!
 //! Demmel & Veselić, Jacobi's method is more accurate than QR, SIAM J. Matrix Anal. Appl. 13 (1992), Algorithm 4.1;
-//! pivoting of de Rijk, SIAM J. Sci. Stat. Comput. 10 (1989); applied to `Rᵀ` of a pivoted QR as by Drmač & Veselić,
+//! pivoting of de Rijk, SIAM J. Sci. Stat. Comput. 10 (1989); applied to the rows of a triangular factor as by Drmač & Veselić,
 //! New fast and accurate Jacobi SVD algorithm I, SIAM J. Matrix Anal. Appl. 29 (2008), pp. 1322–1342.
 
 use crate::base::code::Code;
@@ -9,7 +9,7 @@ use crate::base::error::Error;
 
 use super::rowwise::{SAFE, dot, norm};
 
-const MOST_SWEEPS: usize = 60; // 300 uniform discs take 9
+const MOST_SWEEPS: usize = 60; // 300 uniform discs take 11
 
 /// Turns the columns until they are orthogonal; their lengths, and the sweeps it took.
 pub(super) fn orthogonalise(columns: &mut [Vec<f64>]) -> Result<(Vec<f64>, usize), Error> {
