@@ -21,5 +21,11 @@ pub mod units;
 /// TOML with places.
 pub mod toml;
 
+/// Guessing what a misspelt word was meant to be.
+pub mod words;
+
+/// What a reading found wrong.
+pub mod notes;
+
 /// One table handing out typed values.
 pub mod fields;

@@ -400,7 +400,7 @@ mod tests {
     #[test]
     fn survives_the_deepest_tree_let_through() {
         let dots = ".a".repeat(DEEPEST);
-        let text = format!("[a{dots}]\n{}1{}", format!("a{dots} = {{a="), "}");
+        let text = format!("[a{dots}]\na{dots} = {{a=1}}");
         parsed(&text);
         let nested = format!("a{dots}={{").repeat(DEEPEST) + "a=1" + &"}".repeat(DEEPEST);
         parsed(&format!("{nested}\n{nested}\n"));

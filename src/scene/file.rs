@@ -8,7 +8,8 @@ use super::study::Study;
 use super::{bodies, gears, nodes, overrides, planetary, shafts, study, supports};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
-use crate::base::fields::{Fields, Notes};
+use crate::base::fields::Fields;
+use crate::base::notes::Notes;
 use crate::base::place::{Place, Source};
 use crate::base::toml::{self, Document, Item, Table, Value};
 
