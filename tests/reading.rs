@@ -314,3 +314,31 @@ fn survives_random_mutations() {
         }
     }
 }
+
+/// Time grows with the file, not with its square.
+#[test]
+fn survives_a_hundred_thousand_tables() {
+    use std::fmt::Write;
+    let mut text = String::new();
+    for i in 0..50_000 {
+        writeln!(text, "[[inertia]]\nname = \"b{i}\"\nJ = \"1 kg·m²\"").unwrap();
+        writeln!(
+            text,
+            "[[shaft]]\nname = \"s{i}\"\nbetween = [\"b{i}\", \"b{}\"]",
+            (i + 1) % 50_000
+        )
+        .unwrap();
+        writeln!(text, "k = \"1 N·m/rad\"").unwrap();
+    }
+    assert_eq!(
+        read_text("m.toml", &text)
+            .unwrap_or_else(|e| panic!("{e}"))
+            .model
+            .shafts
+            .len(),
+        50_000
+    );
+    let wrong = text.replace("name = \"b", "nam = \"b");
+    let errors = read_text("m.toml", &wrong).unwrap_err();
+    assert_eq!(errors.list().len(), 1000);
+}
