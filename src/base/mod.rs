@@ -18,6 +18,12 @@ mod unit;
 /// Quantities with units, to SI.
 pub mod units;
 
+/// Files to text.
+pub mod load;
+
+/// How deep a text nests.
+mod nesting;
+
 /// TOML with places.
 pub mod toml;
 
