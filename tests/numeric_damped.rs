@@ -1,5 +1,8 @@
 //! Damped chains against mpmath: `data/reference/damped.json`, made by `tools/reference_graded.py`.
-#![allow(clippy::unwrap_used, reason = "a helper of tests may fail as a test does")]
+#![allow(
+    clippy::unwrap_used,
+    reason = "a helper of tests may fail as a test does"
+)]
 
 use geardyn::numeric::{Complex, Matrix, general, graded, quadratic};
 use serde_json::Value;

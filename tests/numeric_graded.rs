@@ -1,5 +1,8 @@
 //! Graded machines against mpmath: `data/reference/graded.json`, made by `tools/reference_graded.py`.
-#![allow(clippy::unwrap_used, reason = "a helper of tests may fail as a test does")]
+#![allow(
+    clippy::unwrap_used,
+    reason = "a helper of tests may fail as a test does"
+)]
 
 use geardyn::numeric::{Matrix, graded};
 use serde_json::Value;
@@ -130,7 +133,14 @@ fn ref_mpmath_massless() {
             let off = |j: usize| (out.recovery[(i, j)] - row[j]).abs() / size;
             motion = (0..row.len()).map(off).fold(motion, f64::max);
         }
-        println!("{:16} {error:8.1e}   recovered motion {motion:8.1e}   LAPACK {:8.1e}", p.name, p.lapack);
-        assert!(error < 1e-14 && motion < 1e-14, "{}: {error:.1e}, {motion:.1e}", p.name);
+        println!(
+            "{:16} {error:8.1e}   recovered motion {motion:8.1e}   LAPACK {:8.1e}",
+            p.name, p.lapack
+        );
+        assert!(
+            error < 1e-14 && motion < 1e-14,
+            "{}: {error:.1e}, {motion:.1e}",
+            p.name
+        );
     }
 }

@@ -20,9 +20,19 @@ pub(super) struct Reduced {
 /// Reflects away up to `steps` of the `leading` columns.
 ///
 /// Ends early where no entry left in these exceeds `negligible` times the ∞-norm its row had in them.
-pub(super) fn reduce(mut columns: Vec<Vec<f64>>, leading: usize, steps: usize, negligible: f64) -> Reduced {
+pub(super) fn reduce(
+    mut columns: Vec<Vec<f64>>,
+    leading: usize,
+    steps: usize,
+    negligible: f64,
+) -> Reduced {
     let n_rows = columns.first().map_or(0, Vec::len);
-    let size_of = |i: usize| columns[..leading].iter().map(|c| c[i].abs()).fold(0.0, f64::max);
+    let size_of = |i: usize| {
+        columns[..leading]
+            .iter()
+            .map(|c| c[i].abs())
+            .fold(0.0, f64::max)
+    };
     let mut size: Vec<f64> = (0..n_rows).map(size_of).collect();
     let mut order: Vec<usize> = (0..columns.len()).collect();
     for k in 0..steps.min(leading).min(n_rows) {
@@ -45,7 +55,15 @@ pub(super) fn reduce(mut columns: Vec<Vec<f64>>, leading: usize, steps: usize, n
         };
         columns.swap(k, pivot);
         order.swap(k, pivot);
-        let row = (k..n_rows).reduce(|a, b| if columns[k][b].abs() > columns[k][a].abs() { b } else { a }).unwrap_or(k);
+        let row = (k..n_rows)
+            .reduce(|a, b| {
+                if columns[k][b].abs() > columns[k][a].abs() {
+                    b
+                } else {
+                    a
+                }
+            })
+            .unwrap_or(k);
         size.swap(k, row);
         columns.iter_mut().for_each(|column| column.swap(k, row));
         reflect(&mut columns, k, length);
