@@ -18,7 +18,7 @@ use crate::scene;
 pub fn run(args: &ModesArgs) -> Result<u8, Errors> {
     let study = study::of(&args.study)?;
     let scene = scene::read(&args.model)?;
-    let prepared = Prepared::new(&scene.model).map_err(Error::from)?;
+    let prepared = Prepared::new(&scene.model)?;
     let plan = Plan::modes(&prepared, &study);
     let answer = run::run(&prepared, &study, &plan)?;
     let chosen = chosen(args, &answer)?;

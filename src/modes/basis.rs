@@ -48,8 +48,7 @@ pub fn solve(linear: &Linear, solver: Solver) -> Result<Basis, Error> {
         .filter(|b| b.stiffness > 0.0 && b.force.is_none())
         .collect();
     let order = Order::new(linear);
-    let rows = Matrix::from_fn(squares.len(), linear.n, |_, _| 0.0);
-    let mut rows = rows;
+    let mut rows = Matrix::zeros(squares.len(), linear.n);
     for (i, branch) in squares.iter().enumerate() {
         let root = branch.stiffness.sqrt();
         for (j, a) in branch.direction.scaled() {
@@ -119,10 +118,9 @@ fn digits(solver: Solver, omega: f64, largest: f64) -> f64 {
         _ if omega == 0.0 => f64::INFINITY,
         Solver::Factored => FACTORED_DIGITS,
         // Backward error of the pencil: ε λ_max in every λ, half of it relative in ω.
-        Solver::Pencil => -(f64::EPSILON * (largest / omega).powi(2) * 4.0)
-            .log10()
-            .min(0.0)
-            .max(-16.0),
+        Solver::Pencil => {
+            (-(4.0 * f64::EPSILON * (largest / omega).powi(2)).log10()).clamp(0.0, 16.0)
+        }
     }
 }
 

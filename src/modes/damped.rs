@@ -9,7 +9,8 @@ use super::modal::Modal;
 use super::mode::{Mode, modulus, orient};
 use crate::base::error::Error;
 use crate::machine::linear::Linear;
-use crate::numeric::{Complex, ComplexMatrix, Matrix, definite, general};
+use crate::numeric::quadratic::Quadratic;
+use crate::numeric::{Complex, Matrix, definite, general};
 
 /// Complex modes, sorted by |λ|: rigid ones first, then each pair once, overdamped roots singly.
 ///
@@ -28,16 +29,13 @@ pub fn modes(linear: &Linear, basis: &Basis, modal: &Modal) -> Result<Vec<Mode>,
                 continue;
             }
             let right: Vec<Complex> = (0..state.len()).map(|i| eigen.right[(i, k)]).collect();
-            let start = Root {
-                lambda,
-                x: state.positions(&quadratic, basis, lambda, &right),
-            };
+            let start = state.positions(&quadratic, basis, lambda, &right);
             let error = f64::EPSILON * eigen.norm * eigen.condition[k];
-            found.push(polish(&quadratic, start, error));
+            found.push(polish(&quadratic, lambda, start, error));
         }
     }
-    found.sort_by(|a, b| modulus(a.root.lambda).total_cmp(&modulus(b.root.lambda)));
-    let rigid = (0..basis.n_rigid).filter(|&j| quadratic.is_free(j));
+    found.sort_by(|a, b| modulus(a.value).total_cmp(&modulus(b.value)));
+    let rigid = (0..basis.n_rigid).filter(|&j| is_free(&quadratic, j));
     let rigid = rigid.map(|j| {
         let mut shape: Vec<Complex> = linear
             .recover(&super::basis::column(&basis.shapes, j))
@@ -57,7 +55,7 @@ pub fn modes(linear: &Linear, basis: &Basis, modal: &Modal) -> Result<Vec<Mode>,
     });
     let damped = modal.is_dissipative();
     let elastic = found.iter().map(|polished| {
-        let z = light.expand(&polished.root.x);
+        let z = light.expand(&polished.x);
         let p: Vec<Complex> = (0..modal.shapes.nrows())
             .map(|i| {
                 z.iter()
@@ -68,7 +66,7 @@ pub fn modes(linear: &Linear, basis: &Basis, modal: &Modal) -> Result<Vec<Mode>,
             .collect();
         let mut shape = recover(linear, &p);
         orient(&mut shape);
-        let lambda = polished.root.lambda;
+        let lambda = polished.value;
         let damping_ratio = (damped && lambda.im != 0.0).then(|| -lambda.re / modulus(lambda));
         Mode {
             eigenvalue: lambda,
@@ -100,14 +98,6 @@ struct Light {
     n_braked: usize,
     /// `z = follow · (η, y)`.
     follow: Matrix,
-}
-
-/// `λ² I_η + λ C + K + i sgn H` over (η, y).
-struct Quadratic {
-    n_modes: usize,
-    damping: Matrix,
-    stiffness: Matrix,
-    hysteretic: Option<Matrix>,
 }
 
 impl Light {
@@ -156,7 +146,7 @@ impl Light {
         let (damping, stiffness) = (turned(&modal.damping), turned(&modal.stiffness));
         let cut = |a: &Matrix| Matrix::from_fn(keep, keep, |i, j| a[(i, j)]);
         let mut quadratic = Quadratic {
-            n_modes: m,
+            inertial: m,
             damping: cut(&damping),
             stiffness: cut(&stiffness),
             hysteretic: modal.hysteretic.as_ref().map(|h| cut(&turned(h))),
@@ -195,50 +185,10 @@ impl Light {
     }
 }
 
-impl Quadratic {
-    fn len(&self) -> usize {
-        self.damping.nrows()
-    }
-
-    /// A mode that no stiffness holds, so that zero is its root.
-    fn is_free(&self, j: usize) -> bool {
-        (0..self.len()).all(|i| self.stiffness[(i, j)] == 0.0 && self.stiffness[(j, i)] == 0.0)
-    }
-
-    /// `λ² I_η + λ C + K + i sgn(Im λ) H`.
-    fn at(&self, lambda: Complex) -> ComplexMatrix {
-        let sign = if lambda.im == 0.0 {
-            0.0
-        } else {
-            lambda.im.signum()
-        };
-        ComplexMatrix::from_fn(self.len(), self.len(), |i, j| {
-            let mut value = lambda * self.damping[(i, j)] + self.stiffness[(i, j)];
-            if let Some(h) = &self.hysteretic {
-                value += Complex::new(0.0, sign * h[(i, j)]);
-            }
-            if i == j && i < self.n_modes {
-                value += lambda * lambda;
-            }
-            value
-        })
-    }
-
-    /// `(2λ I_η + C) x`.
-    fn slope(&self, lambda: Complex, x: &[Complex]) -> Vec<Complex> {
-        (0..self.len())
-            .map(|i| {
-                let damped = (0..self.len())
-                    .map(|j| x[j] * self.damping[(i, j)])
-                    .fold(ZERO, |s, t| s + t);
-                if i < self.n_modes {
-                    damped + lambda * x[i] * 2.0
-                } else {
-                    damped
-                }
-            })
-            .collect()
-    }
+/// A mode that no stiffness holds, so that zero is its root.
+fn is_free(quadratic: &Quadratic, j: usize) -> bool {
+    let k = &quadratic.stiffness;
+    (0..quadratic.len()).all(|i| k[(i, j)] == 0.0 && k[(j, i)] == 0.0)
 }
 
 /// Which components the first-order form has: positions of some modes, rates of some, and y.
@@ -252,11 +202,11 @@ struct State {
 
 impl State {
     fn new(quadratic: &Quadratic, basis: &Basis, n_undamped_rigid: usize) -> State {
-        let m = quadratic.n_modes;
-        let positions: Vec<usize> = (0..m).filter(|&j| !quadratic.is_free(j)).collect();
+        let m = quadratic.inertial;
+        let positions: Vec<usize> = (0..m).filter(|&j| !is_free(quadratic, j)).collect();
         let alone = |j: usize| {
             j < n_undamped_rigid
-                && quadratic.is_free(j)
+                && is_free(quadratic, j)
                 && (0..quadratic.len())
                     .all(|i| quadratic.damping[(i, j)] == 0.0 && quadratic.damping[(j, i)] == 0.0)
         };
@@ -359,13 +309,9 @@ impl State {
     }
 }
 
-struct Root {
-    lambda: Complex,
-    x: Vec<Complex>,
-}
-
 struct Polished {
-    root: Root,
+    value: Complex,
+    x: Vec<Complex>,
     residual: f64,
     digits: f64,
 }
@@ -373,140 +319,53 @@ struct Polished {
 /// Largest order for which every root is polished: a step is a complex LU of that order.
 const POLISH: usize = 160;
 
-/// Newton's method on `(Q(λ) x, eᵀx − 1)`; keeps the start where it does not lower the residual.
-fn polish(quadratic: &Quadratic, start: Root, error: f64) -> Polished {
-    let size = modulus(start.lambda);
-    let mut best_residual = backward_error(quadratic, &start);
-    let mut best = start;
-    let mut polished = false;
-    if quadratic.len() <= POLISH {
-        for _ in 0..4 {
-            let Some(next) = newton(quadratic, &best) else {
-                break;
-            };
-            let near = modulus(next.lambda - best.lambda)
-                <= 1e3 * error + 0.5 * hysteretic_size(quadratic, size);
-            let residual = backward_error(quadratic, &next);
-            if !near || !residual.is_finite() || residual >= best_residual {
-                polished |= near && residual <= 4.0 * best_residual;
-                break;
-            }
-            (best, best_residual, polished) = (next, residual, true);
-        }
-    }
-    normalise(quadratic, &mut best);
-    let lost = if polished {
-        f64::EPSILON * componentwise_condition(quadratic, &best)
-    } else {
-        error / modulus(best.lambda)
-    };
-    let digits = (-lost.log10()).clamp(0.0, 15.0);
-    Polished {
-        root: best,
-        residual: best_residual,
-        digits: if lost.is_nan() { 0.0 } else { digits },
-    }
-}
+/// What a polished root keeps, with a margin: ε times its condition times this.
+const MARGIN: f64 = 10.0;
 
-fn hysteretic_size(quadratic: &Quadratic, size: f64) -> f64 {
-    if quadratic.hysteretic.is_some() {
-        size
+/// Polishes a root whose error is about `error`; keeps the start where polishing leads elsewhere.
+fn polish(quadratic: &Quadratic, start: Complex, vector: Vec<Complex>, error: f64) -> Polished {
+    // A loss factor is not in the first-order form, so polishing must bring it in and moves farther.
+    let reach = if quadratic.hysteretic.is_some() {
+        0.5 * modulus(start)
     } else {
+        1e3 * error
+    };
+    let polished = if quadratic.len() <= POLISH {
+        quadratic.polish(start, &vector).ok()
+    } else {
+        None
+    };
+    let near = polished.filter(|root| modulus(root.value - start) <= reach);
+    let (value, mut x, residual, lost) = match near {
+        Some(root) => {
+            let lost = MARGIN * f64::EPSILON * quadratic.condition(&root);
+            (root.value, root.right, root.residual, lost)
+        }
+        None => (start, vector, f64::NAN, MARGIN * error / modulus(start)),
+    };
+    normalise(quadratic, value, &mut x);
+    let digits = if lost.is_nan() {
         0.0
-    }
-}
-
-fn newton(quadratic: &Quadratic, root: &Root) -> Option<Root> {
-    let n = quadratic.len();
-    let lead = (0..n).max_by(|&a, &b| modulus(root.x[a]).total_cmp(&modulus(root.x[b])))?;
-    let slope = quadratic.slope(root.lambda, &root.x);
-    // y = Q⁻¹ Q′ x; then λ ← λ − x_lead / y_lead and x ← y.
-    let right = ComplexMatrix::from_fn(n, 1, |i, _| slope[i]);
-    let y = definite::solve_complex(&quadratic.at(root.lambda), &right).ok()?;
-    let lead_y = y[(lead, 0)];
-    if !(modulus(lead_y) > 0.0) {
-        return None;
-    }
-    let lambda = root.lambda - root.x[lead] / lead_y;
-    let lambda = if root.lambda.im == 0.0 {
-        Complex::new(lambda.re, 0.0)
     } else {
-        lambda
+        (-lost.log10()).clamp(0.0, 15.0)
     };
-    let x: Vec<Complex> = (0..n).map(|i| y[(i, 0)] / lead_y).collect();
-    (lambda.re.is_finite() && lambda.im.is_finite()).then_some(Root { lambda, x })
-}
-
-/// `‖Q(λ) x‖∞ / ‖|Q|(|λ|) |x|‖∞`.
-fn backward_error(quadratic: &Quadratic, root: &Root) -> f64 {
-    let q = quadratic.at(root.lambda);
-    let size = modulus(root.lambda);
-    let (mut worst, mut scale) = (0.0f64, 0.0f64);
-    for i in 0..quadratic.len() {
-        let (mut sum, mut bound) = (ZERO, 0.0);
-        for j in 0..quadratic.len() {
-            sum += q[(i, j)] * root.x[j];
-            let mut entry =
-                size * quadratic.damping[(i, j)].abs() + quadratic.stiffness[(i, j)].abs();
-            if i == j && i < quadratic.n_modes {
-                entry += size * size;
-            }
-            bound += entry * modulus(root.x[j]);
-        }
-        worst = worst.max(modulus(sum));
-        scale = scale.max(bound);
+    Polished {
+        value,
+        x,
+        residual,
+        digits,
     }
-    if scale > 0.0 { worst / scale } else { 0.0 }
-}
-
-/// Relative change of λ per relative change of every entry: `|yᵀ| |Q| |x| / (|λ| |yᵀ Q′ x|)`, y the left vector.
-fn componentwise_condition(quadratic: &Quadratic, root: &Root) -> f64 {
-    let n = quadratic.len();
-    // The left vector: one step of inverse iteration on the transpose.
-    let q = quadratic.at(root.lambda);
-    let nudge = Complex::new(1.0 + 4.0 * f64::EPSILON, 0.0);
-    let transposed =
-        ComplexMatrix::from_fn(
-            n,
-            n,
-            |i, j| if i == j { q[(i, j)] * nudge } else { q[(j, i)] },
-        );
-    let right = ComplexMatrix::from_fn(n, 1, |i, _| root.x[i]);
-    let Ok(y) = definite::solve_complex(&transposed, &right) else {
-        return f64::INFINITY;
-    };
-    let slope = quadratic.slope(root.lambda, &root.x);
-    let size = modulus(root.lambda);
-    let bottom = modulus(
-        (0..n)
-            .map(|i| y[(i, 0)] * slope[i])
-            .fold(ZERO, |s, t| s + t),
-    );
-    let mut top = 0.0;
-    for i in 0..n {
-        for j in 0..n {
-            let mut entry =
-                size * quadratic.damping[(i, j)].abs() + quadratic.stiffness[(i, j)].abs();
-            if i == j && i < quadratic.n_modes {
-                entry += size * size;
-            }
-            top += modulus(y[(i, 0)]) * entry * modulus(root.x[j]);
-        }
-    }
-    top / (size * bottom)
 }
 
 /// `xᵀ (2λ I_η + C) x = 1`; where that product vanishes (defective, or with gyroscopic terms) `xᴴx = 1`.
-fn normalise(quadratic: &Quadratic, root: &mut Root) {
-    let slope = quadratic.slope(root.lambda, &root.x);
-    let product = root
-        .x
+fn normalise(quadratic: &Quadratic, value: Complex, x: &mut [Complex]) {
+    let slope = quadratic.slope(value, x, false);
+    let product = x
         .iter()
         .zip(&slope)
         .map(|(x, s)| x * s)
         .fold(ZERO, |s, t| s + t);
-    let size: f64 = root
-        .x
+    let size: f64 = x
         .iter()
         .zip(&slope)
         .map(|(x, s)| modulus(*x) * modulus(*s))
@@ -515,15 +374,11 @@ fn normalise(quadratic: &Quadratic, root: &mut Root) {
         product.sqrt()
     } else {
         Complex::new(
-            root.x
-                .iter()
-                .map(|x| modulus(*x).powi(2))
-                .sum::<f64>()
-                .sqrt(),
+            x.iter().map(|x| modulus(*x).powi(2)).sum::<f64>().sqrt(),
             0.0,
         )
     };
     if modulus(factor) > 0.0 {
-        root.x.iter_mut().for_each(|x| *x /= factor);
+        x.iter_mut().for_each(|x| *x /= factor);
     }
 }
