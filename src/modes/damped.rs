@@ -5,6 +5,7 @@
 //! SIAM J. Numer. Anal. 10, 674, sec. 3), which gives small roots beside large ones their digits back and takes loss factors in.
 
 use super::basis::Basis;
+use super::gyroscopic::{self, Swing};
 use super::modal::Modal;
 use super::mode::{Mode, modulus, orient};
 use crate::base::error::Error;
@@ -19,20 +20,16 @@ pub fn modes(linear: &Linear, basis: &Basis, modal: &Modal) -> Result<Vec<Mode>,
     let light = Light::new(modal)?;
     let quadratic = light.condense(modal)?;
     let state = State::new(&quadratic, basis, linear.n_undamped_rigid);
-    let mut found = Vec::new();
-    if !state.is_empty() {
-        let eigen = general::eigen(&state.matrix(&quadratic)?)?;
-        for k in 0..eigen.values.len() {
-            let lambda = eigen.values[k];
-            if lambda.im < 0.0 {
-                continue;
-            }
-            let right: Vec<Complex> = (0..state.len()).map(|i| eigen.right[(i, k)]).collect();
-            let start = Root { lambda, x: state.positions(&quadratic, basis, lambda, &right) };
-            let error = f64::EPSILON * eigen.norm * eigen.condition[k];
-            found.push(polish(&quadratic, start, error));
-        }
-    }
+    let symmetric = linear.branches.iter().all(|b| b.force.is_none() || b.stiffness == 0.0);
+    let lossless = symmetric && !modal.is_dissipative() && state.n_braked == 0;
+    let swings = match lossless {
+        true => gyroscopic::swings(&quadratic.damping, &quadratic.stiffness, &state.positions, &state.rates)?,
+        false => None,
+    };
+    let mut found = match swings {
+        Some((swings, error)) => on_the_axis(&quadratic, swings, error),
+        None => in_the_plane(&quadratic, &state, basis)?,
+    };
     found.sort_by(|a, b| modulus(a.root.lambda).total_cmp(&modulus(b.root.lambda)));
     let rigid = (0..basis.n_rigid).filter(|&j| quadratic.is_free(j));
     let rigid = rigid.map(|j| {
@@ -55,6 +52,49 @@ pub fn modes(linear: &Linear, basis: &Basis, modal: &Modal) -> Result<Vec<Mode>,
         Mode { eigenvalue: lambda, rigid: false, damping_ratio, shape, residual: polished.residual, digits: polished.digits }
     });
     Ok(rigid.chain(elastic).collect())
+}
+
+/// Roots without losses: Newton only where the small ones want digits back, and never off the imaginary axis.
+fn on_the_axis(quadratic: &Quadratic, swings: Vec<Swing>, error: f64) -> Vec<Polished> {
+    let omega: Vec<Complex> = swings.iter().map(|swing| Complex::new(0.0, swing.omega)).collect();
+    let swings = swings.into_iter().enumerate().map(|(k, swing)| {
+        let is_alone = alone(k, &omega);
+        let start = Root { lambda: Complex::new(0.0, swing.omega), x: swing.shape };
+        let steps = if is_alone && error > ENOUGH * swing.omega { STEPS } else { 0 };
+        polish(quadratic, start, error, Newton { steps, on_axis: true })
+    });
+    swings.collect()
+}
+
+/// Roots of the first-order form.
+fn in_the_plane(quadratic: &Quadratic, state: &State, basis: &Basis) -> Result<Vec<Polished>, Error> {
+    let mut found = Vec::new();
+    if state.is_empty() {
+        return Ok(found);
+    }
+    let eigen = general::eigen(&state.matrix(quadratic)?)?;
+    for k in (0..eigen.values.len()).filter(|&k| eigen.values[k].im >= 0.0) {
+        let lambda = eigen.values[k];
+        let right: Vec<Complex> = (0..state.len()).map(|i| eigen.right[(i, k)]).collect();
+        let start = Root { lambda, x: state.positions(quadratic, basis, lambda, &right) };
+        let error = f64::EPSILON * eigen.norm * eigen.condition[k];
+        let is_alone = alone(k, &eigen.values);
+        let steps = if is_alone || quadratic.hysteretic.is_some() { STEPS } else { 0 };
+        found.push(polish(quadratic, start, error, Newton { steps, on_axis: false }));
+    }
+    Ok(found)
+}
+
+/// Steps of Newton's method: quadratic from a start with most of its digits.
+const STEPS: usize = 4;
+
+/// Relative error of a root that needs no polishing.
+const ENOUGH: f64 = 1e-13;
+
+/// No other root is so near that Newton's method would mix their shapes.
+fn alone(k: usize, roots: &[Complex]) -> bool {
+    const REPEATED: f64 = 1e-8; // relative: √ε, where the shapes of a pair keep half their digits
+    roots.iter().enumerate().all(|(i, &root)| i == k || modulus(root - roots[k]) > REPEATED * modulus(roots[k]))
 }
 
 const ZERO: Complex = Complex::new(0.0, 0.0);
@@ -276,18 +316,29 @@ struct Polished {
     digits: f64,
 }
 
+/// How a root is polished.
+#[derive(Clone, Copy)]
+struct Newton {
+    steps: usize,
+    /// The root is known to be imaginary.
+    on_axis: bool,
+}
+
 /// Largest order for which every root is polished: a step is a complex LU of that order.
 const POLISH: usize = 160;
 
 /// Newton's method on `(Q(λ) x, eᵀx − 1)`; keeps the start where it does not lower the residual.
-fn polish(quadratic: &Quadratic, start: Root, error: f64) -> Polished {
+fn polish(quadratic: &Quadratic, start: Root, error: f64, method: Newton) -> Polished {
     let size = modulus(start.lambda);
     let mut best_residual = backward_error(quadratic, &start);
     let mut best = start;
     let mut polished = false;
     if quadratic.len() <= POLISH {
-        for _ in 0..4 {
-            let Some(next) = newton(quadratic, &best) else { break };
+        for _ in 0..method.steps {
+            let Some(mut next) = newton(quadratic, &best) else { break };
+            if method.on_axis {
+                next.lambda = Complex::new(0.0, next.lambda.im);
+            }
             let near = modulus(next.lambda - best.lambda) <= 1e3 * error + 0.5 * hysteretic_size(quadratic, size);
             let residual = backward_error(quadratic, &next);
             if !near || !residual.is_finite() || residual >= best_residual {

@@ -15,8 +15,14 @@ pub mod lowest;
 /// The machine in modal coordinates.
 pub mod modal;
 
+/// Modes that gyrate and lose nothing.
+pub mod gyroscopic;
+
 /// Complex modes.
 pub mod damped;
+
+/// Orders of excitation.
+pub mod orders;
 
 /// Energy shares.
 pub mod energy;
