@@ -24,6 +24,18 @@ pub mod damped;
 /// Orders of excitation.
 pub mod orders;
 
+/// Following modes from speed to speed.
+pub mod tracking;
+
+/// Forward and backward whirl.
+pub mod whirl;
+
+/// Where modes meet orders.
+pub mod crossings;
+
+/// Campbell diagrams.
+pub mod campbell;
+
 /// Energy shares.
 pub mod energy;
 

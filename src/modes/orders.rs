@@ -23,12 +23,14 @@ pub struct Order {
 /// What excites an order.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Source {
-    /// The element: a gear pair, a planetary stage, a belt.
+    /// The element: a gear pair, a planetary stage, a belt; of the reference its own.
     pub element: String,
     /// The node of its member.
     pub member: String,
-    /// Its number in `machine.gears`.
-    pub gear: usize,
+    /// The number of that node.
+    pub node: usize,
+    /// Its number in `machine.gears`; `None` for the reference where it carries no gear.
+    pub gear: Option<usize>,
     /// What of it.
     pub cause: Cause,
     /// 1 for the order itself, 2 for twice it, ….
@@ -76,7 +78,7 @@ pub fn reference(machine: &Machine) -> Result<usize, Error> {
     })
 }
 
-/// Every order of every gear and pulley, ascending, each fraction once. Members that stand still have none.
+/// Every order of the reference and of every gear and pulley, ascending, each fraction once. Members that stand still have none.
 ///
 /// # Errors
 /// Those of `mean_speeds`.
@@ -84,25 +86,48 @@ pub fn orders(machine: &Machine, kinematics: &Kinematics, options: &OrderOptions
     let reference = reference(machine)?;
     let unit = mean_speeds(machine, kinematics, Some(1.0))?;
     let ratios = Ratios { unit, reference, turning: stated_joints(machine, reference) };
+    let node_of = |freedom: usize| machine.freedoms[freedom].node;
+    let mut members: Vec<Member> = machine.gears.iter().enumerate().map(|(n, gear)| Member::of(n, gear)).collect();
+    if members.iter().all(|member| node_of(member.turning) != node_of(reference)) {
+        let element = machine.nodes[node_of(reference)].element;
+        members.push(Member { element, gear: None, turning: reference, teeth: None, carrier: None });
+    }
     let mut orders: Vec<Order> = Vec::new();
-    for (number, gear) in machine.gears.iter().enumerate() {
+    for member in &members {
         let mut put = |cause: Cause, multiple: u32| {
-            let Some((fraction, value)) = ratios.order(gear, cause, multiple) else { return };
-            let member = machine.nodes[machine.freedoms[gear.turning].node].name.clone();
-            let element = machine.elements[gear.element].name.clone();
-            let source = Source { element, member, gear: number, cause, multiple };
+            let Some((fraction, value)) = ratios.order(member, cause, multiple) else { return };
+            let node = node_of(member.turning);
+            let element = machine.elements[member.element].name.clone();
+            let name = machine.nodes[node].name.clone();
+            let source = Source { element, member: name, node, gear: member.gear, cause, multiple };
             match orders.iter_mut().find(|order| order.fraction == fraction) {
                 Some(order) => order.sources.push(source),
                 None => orders.push(Order { fraction, value, sources: vec![source] }),
             }
         };
         (1..=options.rotation_multiples).for_each(|multiple| put(Cause::Rotation, multiple));
-        if gear.teeth.is_some() {
+        if member.teeth.is_some() {
             (1..=options.mesh_multiples).for_each(|multiple| put(Cause::Mesh, multiple));
         }
     }
     orders.sort_by(|a, b| a.value.total_cmp(&b.value));
     Ok(orders)
+}
+
+/// What excites.
+struct Member {
+    element: usize,
+    gear: Option<usize>,
+    turning: usize,
+    teeth: Option<u32>,
+    carrier: Option<usize>,
+}
+
+impl Member {
+    fn of(number: usize, gear: &Gear) -> Member {
+        let &Gear { element, turning, teeth, carrier, .. } = gear;
+        Member { element, gear: Some(number), turning, teeth, carrier }
+    }
 }
 
 /// Everything that ties speeds together, with room for one unknown more.
@@ -114,13 +139,13 @@ struct Ratios {
 
 impl Ratios {
     /// Text and value of `|factor (Ω − Ω_carrier)| / Ω_ref`; nothing where that is zero.
-    fn order(&self, gear: &Gear, cause: Cause, multiple: u32) -> Option<(String, f64)> {
+    fn order(&self, member: &Member, cause: Cause, multiple: u32) -> Option<(String, f64)> {
         let (factor, carrier) = match cause {
             Cause::Rotation => (f64::from(multiple), None),
-            Cause::Mesh => (f64::from(multiple) * f64::from(gear.teeth?), gear.carrier),
+            Cause::Mesh => (f64::from(multiple) * f64::from(member.teeth?), member.carrier),
         };
         let order = self.unit.len();
-        let mut row = vec![(order, 1.0), (gear.turning, -factor)];
+        let mut row = vec![(order, 1.0), (member.turning, -factor)];
         row.extend(carrier.map(|carrier| (carrier, factor)));
         let mut turning = self.turning.clone();
         turning.impose(&row);
@@ -132,7 +157,7 @@ impl Ratios {
             let value = value_of(&fraction)?;
             return Some((fraction, value));
         }
-        let value = (factor * (self.unit[gear.turning] - carrier.map_or(0.0, |c| self.unit[c]))).abs();
+        let value = (factor * (self.unit[member.turning] - carrier.map_or(0.0, |c| self.unit[c]))).abs();
         // The speeds are of a machine whose reference turns at 1 rad/s: below this is rounding of a member at rest.
         (value > 1e-12 * factor).then(|| (format!("{value:.9}"), value))
     }
