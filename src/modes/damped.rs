@@ -1,10 +1,11 @@
 //! Complex modes of `λ² I + λ C̃ + K̃ + i sgn(Im λ) H̃` over modal coordinates.
 //!
 //! First-order form over `(Ω η, η̇, d)`: the positions of rigid motions are left out, since their root is exactly zero, as
-//! are the rates of those that nothing brakes. Each root is then polished by Newton's method on the quadratic (Ruhe 1973,
-//! SIAM J. Numer. Anal. 10, 674, sec. 3), which gives small roots beside large ones their digits back and takes loss factors in.
+//! are the rates of those that nothing brakes. Each root is then polished on the quadratic itself, which gives small roots beside
+//! large ones their digits back and takes loss factors in.
 
 use super::basis::Basis;
+use super::gyroscopic::{self, Swing};
 use super::modal::Modal;
 use super::mode::{Mode, modulus, orient};
 use crate::base::error::Error;
@@ -20,20 +21,24 @@ pub fn modes(linear: &Linear, basis: &Basis, modal: &Modal) -> Result<Vec<Mode>,
     let light = Light::new(modal)?;
     let quadratic = light.condense(modal)?;
     let state = State::new(&quadratic, basis, linear.n_undamped_rigid);
-    let mut found = Vec::new();
-    if !state.is_empty() {
-        let eigen = general::eigen(&state.matrix(&quadratic)?)?;
-        for k in 0..eigen.values.len() {
-            let lambda = eigen.values[k];
-            if lambda.im < 0.0 {
-                continue;
-            }
-            let right: Vec<Complex> = (0..state.len()).map(|i| eigen.right[(i, k)]).collect();
-            let start = state.positions(&quadratic, basis, lambda, &right);
-            let error = f64::EPSILON * eigen.norm * eigen.condition[k];
-            found.push(polish(&quadratic, lambda, start, error));
-        }
-    }
+    let symmetric = linear
+        .branches
+        .iter()
+        .all(|b| b.force.is_none() || b.stiffness == 0.0);
+    let lossless = symmetric && !modal.is_dissipative() && state.n_braked == 0;
+    let swings = match lossless {
+        true => gyroscopic::swings(
+            &quadratic.damping,
+            &quadratic.stiffness,
+            &state.positions,
+            &state.rates,
+        )?,
+        false => None,
+    };
+    let mut found = match swings {
+        Some((swings, error)) => on_the_axis(&quadratic, swings, error),
+        None => in_the_plane(&quadratic, &state, basis)?,
+    };
     found.sort_by(|a, b| modulus(a.value).total_cmp(&modulus(b.value)));
     let rigid = (0..basis.n_rigid).filter(|&j| is_free(&quadratic, j));
     let rigid = rigid.map(|j| {
@@ -78,6 +83,67 @@ pub fn modes(linear: &Linear, basis: &Basis, modal: &Modal) -> Result<Vec<Mode>,
         }
     });
     Ok(rigid.chain(elastic).collect())
+}
+
+/// Roots without losses: Newton only where the small ones want digits back, and never off the imaginary axis.
+fn on_the_axis(quadratic: &Quadratic, swings: Vec<Swing>, error: f64) -> Vec<Polished> {
+    let omega: Vec<Complex> = swings
+        .iter()
+        .map(|swing| Complex::new(0.0, swing.omega))
+        .collect();
+    let swings = swings.into_iter().enumerate().map(|(k, swing)| {
+        let wants = alone(k, &omega) && error > ENOUGH * swing.omega;
+        let start = Start {
+            value: omega[k],
+            vector: swing.shape,
+            error,
+        };
+        polish(quadratic, start, wants, Root::OnAxis)
+    });
+    swings.collect()
+}
+
+/// Roots of the first-order form.
+fn in_the_plane(
+    quadratic: &Quadratic,
+    state: &State,
+    basis: &Basis,
+) -> Result<Vec<Polished>, Error> {
+    let mut found = Vec::new();
+    if state.is_empty() {
+        return Ok(found);
+    }
+    let eigen = general::eigen(&state.matrix(quadratic)?)?;
+    for k in (0..eigen.values.len()).filter(|&k| eigen.values[k].im >= 0.0) {
+        let value = eigen.values[k];
+        let right: Vec<Complex> = (0..state.len()).map(|i| eigen.right[(i, k)]).collect();
+        let vector = state.positions(quadratic, basis, value, &right);
+        let error = f64::EPSILON * eigen.norm * eigen.condition[k];
+        let wants = alone(k, &eigen.values) || quadratic.hysteretic.is_some();
+        found.push(polish(
+            quadratic,
+            Start {
+                value,
+                vector,
+                error,
+            },
+            wants,
+            Root::Anywhere,
+        ));
+    }
+    Ok(found)
+}
+
+/// Relative error of a root that needs no polishing.
+const ENOUGH: f64 = 1e-13;
+
+/// No other root is so near that polishing would mix their shapes.
+fn alone(k: usize, roots: &[Complex]) -> bool {
+    const REPEATED: f64 = 1e-8; // relative: √ε, where the shapes of a pair keep half their digits
+    roots
+        .iter()
+        .enumerate()
+        .all(|(i, &root)| i == k || modulus(root - roots[k]) > REPEATED * modulus(roots[k]))
 }
 
 const ZERO: Complex = Complex::new(0.0, 0.0);
@@ -316,33 +382,58 @@ struct Polished {
     digits: f64,
 }
 
+/// A root as the first solution left it, with its absolute error.
+struct Start {
+    value: Complex,
+    vector: Vec<Complex>,
+    error: f64,
+}
+
+/// What is known of a root.
+#[derive(Clone, Copy, PartialEq)]
+enum Root {
+    /// Nothing.
+    Anywhere,
+    /// It is imaginary: nothing loses energy.
+    OnAxis,
+}
+
 /// Largest order for which every root is polished: a step is a complex LU of that order.
 const POLISH: usize = 160;
 
 /// What a polished root keeps, with a margin: ε times its condition times this.
 const MARGIN: f64 = 10.0;
 
-/// Polishes a root whose error is about `error`; keeps the start where polishing leads elsewhere.
-fn polish(quadratic: &Quadratic, start: Complex, vector: Vec<Complex>, error: f64) -> Polished {
+/// Polishes a root where that is wanted; keeps the start where polishing leads elsewhere.
+fn polish(quadratic: &Quadratic, start: Start, wanted: bool, known: Root) -> Polished {
     // A loss factor is not in the first-order form, so polishing must bring it in and moves farther.
-    let reach = if quadratic.hysteretic.is_some() {
-        0.5 * modulus(start)
-    } else {
-        1e3 * error
+    let reach = match quadratic.hysteretic.is_some() {
+        true => 0.5 * modulus(start.value),
+        false => 1e3 * start.error,
     };
-    let polished = if quadratic.len() <= POLISH {
-        quadratic.polish(start, &vector).ok()
-    } else {
-        None
-    };
-    let near = polished.filter(|root| modulus(root.value - start) <= reach);
-    let (value, mut x, residual, lost) = match near {
+    let tries = wanted && quadratic.len() <= POLISH;
+    let polished = tries
+        .then(|| quadratic.polish(start.value, &start.vector).ok())
+        .flatten();
+    let near = polished.filter(|root| modulus(root.value - start.value) <= reach);
+    let (mut value, mut x, residual, lost) = match near {
         Some(root) => {
             let lost = MARGIN * f64::EPSILON * quadratic.condition(&root);
             (root.value, root.right, root.residual, lost)
         }
-        None => (start, vector, f64::NAN, MARGIN * error / modulus(start)),
+        None => {
+            let residual = quadratic.residual(start.value, &start.vector);
+            (
+                start.value,
+                start.vector,
+                residual,
+                MARGIN * start.error / modulus(start.value),
+            )
+        }
     };
+    if known == Root::OnAxis {
+        value = Complex::new(0.0, value.im);
+    }
     normalise(quadratic, value, &mut x);
     let digits = if lost.is_nan() {
         0.0

@@ -210,7 +210,8 @@ impl Quadratic {
         }
     }
 
-    fn residual(&self, value: Complex, x: &[Complex]) -> f64 {
+    /// `max w_i |(Q x)_i| / max w_i (|Q| |x|)_i`, the backward error of a pair.
+    pub fn residual(&self, value: Complex, x: &[Complex]) -> f64 {
         let weight = self.weights(value);
         let size = self.sizes(value, x);
         let off = |i: usize| {
