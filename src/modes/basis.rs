@@ -14,7 +14,9 @@ use crate::numeric::{Matrix, definite, graded};
 pub enum Solver {
     /// Singular values of the factored form: row-sorted QR, then one-sided Jacobi.
     Factored,
-    /// The definite pencil, formed and solved by tridiagonal reduction.
+    /// Singular values by bidiagonal reduction: small ones to ε of the largest.
+    Singular,
+    /// The definite pencil, formed and solved by tridiagonal reduction: small ω to ε of the largest ω² over theirs.
     Pencil,
 }
 
@@ -67,6 +69,23 @@ pub fn solve(linear: &Linear, solver: Solver) -> Result<Basis, Error> {
             let found = graded::svd(&scaled, Some(n - n_rigid))?;
             (found.values, found.vectors)
         }
+        Solver::Singular => {
+            let (mut values, vectors) = definite::singular_values(&scaled)?;
+            let found = values.len();
+            values.resize(n, 0.0);
+            values.reverse();
+            let from = |j: usize| n - 1 - j;
+            (
+                values,
+                Matrix::from_fn(n, n, |i, j| {
+                    if from(j) < found {
+                        vectors[(i, from(j))]
+                    } else {
+                        0.0
+                    }
+                }),
+            )
+        }
         Solver::Pencil => {
             let found = definite::symmetric(&(scaled.transpose() * &scaled))?;
             (
@@ -118,6 +137,7 @@ fn digits(solver: Solver, omega: f64, largest: f64) -> f64 {
         _ if omega == 0.0 => f64::INFINITY,
         Solver::Factored => FACTORED_DIGITS,
         // Backward error of the pencil: ε λ_max in every λ, half of it relative in ω.
+        Solver::Singular => (-(4.0 * f64::EPSILON * largest / omega).log10()).clamp(0.0, 16.0),
         Solver::Pencil => {
             (-(4.0 * f64::EPSILON * (largest / omega).powi(2)).log10()).clamp(0.0, 16.0)
         }

@@ -151,6 +151,26 @@ fn check_pivots(pivots: impl Iterator<Item = f64>) -> Result<(), Error> {
     Ok(())
 }
 
+/// Singular values of `a`, descending, and their right vectors as columns; small values to ε of the largest.
+///
+/// # Errors
+/// `NoConvergence`; `Overflow` where an entry is not finite.
+pub fn singular_values(a: &Matrix) -> Result<(Vec<f64>, Matrix), Error> {
+    check_finite(a, "a matrix")?;
+    let found = a.thin_svd().map_err(|_| {
+        let (m, n) = (a.nrows(), a.ncols());
+        Error::new(
+            Code::NoConvergence,
+            format!("the singular values of a {m}×{n} matrix did not settle"),
+        )
+    })?;
+    let values = found.S().column_vector();
+    Ok((
+        (0..values.nrows()).map(|i| values[i]).collect(),
+        found.V().to_owned(),
+    ))
+}
+
 /// A solution of `K x = f` for a symmetric `K` without negative eigenvalues, which may be singular; `f` must be in its range.
 ///
 /// Rows and columns are brought to unit diagonal first, so that springs of any size count alike.

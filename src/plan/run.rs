@@ -33,7 +33,24 @@ pub struct Answer {
     pub warnings: Vec<Warning>,
 }
 
-/// Fewer digits of the lowest elastic mode than this ask for the factored form.
+/// The next solver where one leaves too few digits: dearer and more exact.
+fn more_exact(solver: Solver) -> Option<Solver> {
+    match solver {
+        Solver::Pencil => Some(Solver::Singular),
+        Solver::Singular => Some(Solver::Factored),
+        Solver::Factored => None,
+    }
+}
+
+fn lowest_digits(basis: &Basis) -> f64 {
+    basis
+        .digits
+        .get(basis.n_rigid)
+        .copied()
+        .unwrap_or(f64::INFINITY)
+}
+
+/// Fewer digits of the lowest elastic mode than this ask for a more exact solver.
 const ENOUGH_DIGITS: f64 = 9.0;
 
 /// Runs a plan of modes.
@@ -115,15 +132,12 @@ impl Run<'_> {
 
     fn basis(&mut self) -> Result<(), Error> {
         let linear = &self.prepared.linear;
-        let first = solver(linear.n - linear.massless.len());
-        let mut basis = basis::solve(linear, first)?;
-        let lowest_digits = basis
-            .digits
-            .get(basis.n_rigid)
-            .copied()
-            .unwrap_or(f64::INFINITY);
-        if first == Solver::Pencil && lowest_digits < ENOUGH_DIGITS {
-            basis = basis::solve(linear, Solver::Factored)?;
+        let mut basis = basis::solve(linear, solver(linear.n - linear.massless.len()))?;
+        while let (Some(next), true) = (
+            more_exact(basis.solver),
+            lowest_digits(&basis) < ENOUGH_DIGITS,
+        ) {
+            basis = basis::solve(linear, next)?;
         }
         self.answer.modes = self.selected(undamped::modes(linear, &basis));
         self.basis = Some(basis);
