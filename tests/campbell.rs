@@ -111,7 +111,6 @@ fn exact_whirl_of_a_tilting_disc() {
         assert!(line.uncertain_rpm.is_empty());
     }
     assert!(found.branches.iter().all(|line| line.damping_ratio.iter().all(Option::is_none)));
-    assert_eq!(found.n_solves, speeds.len() + 1, "one more to split the pair at rest");
 }
 
 /// `ω = n Ω` in the quadratic: `Ω² (n J − n² J_d) + k = 0` forward, with + JΩ² n turned round backward.
@@ -265,11 +264,11 @@ fn law_speeds_of_either_sign_mirror_each_other() {
 /// Gyroscopic moments do no work: every root is imaginary to the last bit, repeated ones at rest included.
 #[test]
 fn exact_roots_without_losses_are_imaginary() {
-    for (case, n) in [(Case::shipped("overhung_rotor.toml"), 13), (two_discs(3.0e4), 5)] {
+    for (case, n) in [(Case::shipped("overhung_rotor.toml"), 12), (two_discs(3.0e4), 5)] {
         for rpm in [0.0, 1.0, 1730.0, 12000.0] {
             let modes = case.modes(rpm, false);
             let elastic: Vec<&Mode> = modes.iter().filter(|mode| !mode.rigid).collect();
-            assert!(elastic.len() >= n.min(5), "{}", elastic.len());
+            assert!(elastic.len() >= n, "{}", elastic.len());
             for mode in elastic {
                 assert_eq!(mode.eigenvalue.re, 0.0, "{rpm} rpm: {:?}", mode.eigenvalue);
                 assert_eq!(mode.damping_ratio, None);
@@ -445,26 +444,26 @@ fn meet(found: &Campbell, a: &BranchLine, b: &BranchLine) -> Vec<(f64, f64)> {
     (1..found.speeds_rpm.len() - 1).filter(|&i| (gap(i) < 0.0) != (gap(i + 1) < 0.0)).map(between).collect()
 }
 
-/// The shipped overhung rotor against an assembly of its own in numpy (dense M, G, K from the numbers of the file,
-/// `numpy.linalg.eig` of the first-order form, branches told apart by x ± iy): crossings and veerings to the digits noted there.
+/// The shipped overhung rotor against an assembly of its own: `tools/reference_overhung.py`, numpy 2.4.6.
 #[test]
 fn ref_numpy_overhung_rotor() {
     let found = Case::shipped("overhung_rotor.toml").diagram(&grid(0.0, 15000.0, 300), false);
     let (f, b) = (|n| numbered(&found, Whirl::Forward, n), |n| numbered(&found, Whirl::Backward, n));
     for (forward, backward, rpm, hz) in
-        [(4, 5, 1730.0, Some(497.4)), (3, 4, 8930.0, Some(408.2)), (2, 3, 13650.0, None)]
+        [(4, 5, 1734.957, 497.4830), (3, 4, 8944.455, 408.2676), (2, 3, 13656.356, 320.0909)]
     {
         let met = meet(&found, f(forward), b(backward));
-        assert!(met.iter().any(|m| (m.0 - rpm).abs() < 10.0), "F{forward} and B{backward}: {met:?}");
-        if let Some(hz) = hz {
-            assert!(met.iter().any(|m| (m.1 - hz).abs() < 0.1), "F{forward} and B{backward}: {met:?}");
-        }
+        // Straight lines between speeds 50 rpm apart are off by 0.01 rpm here.
+        let is_near = |m: &(f64, f64)| (m.0 - rpm).abs() < 0.02 && (m.1 - hz).abs() < 1e-3;
+        assert!(met.iter().any(is_near), "F{forward} and B{backward}: {met:?}");
     }
-    for (low, high, rpm, hz) in [(f(4), f(5), 8110.0, 19.5), (b(4), b(5), 4690.0, 23.8)] {
-        let gap = |i: &usize| high.frequency_hz[*i].unwrap() - low.frequency_hz[*i].unwrap();
-        let nearest = (0..found.speeds_rpm.len()).min_by(|i, j| gap(i).total_cmp(&gap(j))).unwrap();
-        assert!((found.speeds_rpm[nearest] - rpm).abs() <= 60.0, "{}", found.speeds_rpm[nearest]);
-        assert!((gap(&nearest) - hz).abs() < 0.06, "{}", gap(&nearest));
+    for (low, high, rpm, hz) in [(f(4), f(5), 8112.5, 19.5151), (b(4), b(5), 4686.5, 23.8329)] {
+        let gap = |i: usize| high.frequency_hz[i].unwrap() - low.frequency_hz[i].unwrap();
+        let i = (0..found.speeds_rpm.len()).min_by(|&i, &j| gap(i).total_cmp(&gap(j))).unwrap();
+        // A parabola through the three nearest speeds.
+        let (slope, bend) = ((gap(i + 1) - gap(i - 1)) / 2.0, gap(i + 1) - 2.0 * gap(i) + gap(i - 1));
+        let (at, least) = (found.speeds_rpm[i] - 50.0 * slope / bend, gap(i) - slope * slope / bend / 2.0);
+        assert!((at - rpm).abs() < 0.3 && (least - hz).abs() < 2e-4, "{at} rpm, {least} Hz");
     }
     assert!(found.branches.iter().all(|line| line.uncertain_rpm.is_empty()));
 }
