@@ -2,6 +2,8 @@
 //!
 //! The modules are floors: each imports only from those above it in this list.
 
+#![warn(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
 /// Errors with places and hints; units; TOML with places.
 pub mod base;
 
@@ -19,3 +21,10 @@ pub mod modes;
 
 /// What a study needs, and running it.
 pub mod plan;
+
+/// Results as tables, JSON, CSV and pictures.
+pub mod report;
+
+/// The command: the only place that touches the terminal.
+#[cfg(feature = "cli")]
+pub mod cli;

@@ -33,7 +33,12 @@ impl Case {
         let operating = Operating::find(&machine, &kinematics).unwrap();
         let linear = Linear::new(&machine, &kinematics, &operating).unwrap();
         let basis = basis::solve(&linear, Solver::Factored).unwrap();
-        Case { machine, kinematics, linear, basis }
+        Case {
+            machine,
+            kinematics,
+            linear,
+            basis,
+        }
     }
 
     fn new(text: &str) -> Case {
@@ -42,7 +47,14 @@ impl Case {
     }
 
     fn shipped(name: &str) -> Case {
-        Case::of(scene::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name)).unwrap())
+        Case::of(
+            scene::read(
+                &Path::new(env!("CARGO_MANIFEST_DIR"))
+                    .join("models")
+                    .join(name),
+            )
+            .unwrap(),
+        )
     }
 
     /// The diagram over speeds in rpm.
@@ -53,19 +65,38 @@ impl Case {
             orders: OrderOptions::default(),
             tracking: TrackingOptions::default(),
         };
-        diagram(&self.machine, &self.kinematics, &self.linear, &self.basis, &options).unwrap()
+        diagram(
+            &self.machine,
+            &self.kinematics,
+            &self.linear,
+            &self.basis,
+            &options,
+        )
+        .unwrap()
     }
 
     fn modes(&self, rpm: f64, damped: bool) -> Vec<Mode> {
-        let speeds =
-            geardyn::machine::kinematics::mean_speeds(&self.machine, &self.kinematics, Some(rpm * TAU / 60.0)).unwrap();
-        let modal = modal::project(&self.machine, &self.linear, &self.basis, Some(&speeds), damped);
+        let speeds = geardyn::machine::kinematics::mean_speeds(
+            &self.machine,
+            &self.kinematics,
+            Some(rpm * TAU / 60.0),
+        )
+        .unwrap();
+        let modal = modal::project(
+            &self.machine,
+            &self.linear,
+            &self.basis,
+            Some(&speeds),
+            damped,
+        );
         damped::modes(&self.linear, &self.basis, &modal).unwrap()
     }
 }
 
 fn grid(first: f64, last: f64, steps: usize) -> Vec<f64> {
-    (0..=steps).map(|i| first + (last - first) * i as f64 / steps as f64).collect()
+    (0..=steps)
+        .map(|i| first + (last - first) * i as f64 / steps as f64)
+        .collect()
 }
 
 /// |λ|/2π of `J_d λ² − iJΩ λ + k = 0`: forward, backward.
@@ -73,12 +104,19 @@ fn whirl_of_disc(polar: f64, diametral: f64, k: f64, rpm: f64) -> [f64; 2] {
     let spin = polar * rpm * TAU / 60.0;
     let root = (spin * spin + 4.0 * diametral * k).sqrt();
     // The smaller root as a quotient, without subtraction.
-    [(spin + root) / (2.0 * diametral) / TAU, 2.0 * k / (spin + root) / TAU]
+    [
+        (spin + root) / (2.0 * diametral) / TAU,
+        2.0 * k / (spin + root) / TAU,
+    ]
 }
 
 fn worst(line: &BranchLine, exact: impl Fn(usize) -> f64) -> f64 {
     let relative = |(i, f): (usize, &Option<f64>)| (f.unwrap_or(f64::NAN) / exact(i) - 1.0).abs();
-    line.frequency_hz.iter().enumerate().map(relative).fold(0.0, |m, e| if e > m || e.is_nan() { e } else { m })
+    line.frequency_hz
+        .iter()
+        .enumerate()
+        .map(relative)
+        .fold(0.0, |m, e| if e > m || e.is_nan() { e } else { m })
 }
 
 const ONE_DISC: &str = r#"
@@ -105,12 +143,23 @@ fn exact_whirl_of_a_tilting_disc() {
         let sense = if which == Whirl::Forward { 0 } else { 1 };
         let is_swapped = line.whirl[0] != Some(which);
         let sense = if is_swapped { 1 - sense } else { sense };
-        let error = worst(line, |i| whirl_of_disc(0.12, 0.065, 4.0e5, speeds[i])[sense]);
+        let error = worst(line, |i| {
+            whirl_of_disc(0.12, 0.065, 4.0e5, speeds[i])[sense]
+        });
         assert!(error < 1e-14, "{error:e}");
-        assert!(line.whirl.iter().all(|w| *w == line.whirl[0]), "{:?}", line.whirl);
+        assert!(
+            line.whirl.iter().all(|w| *w == line.whirl[0]),
+            "{:?}",
+            line.whirl
+        );
         assert!(line.uncertain_rpm.is_empty());
     }
-    assert!(found.branches.iter().all(|line| line.damping_ratio.iter().all(Option::is_none)));
+    assert!(
+        found
+            .branches
+            .iter()
+            .all(|line| line.damping_ratio.iter().all(Option::is_none))
+    );
 }
 
 /// `ω = n Ω` in the quadratic: `Ω² (n J − n² J_d) + k = 0` forward, with + JΩ² n turned round backward.
@@ -121,7 +170,9 @@ fn exact_crossings_of_a_tilting_disc() {
     let mut exact: Vec<f64> = [1.0, 2.0]
         .iter()
         .flat_map(|&n: &f64| {
-            [n * n * diametral - n * polar, n * n * diametral + n * polar].into_iter().filter(|a| *a > 0.0)
+            [n * n * diametral - n * polar, n * n * diametral + n * polar]
+                .into_iter()
+                .filter(|a| *a > 0.0)
         })
         .map(|a| (k / a).sqrt() * 60.0 / TAU)
         .filter(|rpm| *rpm < 30000.0)
@@ -129,22 +180,21 @@ fn exact_crossings_of_a_tilting_disc() {
     exact.sort_by(f64::total_cmp);
     assert_eq!(found.crossings.len(), exact.len(), "{:?}", found.crossings);
     for (crossing, rpm) in found.crossings.iter().zip(exact) {
-        assert!((crossing.speed_rpm / rpm - 1.0).abs() < 1e-9, "{} {rpm}", crossing.speed_rpm);
+        assert!(
+            (crossing.speed_rpm / rpm - 1.0).abs() < 1e-9,
+            "{} {rpm}",
+            crossing.speed_rpm
+        );
         let order = found.orders[crossing.order].value;
         assert!((crossing.frequency_hz / (order * rpm / 60.0) - 1.0).abs() < 1e-9);
-        assert!((crossing.participation - 1.0).abs() < 1e-12, "all the motion is the disc's");
+        assert!(
+            (crossing.participation - 1.0).abs() < 1e-12,
+            "all the motion is the disc's"
+        );
     }
 }
 
-/// Two discs on one shaft; their tilts are coupled by `coupling`, N·m/rad.
-fn two_discs(coupling: f64) -> Case {
-    let link = if coupling > 0.0 {
-        format!("[[bearing]]\nname = \"link\"\nbetween = [\"a\", \"b\"]\nk_rx = {coupling:?}\nk_ry = {coupling:?}\n")
-    } else {
-        String::new()
-    };
-    Case::new(&format!(
-        r#"
+const DISCS: &str = r#"
 [[inertia]]
 name = "a"
 J = 0.12
@@ -167,11 +217,25 @@ name = "hub_b"
 at = "b"
 k_rx = 2.5e5
 k_ry = 2.5e5
-{link}
+LINK
 [speed]
 a = 600.0
-"#
-    ))
+"#;
+
+fn link(coupling: f64) -> String {
+    format!(
+        "[[bearing]]\nname = \"link\"\nbetween = [\"a\", \"b\"]\nk_rx = {coupling:?}\nk_ry = {coupling:?}\n"
+    )
+}
+
+/// Two discs on one shaft; their tilts are coupled by `coupling`, N·m/rad, or not at all.
+fn two_discs(coupling: f64) -> Case {
+    let link = if coupling > 0.0 {
+        link(coupling)
+    } else {
+        String::new()
+    };
+    Case::new(&DISCS.replace("LINK", &link))
 }
 
 /// Forward of the first disc crosses both branches of the second: each follows its own closed form, where the third or the
@@ -186,32 +250,59 @@ fn exact_branches_that_cross() {
     for line in &found.branches {
         let at_last = |&(disc, sense): &(usize, usize)| {
             let (polar, diametral, k) = discs[disc];
-            (line.frequency_hz[16].unwrap() / whirl_of_disc(polar, diametral, k, speeds[16])[sense] - 1.0).abs()
+            (line.frequency_hz[16].unwrap() / whirl_of_disc(polar, diametral, k, speeds[16])[sense]
+                - 1.0)
+                .abs()
         };
-        let Some(own) = [(0, 0), (0, 1), (1, 0), (1, 1)].into_iter().find(|own| at_last(own) < 1e-9) else {
-            assert!(line.whirl.iter().all(Option::is_none), "the torsional mode does not whirl");
+        let Some(own) = [(0, 0), (0, 1), (1, 0), (1, 1)]
+            .into_iter()
+            .find(|own| at_last(own) < 1e-9)
+        else {
+            assert!(
+                line.whirl.iter().all(Option::is_none),
+                "the torsional mode does not whirl"
+            );
             continue;
         };
         let (polar, diametral, k) = discs[own.0];
-        let error = worst(line, |i| whirl_of_disc(polar, diametral, k, speeds[i])[own.1]);
+        let error = worst(line, |i| {
+            whirl_of_disc(polar, diametral, k, speeds[i])[own.1]
+        });
         assert!(error < 1e-12, "{own:?} {error:e}");
-        assert!(line.whirl.iter().all(|w| *w == Some([Whirl::Forward, Whirl::Backward][own.1])), "{:?}", line.whirl);
+        assert!(
+            line.whirl
+                .iter()
+                .all(|w| *w == Some([Whirl::Forward, Whirl::Backward][own.1])),
+            "{:?}",
+            line.whirl
+        );
         seen.push(own);
     }
     seen.sort();
     assert_eq!(seen, [(0, 0), (0, 1), (1, 0), (1, 1)]);
     let sorted = |i: usize| {
-        let mut f: Vec<f64> = found.branches.iter().map(|line| line.frequency_hz[i].unwrap()).collect();
+        let mut f: Vec<f64> = found
+            .branches
+            .iter()
+            .map(|line| line.frequency_hz[i].unwrap())
+            .collect();
         f.sort_by(f64::total_cmp);
         f
     };
-    let third = |i: usize| (sorted(i)[4] / whirl_of_disc(0.12, 0.065, 4.0e5, speeds[i])[0] - 1.0).abs();
-    assert!(third(0) > 1e-3 && third(16) < 1e-12, "by frequency alone the highest is another mode at the start");
+    let third =
+        |i: usize| (sorted(i)[4] / whirl_of_disc(0.12, 0.065, 4.0e5, speeds[i])[0] - 1.0).abs();
+    assert!(
+        third(0) > 1e-3 && third(16) < 1e-12,
+        "by frequency alone the highest is another mode at the start"
+    );
 }
 
 fn forward(found: &Campbell) -> Vec<&BranchLine> {
-    let mut lines: Vec<&BranchLine> =
-        found.branches.iter().filter(|line| line.whirl.iter().all(|w| *w == Some(Whirl::Forward))).collect();
+    let mut lines: Vec<&BranchLine> = found
+        .branches
+        .iter()
+        .filter(|line| line.whirl.iter().all(|w| *w == Some(Whirl::Forward)))
+        .collect();
     lines.sort_by(|a, b| a.frequency_hz[0].partial_cmp(&b.frequency_hz[0]).unwrap());
     lines
 }
@@ -228,10 +319,16 @@ fn law_branches_that_veer_are_followed_at_any_step() {
         for (rough, close) in coarse.iter().zip(&fine) {
             let error = worst(rough, |i| close.frequency_hz[64 * i].unwrap());
             assert!(error < 1e-12, "coupling {coupling}: {error:e}");
-            assert!(rough.uncertain_rpm.is_empty() && close.uncertain_rpm.is_empty(), "coupling {coupling}");
+            assert!(
+                rough.uncertain_rpm.is_empty() && close.uncertain_rpm.is_empty(),
+                "coupling {coupling}"
+            );
         }
         for i in 0..fine[0].frequency_hz.len() {
-            assert!(fine[0].frequency_hz[i] < fine[1].frequency_hz[i], "coupling {coupling}: forward modes crossed");
+            assert!(
+                fine[0].frequency_hz[i] < fine[1].frequency_hz[i],
+                "coupling {coupling}: forward modes crossed"
+            );
         }
     }
 }
@@ -257,14 +354,24 @@ fn law_speeds_of_either_sign_mirror_each_other() {
         })
     };
     assert!(found.branches.iter().all(mirrored));
-    let turned = found.branches.iter().filter(|line| line.whirl[0].is_some() && line.whirl[0] != line.whirl[12]);
-    assert_eq!(turned.count(), 4, "what is forward at −6000 rpm is backward at 6000 rpm");
+    let turned = found
+        .branches
+        .iter()
+        .filter(|line| line.whirl[0].is_some() && line.whirl[0] != line.whirl[12]);
+    assert_eq!(
+        turned.count(),
+        4,
+        "what is forward at −6000 rpm is backward at 6000 rpm"
+    );
 }
 
 /// Gyroscopic moments do no work: every root is imaginary to the last bit, repeated ones at rest included.
 #[test]
 fn exact_roots_without_losses_are_imaginary() {
-    for (case, n) in [(Case::shipped("overhung_rotor.toml"), 12), (two_discs(3.0e4), 5)] {
+    for (case, n) in [
+        (Case::shipped("overhung_rotor.toml"), 12),
+        (two_discs(3.0e4), 5),
+    ] {
         for rpm in [0.0, 1.0, 1730.0, 12000.0] {
             let modes = case.modes(rpm, false);
             let elastic: Vec<&Mode> = modes.iter().filter(|mode| !mode.rigid).collect();
@@ -318,7 +425,11 @@ fn exact_constant_without_gyroscopic_terms() {
     assert!(found.is_constant);
     assert_eq!(found.n_solves, 1);
     for line in &found.branches {
-        assert!(line.frequency_hz.iter().all(|f| *f == line.frequency_hz[0] && f.is_some()));
+        assert!(
+            line.frequency_hz
+                .iter()
+                .all(|f| *f == line.frequency_hz[0] && f.is_some())
+        );
         assert!(line.whirl.iter().all(Option::is_none));
     }
     assert!(!found.crossings.is_empty());
@@ -331,11 +442,16 @@ fn exact_constant_without_gyroscopic_terms() {
     }
     // The mode of the mesh takes part in the mesh's orders more than the others do.
     let share = |branch: usize| {
-        let mesh = |c: &&geardyn::modes::campbell::Crossing| c.branch == branch && found.orders[c.order].fraction == "21";
+        let mesh = |c: &&geardyn::modes::campbell::Crossing| {
+            c.branch == branch && found.orders[c.order].fraction == "21"
+        };
         found.crossings.iter().find(mesh).map(|c| c.participation)
     };
     let shares: Vec<f64> = (0..found.branches.len()).filter_map(share).collect();
-    assert!(shares.len() >= 2 && shares.windows(2).all(|s| s[0] < s[1]), "{shares:?}");
+    assert!(
+        shares.len() >= 2 && shares.windows(2).all(|s| s[0] < s[1]),
+        "{shares:?}"
+    );
 }
 
 /// The orders of both gears of a pair, those of the teeth once with both as sources.
@@ -347,11 +463,28 @@ fn exact_orders_of_a_gear_pair() {
     assert_eq!(fractions, ["1/3", "2/3", "1", "2", "21", "42", "63"]);
     let teeth = &found[4];
     assert_eq!(teeth.value, 21.0);
-    let members: Vec<&str> = teeth.sources.iter().map(|source| source.member.as_str()).collect();
+    let members: Vec<&str> = teeth
+        .sources
+        .iter()
+        .map(|source| source.member.as_str())
+        .collect();
     assert_eq!(members, ["pinion", "wheel"]);
-    assert!(teeth.sources.iter().all(|source| source.cause == Cause::Mesh && source.element == "pair"));
-    let turning: Vec<&str> = found[2].sources.iter().map(|source| source.member.as_str()).collect();
-    assert_eq!(turning, ["pinion", "motor"], "the reference counts where it carries no gear");
+    assert!(
+        teeth
+            .sources
+            .iter()
+            .all(|source| source.cause == Cause::Mesh && source.element == "pair")
+    );
+    let turning: Vec<&str> = found[2]
+        .sources
+        .iter()
+        .map(|source| source.member.as_str())
+        .collect();
+    assert_eq!(
+        turning,
+        ["pinion", "motor"],
+        "the reference counts where it carries no gear"
+    );
 }
 
 /// Willis: with the ring held the carrier turns at 18/(18 + 90), so the sun's teeth mesh 18 (1 − 1/6) = 15 times a turn;
@@ -390,15 +523,33 @@ sun = 300.0
         ))
     };
     let held = "[[bearing]]\nname = \"seat\"\nat = \"ring\"\nk_theta = 1.0e7\n";
-    for (ring, speed, mesh, carrier) in [(held, "", "15", None), ("", "ring = -100.0", "20", Some("1/3"))] {
+    for (ring, speed, mesh, carrier) in [
+        (held, "", "15", None),
+        ("", "ring = -100.0", "20", Some("1/3")),
+    ] {
         let case = stage(ring, speed);
         let found = orders(&case.machine, &case.kinematics, &OrderOptions::default()).unwrap();
-        let teeth = found.iter().find(|order| order.sources.iter().any(|source| source.cause == Cause::Mesh)).unwrap();
+        let teeth = found
+            .iter()
+            .find(|order| {
+                order
+                    .sources
+                    .iter()
+                    .any(|source| source.cause == Cause::Mesh)
+            })
+            .unwrap();
         assert_eq!(teeth.fraction, mesh);
-        let members: Vec<&str> = teeth.sources.iter().map(|source| source.member.as_str()).collect();
+        let members: Vec<&str> = teeth
+            .sources
+            .iter()
+            .map(|source| source.member.as_str())
+            .collect();
         assert_eq!(members, ["sun", "ring"]);
         if let Some(fraction) = carrier {
-            assert!(found.iter().any(|order| order.fraction == fraction), "the ring turns");
+            assert!(
+                found.iter().any(|order| order.fraction == fraction),
+                "the ring turns"
+            );
         }
     }
 }
@@ -419,15 +570,23 @@ fn exact_modes_that_appear() {
         assert_eq!(line.frequency_hz[0], None);
         for (i, f) in line.frequency_hz.iter().enumerate().skip(1) {
             let nearest = exact(speeds[i]).map(|e| (f.unwrap() / e - 1.0).abs());
-            assert!(nearest[0].min(nearest[1]) < 1e-12, "{} rpm: {nearest:?}", speeds[i]);
+            assert!(
+                nearest[0].min(nearest[1]) < 1e-12,
+                "{} rpm: {nearest:?}",
+                speeds[i]
+            );
             assert!(line.damping_ratio[i].unwrap() > 0.0);
         }
     }
 }
 
 /// The mode that is the n-th forward, or backward, just above standstill.
-fn numbered<'a>(found: &'a Campbell, sense: Whirl, n: usize) -> &'a BranchLine {
-    let mut lines: Vec<&BranchLine> = found.branches.iter().filter(|line| line.whirl[1] == Some(sense)).collect();
+fn numbered(found: &Campbell, sense: Whirl, n: usize) -> &BranchLine {
+    let mut lines: Vec<&BranchLine> = found
+        .branches
+        .iter()
+        .filter(|line| line.whirl[1] == Some(sense))
+        .collect();
     lines.sort_by(|a, b| a.frequency_hz[1].partial_cmp(&b.frequency_hz[1]).unwrap());
     lines[n - 1]
 }
@@ -441,60 +600,149 @@ fn meet(found: &Campbell, a: &BranchLine, b: &BranchLine) -> Vec<(f64, f64)> {
         let f = at(a.frequency_hz[i].unwrap(), a.frequency_hz[i + 1].unwrap());
         (at(found.speeds_rpm[i], found.speeds_rpm[i + 1]), f)
     };
-    (1..found.speeds_rpm.len() - 1).filter(|&i| (gap(i) < 0.0) != (gap(i + 1) < 0.0)).map(between).collect()
+    (1..found.speeds_rpm.len() - 1)
+        .filter(|&i| (gap(i) < 0.0) != (gap(i + 1) < 0.0))
+        .map(between)
+        .collect()
 }
 
 /// The shipped overhung rotor against an assembly of its own: `tools/reference_overhung.py`, numpy 2.4.6.
 #[test]
 fn ref_numpy_overhung_rotor() {
     let found = Case::shipped("overhung_rotor.toml").diagram(&grid(0.0, 15000.0, 300), false);
-    let (f, b) = (|n| numbered(&found, Whirl::Forward, n), |n| numbered(&found, Whirl::Backward, n));
-    for (forward, backward, rpm, hz) in
-        [(4, 5, 1734.957, 497.4830), (3, 4, 8944.455, 408.2676), (2, 3, 13656.356, 320.0909)]
-    {
+    let (f, b) = (
+        |n| numbered(&found, Whirl::Forward, n),
+        |n| numbered(&found, Whirl::Backward, n),
+    );
+    for (forward, backward, rpm, hz) in [
+        (4, 5, 1734.957, 497.4830),
+        (3, 4, 8944.455, 408.2676),
+        (2, 3, 13656.356, 320.0909),
+    ] {
         let met = meet(&found, f(forward), b(backward));
         // Straight lines between speeds 50 rpm apart are off by 0.01 rpm here.
         let is_near = |m: &(f64, f64)| (m.0 - rpm).abs() < 0.02 && (m.1 - hz).abs() < 1e-3;
-        assert!(met.iter().any(is_near), "F{forward} and B{backward}: {met:?}");
+        assert!(
+            met.iter().any(is_near),
+            "F{forward} and B{backward}: {met:?}"
+        );
     }
     for (low, high, rpm, hz) in [(f(4), f(5), 8112.5, 19.5151), (b(4), b(5), 4686.5, 23.8329)] {
         let gap = |i: usize| high.frequency_hz[i].unwrap() - low.frequency_hz[i].unwrap();
-        let i = (0..found.speeds_rpm.len()).min_by(|&i, &j| gap(i).total_cmp(&gap(j))).unwrap();
+        let i = (0..found.speeds_rpm.len())
+            .min_by(|&i, &j| gap(i).total_cmp(&gap(j)))
+            .unwrap();
         // A parabola through the three nearest speeds.
-        let (slope, bend) = ((gap(i + 1) - gap(i - 1)) / 2.0, gap(i + 1) - 2.0 * gap(i) + gap(i - 1));
-        let (at, least) = (found.speeds_rpm[i] - 50.0 * slope / bend, gap(i) - slope * slope / bend / 2.0);
-        assert!((at - rpm).abs() < 0.3 && (least - hz).abs() < 2e-4, "{at} rpm, {least} Hz");
+        let (slope, bend) = (
+            (gap(i + 1) - gap(i - 1)) / 2.0,
+            gap(i + 1) - 2.0 * gap(i) + gap(i - 1),
+        );
+        let (at, least) = (
+            found.speeds_rpm[i] - 50.0 * slope / bend,
+            gap(i) - slope * slope / bend / 2.0,
+        );
+        assert!(
+            (at - rpm).abs() < 0.3 && (least - hz).abs() < 2e-4,
+            "{at} rpm, {least} Hz"
+        );
     }
-    assert!(found.branches.iter().all(|line| line.uncertain_rpm.is_empty()));
+    assert!(
+        found
+            .branches
+            .iter()
+            .all(|line| line.uncertain_rpm.is_empty())
+    );
 }
 
 /// Coarse steps give every branch of the overhung rotor that fine ones give, through crossings and veerings.
 #[test]
 fn law_overhung_rotor_at_any_step() {
     let case = Case::shipped("overhung_rotor.toml");
-    let (coarse, fine) = (case.diagram(&grid(0.0, 15000.0, 5), false), case.diagram(&grid(0.0, 15000.0, 300), false));
+    let (coarse, fine) = (
+        case.diagram(&grid(0.0, 15000.0, 5), false),
+        case.diagram(&grid(0.0, 15000.0, 300), false),
+    );
     assert_eq!(coarse.branches.len(), fine.branches.len());
     for line in &coarse.branches {
-        let is_same = |other: &&BranchLine| worst(line, |i| other.frequency_hz[60 * i].unwrap()) < 1e-12;
-        assert!(fine.branches.iter().any(|other| is_same(&other)), "{line:?}");
+        let is_same =
+            |other: &&BranchLine| worst(line, |i| other.frequency_hz[60 * i].unwrap()) < 1e-12;
+        assert!(
+            fine.branches.iter().any(|other| is_same(&other)),
+            "{line:?}"
+        );
     }
-    println!("{} speeds solved for 6, {} for 301", coarse.n_solves, fine.n_solves);
+    println!(
+        "{} speeds solved for 6, {} for 301",
+        coarse.n_solves, fine.n_solves
+    );
 }
 
 /// A stage in its carrier's frame: Coriolis and centrifugal terms, repeated planet modes; at rest the paper's frequencies.
 #[test]
 fn survives_a_planetary_stage_in_a_turning_frame() {
-    for name in ["lin_parker_n3.toml", "lin_parker_n4.toml", "lin_parker_n5.toml"] {
+    for name in [
+        "lin_parker_n3.toml",
+        "lin_parker_n4.toml",
+        "lin_parker_n5.toml",
+    ] {
         let case = Case::shipped(name);
         let found = case.diagram(&grid(0.0, 3000.0, 6), false);
         assert!(!found.is_constant);
-        let rest: Vec<f64> = case.basis.omega.iter().skip(case.basis.n_rigid).map(|w| w / TAU).collect();
-        let mut first: Vec<f64> = found.branches.iter().filter_map(|line| line.frequency_hz[0]).collect();
+        let rest: Vec<f64> = case
+            .basis
+            .omega
+            .iter()
+            .skip(case.basis.n_rigid)
+            .map(|w| w / TAU)
+            .collect();
+        let mut first: Vec<f64> = found
+            .branches
+            .iter()
+            .filter_map(|line| line.frequency_hz[0])
+            .collect();
         first.sort_by(f64::total_cmp);
         assert_eq!(first.len(), rest.len(), "{name}");
-        assert!(first.iter().zip(&rest).all(|(a, b)| (a / b - 1.0).abs() < 1e-10), "{name}: {first:?} {rest:?}");
-        let whole = found.branches.iter().filter(|line| line.frequency_hz.iter().all(Option::is_some)).count();
+        assert!(
+            first
+                .iter()
+                .zip(&rest)
+                .all(|(a, b)| (a / b - 1.0).abs() < 1e-10),
+            "{name}: {first:?} {rest:?}"
+        );
+        let whole = found
+            .branches
+            .iter()
+            .filter(|line| line.frequency_hz.iter().all(Option::is_some))
+            .count();
         assert_eq!(whole, rest.len(), "{name}: no branch is lost on the way");
         println!("{name}: {} speeds solved for 7", found.n_solves);
+    }
+}
+
+/// Light dampers at one hub: branches are followed as without them, and a line of uncertainty is not drawn.
+#[test]
+fn law_light_losses_move_no_branch() {
+    let text = DISCS.replace(
+        "name = \"hub_b\"",
+        "name = \"hub_b\"\nc_rx = 0.2\nc_ry = 0.2",
+    );
+    let case = Case::new(&text.replace("LINK", &link(3.0e4)));
+    let speeds = grid(0.0, 12000.0, 12);
+    let (with, without) = (case.diagram(&speeds, true), case.diagram(&speeds, false));
+    assert_eq!(with.branches.len(), without.branches.len());
+    for line in &with.branches {
+        assert!(line.uncertain_rpm.is_empty());
+        let is_same = |other: &&BranchLine| {
+            worst(line, |i| other.frequency_hz[i].unwrap()) < 1e-5 && line.whirl == other.whirl
+        };
+        let same = without.branches.iter().find(is_same);
+        assert!(same.is_some(), "{line:?}");
+        let is_lateral = line.whirl[0].is_some();
+        assert!(
+            line.damping_ratio
+                .iter()
+                .all(|z| z.is_some_and(|z| (z > 1e-7) == is_lateral)),
+            "{line:?}"
+        );
     }
 }

@@ -1,6 +1,11 @@
 //! Damped chains against mpmath: `data/reference/damped.json`, made by `tools/reference_graded.py`.
+#![allow(
+    clippy::unwrap_used,
+    reason = "a helper of tests may fail as a test does"
+)]
 
-use geardyn::numeric::{Complex, Matrix, general, graded, quadratic};
+use geardyn::numeric::quadratic::Quadratic;
+use geardyn::numeric::{Complex, Matrix, general, graded};
 use serde_json::Value;
 
 /// `λ² I + λ C + Ω²` in the modal coordinates of an undamped machine, and its exact eigenvalues.
@@ -16,12 +21,23 @@ fn number(value: &Value) -> f64 {
 }
 
 fn problems() -> Vec<Problem> {
-    let document: Value = serde_json::from_str(include_str!("../data/reference/damped.json")).unwrap();
-    document["problems"].as_array().unwrap().iter().map(read).collect()
+    let document: Value =
+        serde_json::from_str(include_str!("../data/reference/damped.json")).unwrap();
+    document["problems"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(read)
+        .collect()
 }
 
 fn read(p: &Value) -> Problem {
-    let inertia: Vec<f64> = p["inertia"].as_array().unwrap().iter().map(number).collect();
+    let inertia: Vec<f64> = p["inertia"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(number)
+        .collect();
     let branches = p["branches"].as_array().unwrap();
     let mut w = Matrix::zeros(branches.len(), inertia.len());
     for (row, branch) in branches.iter().enumerate() {
@@ -30,11 +46,18 @@ fn read(p: &Value) -> Problem {
             w[(row, dof)] = number(&term[1]) / inertia[dof].sqrt();
         }
     }
-    let weighted =
-        |key: &str| Matrix::from_fn(w.nrows(), w.ncols(), |i, j| number(&branches[i][key]).sqrt() * w[(i, j)]);
+    let weighted = |key: &str| {
+        Matrix::from_fn(w.nrows(), w.ncols(), |i, j| {
+            number(&branches[i][key]).sqrt() * w[(i, j)]
+        })
+    };
     let modes = graded::svd(&weighted("k"), None).unwrap();
     let dampers = weighted("c") * &modes.vectors;
-    let values = p["lambda_rad_s"].as_array().unwrap().iter().map(|v| Complex::new(number(&v["re"]), number(&v["im"])));
+    let values = p["lambda_rad_s"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|v| Complex::new(number(&v["re"]), number(&v["im"])));
     Problem {
         name: p["name"].as_str().unwrap().to_owned(),
         omega: modes.values,
@@ -70,8 +93,13 @@ fn companion(p: &Problem) -> Matrix {
 fn matched(found: &[Complex], exact: &[Complex]) -> Vec<Complex> {
     let mut free = exact.to_vec();
     let nearest = |value: &Complex| {
-        let at =
-            (0..free.len()).min_by(|&i, &j| (free[i] - value).norm().total_cmp(&(free[j] - value).norm())).unwrap();
+        let at = (0..free.len())
+            .min_by(|&i, &j| {
+                (free[i] - value)
+                    .norm()
+                    .total_cmp(&(free[j] - value).norm())
+            })
+            .unwrap();
         free.remove(at)
     };
     found.iter().map(nearest).collect()
@@ -88,7 +116,10 @@ fn ref_mpmath_conditions_bound_errors() {
             let bound = f64::EPSILON * found.norm * found.condition[i];
             worst_share = worst_share.max((found.values[i] - exact[i]).norm() / bound);
         }
-        println!("{:12} worst error {worst_share:.1e} of ε norm condition", p.name);
+        println!(
+            "{:12} worst error {worst_share:.1e} of ε norm condition",
+            p.name
+        );
         assert!(worst_share < 10.0, "{}", p.name);
     }
 }
@@ -99,13 +130,23 @@ fn ref_mpmath_polished() {
         let n = p.omega.len();
         let found = general::eigen(&companion(&p)).unwrap();
         let start = |i: usize| (0..n).map(|j| found.right[(n + j, i)]).collect::<Vec<_>>();
-        let squares: Vec<f64> = p.omega.iter().map(|w| w * w).collect();
-        let polish = |i: usize| quadratic::quadratic_refine(&p.c, &squares, found.values[i], &start(i)).unwrap();
+        let square = |i: usize, j: usize| if i == j { p.omega[i] * p.omega[i] } else { 0.0 };
+        let quadratic = Quadratic {
+            inertial: n,
+            damping: p.c.clone(),
+            stiffness: Matrix::from_fn(n, n, square),
+            hysteretic: None,
+        };
+        let polish = |i: usize| quadratic.polish(found.values[i], &start(i)).unwrap();
         let polished: Vec<_> = (0..2 * n).map(polish).collect();
         let values: Vec<Complex> = polished.iter().map(|m| m.value).collect();
         let worst = |found: &[Complex]| {
             let exact = matched(found, &p.values);
-            found.iter().zip(&exact).map(|(f, e)| (f - e).norm() / e.norm()).fold(0.0, f64::max)
+            found
+                .iter()
+                .zip(&exact)
+                .map(|(f, e)| (f - e).norm() / e.norm())
+                .fold(0.0, f64::max)
         };
         let residual = polished.iter().map(|m| m.residual).fold(0.0, f64::max);
         let steps = polished.iter().map(|m| m.steps).max().unwrap();

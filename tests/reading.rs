@@ -1,4 +1,4 @@
-//! A whole model and a scene read into their types.
+//! A whole model and a scene read into their types, and what random changes of it do.
 
 use std::f64::consts::PI;
 use std::fs;
@@ -232,4 +232,113 @@ fn exact_scene_changes_its_model() {
     close(range.to, expected.to);
     let StudyKind::Modes(modes) = &scene.studies[1].kind;
     close(modes.near.unwrap(), 20.0 * PI);
+}
+
+/// A linear congruential generator with Knuth's MMIX constants.
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, n: usize) -> usize {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) as usize % n
+    }
+}
+
+#[test]
+fn survives_random_mutations() {
+    const PIECES: &[&str] = &[
+        "\"",
+        "'",
+        "\"\"\"",
+        "[",
+        "]",
+        "[[",
+        "]]",
+        "{",
+        "}",
+        ".",
+        ",",
+        "=",
+        "#",
+        "\n",
+        "\r",
+        "-",
+        "0",
+        "1e999",
+        "nan",
+        "\u{feff}",
+        "µ",
+        "²",
+        "\\",
+        "\0",
+        " ",
+        "[[load]]\n",
+        "name = ",
+        "1 N/m",
+        "²²",
+        "(",
+        "/",
+        "^-",
+        "🦀",
+    ];
+    let mut random = Random(1);
+    for _ in 0..4000 {
+        let mut text: Vec<char> = EVERYTHING.chars().collect();
+        for _ in 0..=random.below(4) {
+            let at = random.below(text.len());
+            match random.below(4) {
+                0 => drop(text.remove(at)),
+                1 => {
+                    let end = (at + random.below(30)).min(text.len());
+                    text.drain(at..end);
+                }
+                2 => {
+                    let piece = PIECES[random.below(PIECES.len())];
+                    text.splice(at..at, piece.chars());
+                }
+                _ => {
+                    let other = random.below(text.len());
+                    text.swap(at, other);
+                }
+            }
+        }
+        let text: String = text.into_iter().collect();
+        if let Err(errors) = read_text("m.toml", &text) {
+            assert!(!errors.list().is_empty());
+            assert!(errors.to_string().len() < 20_000);
+            #[cfg(feature = "cli")]
+            assert!(!geardyn::cli::diagnostic::errors(&errors, false).is_empty());
+        }
+    }
+}
+
+/// Time grows with the file, not with its square.
+#[test]
+fn survives_a_hundred_thousand_tables() {
+    use std::fmt::Write;
+    let mut text = String::new();
+    for i in 0..50_000 {
+        writeln!(text, "[[inertia]]\nname = \"b{i}\"\nJ = \"1 kg·m²\"").unwrap();
+        writeln!(
+            text,
+            "[[shaft]]\nname = \"s{i}\"\nbetween = [\"b{i}\", \"b{}\"]",
+            (i + 1) % 50_000
+        )
+        .unwrap();
+        writeln!(text, "k = \"1 N·m/rad\"").unwrap();
+    }
+    assert_eq!(
+        read_text("m.toml", &text)
+            .unwrap_or_else(|e| panic!("{e}"))
+            .model
+            .shafts
+            .len(),
+        50_000
+    );
+    let wrong = text.replace("name = \"b", "nam = \"b");
+    let errors = read_text("m.toml", &wrong).unwrap_err();
+    assert_eq!(errors.list().len(), 1000);
 }

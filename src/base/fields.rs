@@ -3,68 +3,11 @@
 use super::code::Code;
 use super::error::Error;
 use super::kind::Kind;
+use super::notes::{Notes, Range};
 use super::place::Place;
 use super::toml::{Entry, Item, Table, Value};
 use super::units;
-
-/// Errors of one reading, and which files state bare numbers in SI.
-#[derive(Debug, Default)]
-pub struct Notes {
-    /// What was found wrong so far.
-    pub errors: Vec<Error>,
-    /// Paths of the files that say `units = "SI"`.
-    pub bare_si: Vec<String>,
-}
-
-impl Notes {
-    /// Notes an error.
-    pub fn push(&mut self, error: Error) {
-        self.errors.push(error);
-    }
-
-    fn is_si(&self, place: &Place) -> bool {
-        self.bare_si.contains(&place.source().path)
-    }
-}
-
-/// Which numbers a key takes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Range {
-    /// Any finite number.
-    Any,
-    /// Zero or above.
-    NotNegative,
-    /// Above zero.
-    Positive,
-    /// At least the first, below the second; the text tells the limits with their units.
-    Within(f64, f64, &'static str),
-    /// Above the first, below the second; the text tells the limits with their units.
-    Between(f64, f64, &'static str),
-}
-
-impl Range {
-    /// What is wrong with `value`, if anything.
-    fn refuses(self, value: f64) -> Option<String> {
-        let good = match self {
-            Range::Any => true,
-            Range::NotNegative => value >= 0.0,
-            Range::Positive => value > 0.0,
-            Range::Within(low, high, _) => (low..high).contains(&value),
-            Range::Between(low, high, _) => value > low && value < high,
-        };
-        if good && value.is_finite() {
-            return None;
-        }
-        Some(match self {
-            _ if !value.is_finite() => "must be a finite number".into(),
-            Range::Any | Range::NotNegative => "must not be negative".into(),
-            Range::Positive => "must be above zero".into(),
-            Range::Within(_, _, limits) | Range::Between(_, _, limits) => {
-                format!("must be {limits}")
-            }
-        })
-    }
-}
+use super::words::{SYNONYMS, listed, suggestion};
 
 /// One table being read. Ask for every key it may have, then call `ends`.
 pub struct Fields<'a, 'n> {
@@ -74,6 +17,8 @@ pub struct Fields<'a, 'n> {
     /// What it is called in messages: `[[gear_pair]] "first_pair"`.
     pub title: String,
     asked: Vec<(String, String)>,
+    /// Any key is known.
+    open: bool,
     /// What was found wrong.
     pub notes: &'n mut Notes,
 }
@@ -95,6 +40,7 @@ impl<'a, 'n> Fields<'a, 'n> {
             place,
             title,
             asked: Vec::new(),
+            open: false,
             notes,
         }
     }
@@ -285,14 +231,29 @@ impl<'a, 'n> Fields<'a, 'n> {
         }
     }
 
-    /// Entries under any key, for tables whose keys are names.
-    pub fn entries(&self) -> &'a [Entry] {
-        &self.table.entries
+    /// A key starts with `start`.
+    pub fn has_any(&self, start: &str) -> bool {
+        self.table.entries.iter().any(|e| e.key.starts_with(start))
+    }
+
+    /// Every entry as a quantity, for tables whose keys are names.
+    pub fn every_quantity(&mut self, kind: Kind, range: Range) -> Vec<(&'a Entry, f64)> {
+        self.open = true;
+        let entries = self.table.entries.iter();
+        entries
+            .filter_map(|entry| {
+                let value = self.quantity_of(&entry.key, &entry.item, kind, range)?;
+                Some((entry, value))
+            })
+            .collect()
     }
 
     /// Notes every key that was not asked for.
     pub fn ends(mut self) {
         for entry in &self.table.entries {
+            if self.open || self.notes.full() {
+                return;
+            }
             if !self.asked.iter().any(|(asked, _)| *asked == entry.key) {
                 self.unknown(entry);
             }
@@ -421,62 +382,5 @@ impl<'a, 'n> Fields<'a, 'n> {
         let hint = format!("`{key}` takes {takes}");
         self.refuse(Code::WrongType, message, &item.place, &hint);
         None
-    }
-}
-
-/// Words people write for keys.
-const SYNONYMS: &[(&str, &str)] = &[
-    ("stiffness", "k"),
-    ("spring", "k"),
-    ("inertia", "J"),
-    ("moment_of_inertia", "J"),
-    ("polar_inertia", "J"),
-    ("damping", "c"),
-    ("damping_coefficient", "c"),
-    ("zeta", "damping_ratio"),
-    ("eta", "loss_factor"),
-    ("number_of_teeth", "teeth"),
-    ("tooth_numbers", "teeth"),
-    ("alpha", "pressure_angle"),
-    ("beta", "helix_angle"),
-    ("clearance", "backlash"),
-    ("play", "backlash"),
-    ("outer_diameter", "diameter"),
-    ("inner_diameter", "bore"),
-    ("node", "at"),
-    ("ends", "between"),
-    ("nodes", "between"),
-    ("gear", "gear_pair"),
-    ("mesh", "gear_pair"),
-    ("disc", "inertia"),
-    ("disk", "inertia"),
-    ("mass", "inertia"),
-    ("spring", "shaft"),
-    ("support", "bearing"),
-];
-
-/// The known word nearest to a misspelt one, if any is near.
-pub fn suggestion<'k>(word: &str, known: impl Iterator<Item = &'k str>) -> Option<&'k str> {
-    const LONGEST: usize = 64;
-    if word.len() > LONGEST {
-        return None;
-    }
-    let folded = word.to_lowercase();
-    let likeness = |name: &str| strsim::jaro_winkler(&name.to_lowercase(), &folded);
-    known
-        .map(|name| (likeness(name), name))
-        .filter(|(likeness, _)| *likeness > 0.8)
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .map(|(_, name)| name)
-}
-
-/// A few words in a row, quoted, the rest counted.
-pub fn listed<'k>(words: impl Iterator<Item = &'k str>) -> String {
-    const SHOWN: usize = 14;
-    let words: Vec<&str> = words.collect();
-    let shown: Vec<String> = words.iter().take(SHOWN).map(|w| format!("`{w}`")).collect();
-    match words.len().saturating_sub(SHOWN) {
-        0 => shown.join(", "),
-        more => format!("{} and {more} more", shown.join(", ")),
     }
 }

@@ -18,8 +18,20 @@ mod unit;
 /// Quantities with units, to SI.
 pub mod units;
 
+/// Files to text.
+pub mod load;
+
+/// How deep a text nests.
+mod nesting;
+
 /// TOML with places.
 pub mod toml;
+
+/// Guessing what a misspelt word was meant to be.
+pub mod words;
+
+/// What a reading found wrong.
+pub mod notes;
 
 /// One table handing out typed values.
 pub mod fields;

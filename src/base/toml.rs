@@ -1,21 +1,14 @@
 //! TOML to a tree in which every key and value knows its place. The only file that names the `toml` crate.
 
-use std::fs;
 use std::ops::Range;
-use std::path::Path;
 use std::sync::Arc;
 
 use toml::de::{DeTable, DeValue};
 
 use super::code::Code;
 use super::error::Error;
+use super::nesting::{DEEPEST, too_deep};
 use super::place::{Place, Source};
-
-/// The largest file read, in bytes.
-pub const LARGEST: u64 = 64 << 20;
-
-/// Tables and lists inside each other, and parts of a dotted key; a model needs three.
-const DEEPEST: usize = 32;
 
 /// One value of a file.
 #[derive(Debug, Clone)]
@@ -95,68 +88,6 @@ pub struct Document {
     pub broken: Option<Error>,
 }
 
-/// The text of a file, refused before it is read where it cannot be a model.
-pub fn load(path: &Path) -> Result<Arc<Source>, Error> {
-    let name = path.display().to_string();
-    let missing = |e: std::io::Error| {
-        Error::new(Code::FileMissing, format!("{name} cannot be read: {e}"))
-            .hint("paths are taken from the folder the command is run in")
-    };
-    let facts = fs::metadata(path).map_err(missing)?;
-    if facts.is_dir() {
-        return Err(
-            Error::new(Code::FileMissing, format!("{name} is a folder, not a file"))
-                .hint("name a file in it"),
-        );
-    }
-    if !facts.is_file() {
-        return Err(Error::new(
-            Code::FileMissing,
-            format!("{name} is neither a file nor a folder"),
-        ));
-    }
-    if facts.len() > LARGEST {
-        let mega = facts.len() >> 20;
-        return Err(Error::new(
-            Code::FileTooLarge,
-            format!("{name} has {mega} MB; model files are limited to 64 MB"),
-        )
-        .hint("a log is read by `geardyn identify` and `geardyn spectrum`"));
-    }
-    let bytes = fs::read(path).map_err(missing)?;
-    decode(name, bytes)
-}
-
-/// Bytes as text; a byte-order mark is taken off.
-pub fn decode(path: String, bytes: Vec<u8>) -> Result<Arc<Source>, Error> {
-    match String::from_utf8(bytes) {
-        Ok(text) => Ok(source(path, &text)),
-        Err(error) => {
-            let at = error.utf8_error().valid_up_to();
-            let bytes = error.into_bytes();
-            let (good, bad) = bytes.split_at(at);
-            let byte = bad.first().copied().unwrap_or_default();
-            let good = String::from_utf8_lossy(good).into_owned();
-            let place = Place::new(source(path, &good), good.len()..good.len());
-            Err(Error::new(
-                Code::NotText,
-                format!(
-                    "byte {at} ({byte:#04x}, line {}) is not UTF-8 text",
-                    place.line()
-                ),
-            )
-            .at(&place)
-            .hint("save the file as UTF-8 in your editor"))
-        }
-    }
-}
-
-/// A text under the name `path`; a byte-order mark is taken off.
-pub fn source(path: String, text: &str) -> Arc<Source> {
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text).to_string();
-    Arc::new(Source { path, text })
-}
-
 /// The tree of a text. A syntax error ends it at the line before.
 pub fn parse(source: &Arc<Source>) -> Document {
     let mut end = source.text.len();
@@ -230,67 +161,6 @@ fn syntax(message: &str) -> Error {
     Error::new(Code::Syntax, super::units::shortened_to(message, 200)).hint(hint)
 }
 
-/// Where brackets or dotted keys nest deeper than any model needs, found before anything recurses over them.
-fn too_deep(text: &str) -> Option<usize> {
-    let bytes = text.as_bytes();
-    let (mut at, mut open, mut dots) = (0, 0_usize, 0);
-    // A quote inside a bare word belongs to the word, as in the parser.
-    let mut word = false;
-    while let Some(&byte) = bytes.get(at) {
-        let quoted = matches!(byte, b'"' | b'\'') && !word;
-        word = !(quoted || b".=,[]{} \t#\r\n".contains(&byte));
-        match byte {
-            b'#' => at += line_length(&bytes[at..]),
-            _ if quoted => at += string_length(&bytes[at..], byte),
-            b'[' | b'{' => (open, dots) = (open + 1, 0),
-            b']' | b'}' => (open, dots) = (open.saturating_sub(1), 0),
-            b'.' => dots += 1,
-            b'\n' | b'=' | b',' => dots = 0,
-            _ => {}
-        }
-        if open > DEEPEST || dots > DEEPEST {
-            return Some(at);
-        }
-        at += 1;
-    }
-    None
-}
-
-/// Bytes up to the last of a line.
-fn line_length(bytes: &[u8]) -> usize {
-    bytes
-        .iter()
-        .position(|&b| b == b'\n' || b == b'\r')
-        .unwrap_or(bytes.len())
-        .saturating_sub(1)
-}
-
-/// Bytes up to the closing quote of a text, or up to where it breaks off.
-fn string_length(bytes: &[u8], quote: u8) -> usize {
-    let long = bytes.starts_with(&[quote; 3]);
-    let mut at = if long { 3 } else { 1 };
-    while let Some(&byte) = bytes.get(at) {
-        let rest = &bytes[at..];
-        match byte {
-            b'\\' if quote == b'"' && rest.get(1) != Some(&b'\n') => at += 1,
-            b'\n' if !long => return at - 1,
-            _ if byte == quote && !long => return at,
-            _ if long && rest.starts_with(&[quote; 3]) => {
-                // Two more quotes may belong to the text.
-                let more = rest[3..]
-                    .iter()
-                    .take(2)
-                    .take_while(|&&b| b == quote)
-                    .count();
-                return at + 2 + more;
-            }
-            _ => {}
-        }
-        at += 1;
-    }
-    bytes.len()
-}
-
 fn table(source: &Arc<Source>, table: DeTable<'_>) -> Table {
     let place = |span| Place::new(source.clone(), span);
     let mut entries: Vec<Entry> = table
@@ -331,6 +201,7 @@ fn value(source: &Arc<Source>, value: DeValue<'_>) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::base::load::source;
 
     fn parsed(text: &str) -> Document {
         parse(&source("m.toml".into(), text))
@@ -394,17 +265,9 @@ mod tests {
     #[test]
     fn survives_the_deepest_tree_let_through() {
         let dots = ".a".repeat(DEEPEST);
-        let text = format!("[a{dots}]\n{}1{}", format!("a{dots} = {{a="), "}");
+        let text = format!("[a{dots}]\na{dots} = {{a=1}}");
         parsed(&text);
         let nested = format!("a{dots}={{").repeat(DEEPEST) + "a=1" + &"}".repeat(DEEPEST);
         parsed(&format!("{nested}\n{nested}\n"));
-    }
-
-    #[test]
-    fn refuses_what_is_not_utf8() {
-        let error = decode("m.toml".into(), b"a = 1\nb = \"\xb5m\"".to_vec()).unwrap_err();
-        assert_eq!(error.code, Code::NotText);
-        assert_eq!(error.message, "byte 11 (0xb5, line 2) is not UTF-8 text");
-        assert_eq!(error.place.unwrap().line(), 2);
     }
 }

@@ -3,7 +3,9 @@
 use std::collections::HashSet;
 
 use super::builder::Builder;
-use super::elements::{bearing, belt, body, chain, coupling, damper, gear_pair, planetary, shaft, worm_pair};
+use super::elements::{
+    bearing, belt, body, chain, coupling, damper, gear_pair, planetary, shaft, worm_pair,
+};
 use super::parts::Machine;
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -14,11 +16,15 @@ use crate::scene::model::{Axis, End, Model};
 /// # Errors
 /// A machine without bodies, an unknown node, an axis whose mass is not stated.
 pub fn build(model: &Model) -> Result<Machine, Error> {
-    let mut builder = Builder::new();
+    let mut builder = Builder::default();
     let numbers = declare(&mut builder, model)?;
     if builder.machine.nodes.is_empty() {
         let hint = "add an [[inertia]]; `geardyn new` writes a model to start from";
-        return Err(Error::new(Code::EmptyMachine, "the model has no body, so nothing can move").hint(hint));
+        return Err(Error::new(
+            Code::EmptyMachine,
+            "the model has no body, so nothing can move",
+        )
+        .hint(hint));
     }
     builder.number();
     place(&mut builder, model, &numbers)?;
@@ -37,8 +43,12 @@ struct Numbers {
 
 /// Every node, and every axis some element gives it.
 fn declare(builder: &mut Builder, model: &Model) -> Result<Numbers, Error> {
-    let mut numbers =
-        Numbers { bodies: Vec::new(), chains: Vec::new(), shafts: Vec::new(), planetaries: Vec::new() };
+    let mut numbers = Numbers {
+        bodies: Vec::new(),
+        chains: Vec::new(),
+        shafts: Vec::new(),
+        planetaries: Vec::new(),
+    };
     for part in &model.inertias {
         let element = builder.element(&part.name, "inertia");
         builder.node(&part.name.text, element);
@@ -82,8 +92,12 @@ fn declare(builder: &mut Builder, model: &Model) -> Result<Numbers, Error> {
 
 /// Sun, ring and carrier of a lateral stage move across their axis where they have a mass.
 fn give_members_their_axes(builder: &mut Builder, model: &Model) -> Result<(), Error> {
-    let with_mass: HashSet<&str> =
-        model.inertias.iter().filter(|body| body.mass.is_some()).map(|body| body.name.text.as_str()).collect();
+    let with_mass: HashSet<&str> = model
+        .inertias
+        .iter()
+        .filter(|body| body.mass.is_some())
+        .map(|body| body.name.text.as_str())
+        .collect();
     for stage in model.planetaries.iter().filter(|stage| stage.lateral) {
         for member in planetary::members(stage) {
             if let End::Node(node) = member
@@ -155,14 +169,26 @@ fn turn_members(
     stage: &crate::scene::model::Planetary,
     element: usize,
 ) -> Result<(), Error> {
-    let End::Node(carrier) = &stage.carrier else { return Ok(()) };
+    let End::Node(carrier) = &stage.carrier else {
+        return Ok(());
+    };
     let turning = builder.theta(carrier)?;
     for member in planetary::members(stage) {
         let End::Node(node) = member else { continue };
-        let mass = model.inertias.iter().find(|body| body.name.text == node.text).and_then(|body| body.mass);
-        let across = (builder.freedom(node, Axis::X)?, builder.freedom(node, Axis::Y)?);
+        let mass = model
+            .inertias
+            .iter()
+            .find(|body| body.name.text == node.text)
+            .and_then(|body| body.mass);
+        let across = (
+            builder.freedom(node, Axis::X)?,
+            builder.freedom(node, Axis::Y)?,
+        );
         if let (Some(mass), (Some(x), Some(y))) = (mass, across) {
-            builder.machine.spins.push(planetary::turning_frame(element, turning, [x, y], mass));
+            builder
+                .machine
+                .spins
+                .push(planetary::turning_frame(element, turning, [x, y], mass));
         }
     }
     Ok(())

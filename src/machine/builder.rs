@@ -9,6 +9,7 @@ use crate::base::error::Error;
 use crate::scene::model::{Axis, Contact, End, Loss, Name};
 
 /// Collects a machine. Freedoms are numbered once, when every node and axis is known.
+#[derive(Default)]
 pub struct Builder {
     /// The machine so far.
     pub machine: Machine,
@@ -18,21 +19,24 @@ pub struct Builder {
 }
 
 impl Builder {
-    /// An empty machine.
-    pub fn new() -> Builder {
-        Builder { machine: Machine::default(), nodes: HashMap::new(), axes: Vec::new(), numbers: HashMap::new() }
-    }
-
     /// Registers an element; its number.
     pub fn element(&mut self, name: &Name, kind: &'static str) -> usize {
-        self.machine.elements.push(Element { name: name.text.clone(), kind, place: name.place.clone() });
+        self.machine.elements.push(Element {
+            name: name.text.clone(),
+            kind,
+            place: name.place.clone(),
+        });
         self.machine.elements.len() - 1
     }
 
     /// Adds a node with its rotation.
     pub fn node(&mut self, name: &str, element: usize) {
-        self.nodes.insert(name.to_string(), self.machine.nodes.len());
-        self.machine.nodes.push(Node { name: name.to_string(), element });
+        self.nodes
+            .insert(name.to_string(), self.machine.nodes.len());
+        self.machine.nodes.push(Node {
+            name: name.to_string(),
+            element,
+        });
         self.axes.push(BTreeSet::from([Axis::Theta]));
     }
 
@@ -47,7 +51,8 @@ impl Builder {
     pub fn number(&mut self) {
         for (node, axes) in self.axes.iter().enumerate() {
             for &axis in axes {
-                self.numbers.insert((node, axis), self.machine.freedoms.len());
+                self.numbers
+                    .insert((node, axis), self.machine.freedoms.len());
                 self.machine.freedoms.push(Freedom { node, axis });
             }
         }
@@ -84,13 +89,25 @@ impl Builder {
     /// A mass along a direction; zero is left out.
     pub fn mass_along(&mut self, element: usize, direction: Direction, value: f64) {
         if value != 0.0 {
-            self.machine.masses.push(Mass { element, value, direction });
+            self.machine.masses.push(Mass {
+                element,
+                value,
+                direction,
+            });
         }
     }
 
     /// A branch without play whose force acts along its direction.
     pub fn branch(&mut self, element: usize, part: Option<String>, direction: Direction, law: Law) {
-        self.machine.branches.push(Branch { element, part, direction, coast: None, force: None, law, play: 0.0 });
+        self.machine.branches.push(Branch {
+            element,
+            part,
+            direction,
+            coast: None,
+            force: None,
+            law,
+            play: 0.0,
+        });
     }
 
     /// A branch made by tooth contact; `coast` where the other flank's direction differs.
@@ -103,7 +120,15 @@ impl Builder {
         contact: &Contact,
     ) {
         let law = law(contact.stiffness, contact.loss);
-        let branch = Branch { element, part, direction: drive, coast, force: None, law, play: contact.backlash };
+        let branch = Branch {
+            element,
+            part,
+            direction: drive,
+            coast,
+            force: None,
+            law,
+            play: contact.backlash,
+        };
         self.machine.branches.push(branch);
     }
 
@@ -114,7 +139,11 @@ impl Builder {
 
     fn find(&self, node: &Name) -> Result<usize, Error> {
         self.nodes.get(&node.text).copied().ok_or_else(|| {
-            Error::new(Code::UnknownNode, format!("there is no node `{}`", node.text)).at(&node.place)
+            Error::new(
+                Code::UnknownNode,
+                format!("there is no node `{}`", node.text),
+            )
+            .at(&node.place)
         })
     }
 }
@@ -122,7 +151,13 @@ impl Builder {
 /// `e₂ − e₁` of two rotations, ground left out: positive when end 2 is ahead.
 pub fn twist(ends: [Option<usize>; 2]) -> Direction {
     let [first, second] = ends;
-    Direction::new(1.0, first.map(|i| (i, -1.0)).into_iter().chain(second.map(|j| (j, 1.0))))
+    Direction::new(
+        1.0,
+        first
+            .map(|i| (i, -1.0))
+            .into_iter()
+            .chain(second.map(|j| (j, 1.0))),
+    )
 }
 
 /// Elastic where a stiffness is given, rigid where not.

@@ -31,12 +31,20 @@ impl Direction {
 
     /// The unit direction of one freedom.
     pub fn of(freedom: usize) -> Direction {
-        Direction { scale: 1.0, terms: vec![(freedom, 1.0)] }
+        Direction {
+            scale: 1.0,
+            terms: vec![(freedom, 1.0)],
+        }
     }
 
     /// `wᵀ q`.
     pub fn dot(&self, q: &[f64]) -> f64 {
-        self.scale * self.terms.iter().map(|&(freedom, a)| a * q[freedom]).sum::<f64>()
+        self.scale
+            * self
+                .terms
+                .iter()
+                .map(|&(freedom, a)| a * q[freedom])
+                .sum::<f64>()
     }
 
     /// `wᵀ q` of a complex q.
@@ -47,6 +55,8 @@ impl Direction {
 
     /// Freedom and `scale · coefficient`.
     pub fn scaled(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
-        self.terms.iter().map(|&(freedom, a)| (freedom, self.scale * a))
+        self.terms
+            .iter()
+            .map(|&(freedom, a)| (freedom, self.scale * a))
     }
 }

@@ -36,29 +36,46 @@ impl Kinematics {
         }
         let free = constraints.free();
         let number = free.iter().enumerate().map(|(p, &q)| (q, p)).collect();
-        Ok(Kinematics { constraints, free, number })
+        Ok(Kinematics {
+            constraints,
+            free,
+            number,
+        })
     }
 
     /// A row over all freedoms in the freedoms that stay.
     pub fn reduced(&self, row: &[(usize, f64)]) -> Vec<(usize, f64)> {
-        self.constraints.reduced(row).into_iter().map(|(q, a)| (self.number[&q], a)).collect()
+        self.constraints
+            .reduced(row)
+            .into_iter()
+            .map(|(q, a)| (self.number[&q], a))
+            .collect()
     }
 
     /// A freedom in the freedoms that stay.
     pub fn combination(&self, freedom: usize) -> Vec<(usize, f64)> {
-        self.constraints.combination(freedom).into_iter().map(|(q, a)| (self.number[&q], a)).collect()
+        self.constraints
+            .combination(freedom)
+            .into_iter()
+            .map(|(q, a)| (self.number[&q], a))
+            .collect()
     }
 
     /// A basis, over all freedoms, of the motions that deform none of `branches`.
     pub fn free_motions<'a>(&self, branches: impl Iterator<Item = &'a Branch>) -> Motions {
         let mut constraints = self.constraints.clone();
         // Short rows first: what ground holds drops out before meshes are looked at.
-        let mut rows: Vec<&[(usize, f64)]> = branches.map(|branch| branch.direction.terms.as_slice()).collect();
+        let mut rows: Vec<&[(usize, f64)]> = branches
+            .map(|branch| branch.direction.terms.as_slice())
+            .collect();
         rows.sort_by_key(|row| row.len());
         for row in rows {
             constraints.impose(row);
         }
-        Motions { free: constraints.free(), constraints }
+        Motions {
+            free: constraints.free(),
+            constraints,
+        }
     }
 }
 
@@ -73,7 +90,8 @@ pub struct Motions {
 impl Motions {
     /// The motions, each over all `n` freedoms.
     pub fn basis(&self, n: usize) -> Vec<Vec<f64>> {
-        let at: HashMap<usize, usize> = self.free.iter().enumerate().map(|(k, &j)| (j, k)).collect();
+        let at: HashMap<usize, usize> =
+            self.free.iter().enumerate().map(|(k, &j)| (j, k)).collect();
         let mut basis = vec![vec![0.0; n]; self.free.len()];
         for i in 0..n {
             for (j, a) in self.constraints.combination(i) {
@@ -96,11 +114,19 @@ impl Motions {
         let fastest = stated.iter().fold(0.0f64, |m, s| m.max(s.1.abs()));
         let mut solved: Vec<Solved> = Vec::new();
         for &(freedom, speed) in stated {
-            let mut row = Solved { terms: self.constraints.combination(freedom).into_iter().collect(), value: speed, pivot: freedom };
+            let mut row = Solved {
+                terms: self.constraints.combination(freedom).into_iter().collect(),
+                value: speed,
+                pivot: freedom,
+            };
             let size = row.size();
             solved.iter().for_each(|other| row.take_out(other));
             // Coefficients are fractions of tooth numbers: what cancels leaves rounding.
-            let lead = row.terms.iter().map(|(&j, &a)| (j, a)).max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+            let lead = row
+                .terms
+                .iter()
+                .map(|(&j, &a)| (j, a))
+                .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
             let Some((pivot, a)) = lead.filter(|(_, a)| a.abs() > 1e-12 * size) else {
                 if row.value.abs() <= 1e-9 * fastest {
                     continue;
@@ -113,10 +139,17 @@ impl Motions {
             solved.iter_mut().for_each(|other| other.take_out(&row));
             solved.push(row);
         }
-        let known: HashMap<usize, f64> =
-            solved.iter().filter(|row| row.terms.len() == 1).map(|row| (row.pivot, row.value)).collect();
+        let known: HashMap<usize, f64> = solved
+            .iter()
+            .filter(|row| row.terms.len() == 1)
+            .map(|row| (row.pivot, row.value))
+            .collect();
         let speed_of = |i: usize| -> Option<f64> {
-            self.constraints.combination(i).iter().map(|(j, a)| known.get(j).map(|x| a * x)).sum()
+            self.constraints
+                .combination(i)
+                .iter()
+                .map(|(j, a)| known.get(j).map(|x| a * x))
+                .sum()
         };
         (0..n).map(|i| speed_of(i).ok_or(i)).collect()
     }
@@ -136,12 +169,15 @@ impl Solved {
 
     /// Subtracts what the other row says of its pivot.
     fn take_out(&mut self, other: &Solved) {
-        let Some(share) = self.terms.remove(&other.pivot) else { return };
+        let Some(share) = self.terms.remove(&other.pivot) else {
+            return;
+        };
         let size = self.size();
         for (&j, a) in other.terms.iter().filter(|(j, _)| **j != other.pivot) {
             *self.terms.entry(j).or_insert(0.0) -= share * a;
         }
-        self.terms.retain(|_, a| a.abs() > 1e-12 * size.max(share.abs()));
+        self.terms
+            .retain(|_, a| a.abs() > 1e-12 * size.max(share.abs()));
         self.value -= share * other.value;
     }
 }
@@ -153,8 +189,14 @@ fn contradiction(machine: &Machine, index: usize, before: &Constraints) -> Error
     let mut error = match branch.direction.terms.as_slice() {
         [(a, x), (b, y)] => {
             let path = path(machine, index, *a, *b);
-            let through = if path.is_empty() { String::new() } else { format!(" through {}", path.join(", ")) };
-            let others = before.ratio(*b, *a).unwrap_or_else(|| "another value".to_string());
+            let through = if path.is_empty() {
+                String::new()
+            } else {
+                format!(" through {}", path.join(", "))
+            };
+            let others = before
+                .ratio(*b, *a)
+                .unwrap_or_else(|| "another value".to_string());
             let own = Constraints::new(machine.freedoms.len());
             let own = exact_ratio(own, *a, *x, *b, *y);
             let message = format!(
@@ -192,7 +234,13 @@ fn path(machine: &Machine, last: usize, a: usize, b: usize) -> Vec<String> {
     let mut queue = std::collections::VecDeque::from([a]);
     while let Some(here) = queue.pop_front() {
         for &(i, j, element) in &edges {
-            let next = if i == here { j } else if j == here { i } else { continue };
+            let next = if i == here {
+                j
+            } else if j == here {
+                i
+            } else {
+                continue;
+            };
             if next != a && !came.contains_key(&next) {
                 came.insert(next, (here, element));
                 queue.push_back(next);
@@ -212,18 +260,30 @@ fn path(machine: &Machine, last: usize, a: usize, b: usize) -> Vec<String> {
 ///
 /// # Errors
 /// Nothing can turn, or the stated speeds leave a part open.
-pub fn mean_speeds(machine: &Machine, kinematics: &Kinematics, reference: Option<f64>) -> Result<Vec<f64>, Error> {
+pub fn mean_speeds(
+    machine: &Machine,
+    kinematics: &Kinematics,
+    reference: Option<f64>,
+) -> Result<Vec<f64>, Error> {
     let n = machine.freedoms.len();
     // Springs and dampers that resist the deformation of a joint say how its ends turn together.
-    let joints = machine.branches.iter().filter(|branch| matches!(branch.law, Law::Linear { stiffness, .. } if stiffness != 0.0));
+    let joints = machine
+        .branches
+        .iter()
+        .filter(|branch| matches!(branch.law, Law::Linear { stiffness, .. } if stiffness != 0.0));
     let motions = kinematics.free_motions(joints);
     if motions.free.is_empty() {
         let hint = "a support with k_theta, or a shaft to ground, holds it; leave the speed out";
-        return Err(Error::new(Code::NoSpeed, "nothing of this machine can turn freely").hint(hint));
+        return Err(
+            Error::new(Code::NoSpeed, "nothing of this machine can turn freely").hint(hint),
+        );
     }
     let mut stated = machine.speeds.clone();
     if stated.is_empty() {
-        stated.push((first_that_turns(machine, &motions), reference.unwrap_or(0.0)));
+        stated.push((
+            first_that_turns(machine, &motions),
+            reference.unwrap_or(0.0),
+        ));
     } else if let Some(speed) = reference {
         let old = stated[0].1;
         stated[0].1 = speed;
@@ -240,5 +300,7 @@ pub fn mean_speeds(machine: &Machine, kinematics: &Kinematics, reference: Option
 }
 
 fn first_that_turns(machine: &Machine, motions: &Motions) -> usize {
-    (0..machine.freedoms.len()).find(|&i| !motions.constraints.is_held(i)).unwrap_or(0)
+    (0..machine.freedoms.len())
+        .find(|&i| !motions.constraints.is_held(i))
+        .unwrap_or(0)
 }

@@ -59,12 +59,22 @@ impl Linear {
     ///
     /// # Errors
     /// A part joined to nothing; a massless freedom that nothing holds.
-    pub fn new(machine: &Machine, kinematics: &Kinematics, operating: &Operating) -> Result<Linear, Error> {
-        let reduce = |d: &Direction| Direction { scale: d.scale, terms: kinematics.reduced(&d.terms) };
+    pub fn new(
+        machine: &Machine,
+        kinematics: &Kinematics,
+        operating: &Operating,
+    ) -> Result<Linear, Error> {
+        let reduce = |d: &Direction| Direction {
+            scale: d.scale,
+            terms: kinematics.reduced(&d.terms),
+        };
         let masses: Vec<Mass> = machine
             .masses
             .iter()
-            .map(|mass| Mass { direction: reduce(&mass.direction), ..mass.clone() })
+            .map(|mass| Mass {
+                direction: reduce(&mass.direction),
+                ..mass.clone()
+            })
             .filter(|mass| !mass.direction.terms.is_empty())
             .collect();
         let n = kinematics.free.len();
@@ -72,7 +82,9 @@ impl Linear {
         let mobility = Mobility::new(n, &masses);
         let mut branches = Vec::new();
         for (index, branch) in machine.branches.iter().enumerate() {
-            let Law::Linear { stiffness, loss } = branch.law else { continue };
+            let Law::Linear { stiffness, loss } = branch.law else {
+                continue;
+            };
             let state = operating.state(index);
             if state == ContactState::Open {
                 continue;
@@ -91,21 +103,48 @@ impl Linear {
                 Loss::Ratio(zeta) => 2.0 * zeta * (stiffness / mobility.along(&direction)).sqrt(),
                 Loss::None | Loss::Factor(_) => 0.0,
             };
-            let loss_factor = if let Loss::Factor(eta) = loss { eta } else { 0.0 };
-            branches.push(LinearBranch { index, direction, force, stiffness, damping, loss_factor });
+            let loss_factor = if let Loss::Factor(eta) = loss {
+                eta
+            } else {
+                0.0
+            };
+            branches.push(LinearBranch {
+                index,
+                direction,
+                force,
+                stiffness,
+                damping,
+                loss_factor,
+            });
         }
-        let transform: Vec<Vec<(usize, f64)>> =
-            (0..machine.freedoms.len()).map(|freedom| kinematics.combination(freedom)).collect();
-        let Rigid { motions: rigid, undamped: n_undamped_rigid } = rigid_motions(machine, kinematics, &branches);
+        let transform: Vec<Vec<(usize, f64)>> = (0..machine.freedoms.len())
+            .map(|freedom| kinematics.combination(freedom))
+            .collect();
+        let Rigid {
+            motions: rigid,
+            undamped: n_undamped_rigid,
+        } = rigid_motions(machine, kinematics, &branches);
         let free = kinematics.free.clone();
-        let linear = Linear { n, free, transform, masses, branches, rigid, n_undamped_rigid, massless };
+        let linear = Linear {
+            n,
+            free,
+            transform,
+            masses,
+            branches,
+            rigid,
+            n_undamped_rigid,
+            massless,
+        };
         linear.check(machine, kinematics)?;
         Ok(linear)
     }
 
     /// All freedoms from the coordinates that stay.
     pub fn recover(&self, p: &[f64]) -> Vec<f64> {
-        self.transform.iter().map(|row| row.iter().map(|&(j, a)| a * p[j]).sum()).collect()
+        self.transform
+            .iter()
+            .map(|row| row.iter().map(|&(j, a)| a * p[j]).sum())
+            .collect()
     }
 
     /// The coordinates that stay, from all freedoms.
@@ -117,7 +156,9 @@ impl Linear {
     pub fn mass_diagonal(&self) -> Option<Vec<f64>> {
         let mut diagonal = vec![0.0; self.n];
         for mass in &self.masses {
-            let [(j, a)] = mass.direction.terms[..] else { return None };
+            let [(j, a)] = mass.direction.terms[..] else {
+                return None;
+            };
             diagonal[j] += mass.value * (mass.direction.scale * a).powi(2);
         }
         Some(diagonal)
@@ -125,13 +166,17 @@ impl Linear {
 
     /// Every branch is a square `½ k (wᵀp)²` with k ≥ 0, so that frequencies are singular values.
     pub fn is_sum_of_squares(&self) -> bool {
-        self.branches.iter().all(|b| b.stiffness >= 0.0 && (b.force.is_none() || b.stiffness == 0.0))
+        self.branches
+            .iter()
+            .all(|b| b.stiffness >= 0.0 && (b.force.is_none() || b.stiffness == 0.0))
     }
 
     /// Something loses energy.
     pub fn is_damped(&self, machine: &Machine) -> bool {
         let global = &machine.damping;
-        self.branches.iter().any(|b| b.damping != 0.0 || b.loss_factor != 0.0)
+        self.branches
+            .iter()
+            .any(|b| b.damping != 0.0 || b.loss_factor != 0.0)
             || global.mass != 0.0
             || global.stiffness != 0.0
             || global.modal.iter().any(|&zeta| zeta != 0.0)
@@ -140,7 +185,12 @@ impl Linear {
     fn check(&self, machine: &Machine, kinematics: &Kinematics) -> Result<(), Error> {
         let mut joined = vec![false; machine.nodes.len()];
         for branch in &machine.branches {
-            for &(freedom, _) in branch.direction.terms.iter().chain(branch.force.iter().flat_map(|u| &u.terms)) {
+            for &(freedom, _) in branch
+                .direction
+                .terms
+                .iter()
+                .chain(branch.force.iter().flat_map(|u| &u.terms))
+            {
                 joined[machine.freedoms[freedom].node] = true;
             }
         }
@@ -153,15 +203,24 @@ impl Linear {
         }
         // A massless freedom in a free motion has neither inertia nor stiffness.
         let loose = self.massless.iter().find(|&&j| {
-            self.rigid.iter().any(|r| r[j] != 0.0 && r.iter().enumerate().all(|(i, &x)| x == 0.0 || self.massless.contains(&i)))
+            self.rigid.iter().any(|r| {
+                r[j] != 0.0
+                    && r.iter()
+                        .enumerate()
+                        .all(|(i, &x)| x == 0.0 || self.massless.contains(&i))
+            })
         });
         if let Some(&j) = loose {
             let freedom = kinematics.free[j];
             let name = machine.freedom_name(freedom);
-            let message = format!("{name} has no inertia, and no branch with stiffness ties it to anything that has");
+            let message = format!(
+                "{name} has no inertia, and no branch with stiffness ties it to anything that has"
+            );
             let element = machine.nodes[machine.freedoms[freedom].node].element;
             let hint = "give the node an inertia, or join it by a branch with k";
-            return Err(Error::new(Code::Disconnected, message).at(&machine.elements[element].place).hint(hint));
+            return Err(Error::new(Code::Disconnected, message)
+                .at(&machine.elements[element].place)
+                .hint(hint));
         }
         Ok(())
     }
@@ -176,14 +235,24 @@ struct Rigid {
 fn rigid_motions(machine: &Machine, kinematics: &Kinematics, branches: &[LinearBranch]) -> Rigid {
     let free_of = |resists: &dyn Fn(&LinearBranch) -> bool| -> Vec<Vec<f64>> {
         // The machine's own rows: whole numbers of teeth, where reduced ones may be thirds.
-        let rows = branches.iter().filter(|b| resists(b)).map(|b| &machine.branches[b.index]);
+        let rows = branches
+            .iter()
+            .filter(|b| resists(b))
+            .map(|b| &machine.branches[b.index]);
         let motions = kinematics.free_motions(rows).basis(machine.freedoms.len());
-        motions.iter().map(|q| kinematics.free.iter().map(|&i| q[i]).collect()).collect()
+        motions
+            .iter()
+            .map(|q| kinematics.free.iter().map(|&i| q[i]).collect())
+            .collect()
     };
     let strained = |b: &LinearBranch| b.stiffness != 0.0;
     let mut elastic = free_of(&strained);
     if machine.is_lateral() {
-        let rows: Vec<&Direction> = branches.iter().filter(|b| strained(b)).map(|b| &b.direction).collect();
+        let rows: Vec<&Direction> = branches
+            .iter()
+            .filter(|b| strained(b))
+            .map(|b| &b.direction)
+            .collect();
         let geometric = null_motions(kinematics.free.len(), &rows);
         if geometric.len() > elastic.len() {
             elastic = geometric;
@@ -239,11 +308,18 @@ fn null_motions(n: usize, rows: &[&Direction]) -> Vec<Vec<f64>> {
         row.terms.iter().for_each(|&(j, c)| a[(i, j)] = c / norm);
     }
     let size: Vec<f64> = (0..n)
-        .map(|j| (0..a.nrows()).map(|i| a[(i, j)] * a[(i, j)]).sum::<f64>().sqrt())
+        .map(|j| {
+            (0..a.nrows())
+                .map(|i| a[(i, j)] * a[(i, j)])
+                .sum::<f64>()
+                .sqrt()
+        })
         .map(|s| if s > 0.0 { s } else { 1.0 })
         .collect();
     (0..n).for_each(|j| (0..a.nrows()).for_each(|i| a[(i, j)] /= size[j]));
-    let Ok(found) = graded::svd(&a, None) else { return Vec::new() };
+    let Ok(found) = graded::svd(&a, None) else {
+        return Vec::new();
+    };
     let largest = found.values.last().copied().unwrap_or(0.0);
     (0..n)
         .filter(|&k| found.values[k] <= 1e-10 * largest) // geometry is known to 1e-16; a motion this free is free
@@ -254,7 +330,10 @@ fn null_motions(n: usize, rows: &[&Direction]) -> Vec<Vec<f64>> {
 fn without_inertia(n: usize, masses: &[Mass]) -> Vec<usize> {
     let mut has = vec![false; n];
     for mass in masses.iter().filter(|mass| mass.value != 0.0) {
-        mass.direction.terms.iter().for_each(|&(j, _)| has[j] = true);
+        mass.direction
+            .terms
+            .iter()
+            .for_each(|&(j, _)| has[j] = true);
     }
     (0..n).filter(|&j| !has[j]).collect()
 }
@@ -275,11 +354,16 @@ impl Mobility {
                 diagonal[j] += mass.value * a * a;
             }
         }
-        Mobility { inverse: diagonal.iter().map(|m| 1.0 / m).collect() }
+        Mobility {
+            inverse: diagonal.iter().map(|m| 1.0 / m).collect(),
+        }
     }
 
     /// Infinite where an end is massless: the branch then has no damping of its own.
     fn along(&self, direction: &Direction) -> f64 {
-        direction.scaled().map(|(j, a)| a * a * self.inverse[j]).sum()
+        direction
+            .scaled()
+            .map(|(j, a)| a * a * self.inverse[j])
+            .sum()
     }
 }

@@ -33,7 +33,10 @@ pub struct Operating {
 impl Operating {
     /// The state of a branch; those without play are always closed.
     pub fn state(&self, branch: usize) -> ContactState {
-        self.contacts.iter().find(|c| c.0 == branch).map_or(ContactState::Drive, |c| c.1)
+        self.contacts
+            .iter()
+            .find(|c| c.0 == branch)
+            .map_or(ContactState::Drive, |c| c.1)
     }
 
     /// Finds the state of every contact with play. Without loads all stand closed on the drive flank.
@@ -45,7 +48,10 @@ impl Operating {
             .filter(|&b| machine.branches[b].play > 0.0 && machine.branches[b].law != Law::Rigid)
             .collect();
         if playing.is_empty() || machine.loads.is_empty() {
-            let contacts = playing.into_iter().map(|b| (b, ContactState::Drive, None)).collect();
+            let contacts = playing
+                .into_iter()
+                .map(|b| (b, ContactState::Drive, None))
+                .collect();
             return Ok(Operating { contacts });
         }
         let mut search = Search::new(machine, kinematics, playing)?;
@@ -68,25 +74,49 @@ struct Search {
 }
 
 impl Search {
-    fn new(machine: &Machine, kinematics: &Kinematics, playing: Vec<usize>) -> Result<Search, Error> {
+    fn new(
+        machine: &Machine,
+        kinematics: &Kinematics,
+        playing: Vec<usize>,
+    ) -> Result<Search, Error> {
         let n = kinematics.free.len();
         if n > 2000 {
-            let message = format!("the operating point of {n} freedoms with play would need a dense solve of that size");
+            let message = format!(
+                "the operating point of {n} freedoms with play would need a dense solve of that size"
+            );
             let hint = "leave out the loads (contacts then stand closed on the drive flank), or the backlash";
             return Err(Error::new(Code::Hopeless, message).hint(hint));
         }
         let mut springs = Vec::new();
         for (branch, b) in machine.branches.iter().enumerate() {
-            let Law::Linear { stiffness, .. } = b.law else { continue };
-            let direction = Direction { scale: b.direction.scale, terms: kinematics.reduced(&b.direction.terms) };
+            let Law::Linear { stiffness, .. } = b.law else {
+                continue;
+            };
+            let direction = Direction {
+                scale: b.direction.scale,
+                terms: kinematics.reduced(&b.direction.terms),
+            };
             if stiffness > 0.0 && !direction.terms.is_empty() {
-                let play = if playing.contains(&branch) { b.play } else { 0.0 };
-                springs.push(Spring { branch, direction, stiffness, play, state: ContactState::Drive });
+                let play = if playing.contains(&branch) {
+                    b.play
+                } else {
+                    0.0
+                };
+                springs.push(Spring {
+                    branch,
+                    direction,
+                    stiffness,
+                    play,
+                    state: ContactState::Drive,
+                });
             }
         }
         let mut load = vec![0.0; n];
         for &(freedom, torque) in &machine.loads {
-            kinematics.combination(freedom).into_iter().for_each(|(j, a)| load[j] += a * torque);
+            kinematics
+                .combination(freedom)
+                .into_iter()
+                .for_each(|(j, a)| load[j] += a * torque);
         }
         let mut mass = vec![0.0; n];
         for term in &machine.masses {
@@ -94,12 +124,18 @@ impl Search {
                 mass[j] += term.value * (term.direction.scale * a).powi(2);
             }
         }
-        let strained = machine.branches.iter().filter(|b| matches!(b.law, Law::Linear { stiffness, .. } if stiffness > 0.0));
-        let all = kinematics.free_motions(strained).basis(machine.freedoms.len());
+        let strained = machine
+            .branches
+            .iter()
+            .filter(|b| matches!(b.law, Law::Linear { stiffness, .. } if stiffness > 0.0));
+        let all = kinematics
+            .free_motions(strained)
+            .basis(machine.freedoms.len());
         for motion in all {
             let r: Vec<f64> = kinematics.free.iter().map(|&i| motion[i]).collect();
-            let (push, inertia): (f64, f64) =
-                (0..n).fold((0.0, 0.0), |(f, m), j| (f + r[j] * load[j], m + mass[j] * r[j] * r[j]));
+            let (push, inertia): (f64, f64) = (0..n).fold((0.0, 0.0), |(f, m), j| {
+                (f + r[j] * load[j], m + mass[j] * r[j] * r[j])
+            });
             if inertia > 0.0 {
                 (0..n).for_each(|j| load[j] -= mass[j] * r[j] * push / inertia);
             }
@@ -119,7 +155,12 @@ impl Search {
         }
         for _ in 0..4 * self.springs.len() + 10 {
             let forces = self.forces(false)?;
-            let wrong = self.springs.iter().zip(&forces).enumerate().filter(|(_, (s, _))| s.play > 0.0);
+            let wrong = self
+                .springs
+                .iter()
+                .zip(&forces)
+                .enumerate()
+                .filter(|(_, (s, _))| s.play > 0.0);
             let wrong = wrong
                 .filter_map(|(at, (s, &f))| match s.state {
                     ContactState::Drive if f < -idle => Some((at, -f, ContactState::Open)),
@@ -130,14 +171,30 @@ impl Search {
                 .max_by(|a, b| a.1.total_cmp(&b.1));
             let Some((at, _, state)) = wrong else {
                 let contact = |(s, &f): (&Spring, &f64)| {
-                    (s.play > 0.0).then_some((s.branch, s.state, Some(if s.state == ContactState::Open { 0.0 } else { f })))
+                    (s.play > 0.0).then_some((
+                        s.branch,
+                        s.state,
+                        Some(if s.state == ContactState::Open {
+                            0.0
+                        } else {
+                            f
+                        }),
+                    ))
                 };
-                return Ok(Operating { contacts: self.springs.iter().zip(&forces).filter_map(contact).collect() });
+                return Ok(Operating {
+                    contacts: self
+                        .springs
+                        .iter()
+                        .zip(&forces)
+                        .filter_map(contact)
+                        .collect(),
+                });
             };
             self.springs[at].state = state;
         }
         let message = "no state of the contacts with play balances the loads: the search ended where it had been before";
-        Err(Error::new(Code::NoConvergence, message).hint("leave out the smallest backlash, or change a load slightly"))
+        Err(Error::new(Code::NoConvergence, message)
+            .hint("leave out the smallest backlash, or change a load slightly"))
     }
 
     /// Branch forces under the present states; an open contact reports what it would carry beyond its play.
@@ -150,7 +207,11 @@ impl Search {
         };
         let mut k = Matrix::zeros(self.n, self.n);
         let mut f = self.load.clone();
-        for s in self.springs.iter().filter(|s| centred || s.state != ContactState::Open) {
+        for s in self
+            .springs
+            .iter()
+            .filter(|s| centred || s.state != ContactState::Open)
+        {
             for (i, a) in s.direction.scaled() {
                 f[i] += s.stiffness * a * offset(s);
                 for (j, b) in s.direction.scaled() {
@@ -165,7 +226,9 @@ impl Search {
             .map(|s| {
                 let delta = s.direction.dot(&x);
                 match s.state {
-                    ContactState::Open if !centred => s.stiffness * (delta - delta.clamp(-s.play / 2.0, s.play / 2.0)),
+                    ContactState::Open if !centred => {
+                        s.stiffness * (delta - delta.clamp(-s.play / 2.0, s.play / 2.0))
+                    }
                     _ => s.stiffness * (delta - offset(s)),
                 }
             })

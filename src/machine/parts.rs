@@ -151,9 +151,13 @@ impl Machine {
     /// The freedom called `node.axis`, or `node` for its rotation.
     pub fn freedom(&self, name: &str) -> Option<usize> {
         let find = |node: &str, axis: &str| {
-            self.freedoms.iter().position(|f| self.nodes[f.node].name == node && f.axis.name() == axis)
+            self.freedoms
+                .iter()
+                .position(|f| self.nodes[f.node].name == node && f.axis.name() == axis)
         };
-        name.rsplit_once('.').and_then(|(node, axis)| find(node, axis)).or_else(|| find(name, "theta"))
+        name.rsplit_once('.')
+            .and_then(|(node, axis)| find(node, axis))
+            .or_else(|| find(name, "theta"))
     }
 
     /// Name of a branch: its element's, with the part where it has several.

@@ -113,10 +113,16 @@ pub fn diagram(
     } else {
         drawing.draw(&tracker, &options.speeds)?;
     }
-    let Drawing { lines: branches, mut crossings, .. } = drawing;
+    let Drawing {
+        lines: branches,
+        mut crossings,
+        ..
+    } = drawing;
     crossings.sort_by(|a, b| a.speed_rpm.total_cmp(&b.speed_rpm));
     Ok(Campbell {
-        reference: machine.nodes[machine.freedoms[spins.reference].node].name.clone(),
+        reference: machine.nodes[machine.freedoms[spins.reference].node]
+            .name
+            .clone(),
         speeds_rpm: options.speeds.iter().map(|&speed| rpm(speed)).collect(),
         branches,
         orders,
@@ -127,10 +133,12 @@ pub fn diagram(
 }
 
 fn check(speeds: &[f64]) -> Result<(), Error> {
-    let rises = speeds.windows(2).all(|pair| pair[0] < pair[1]) || speeds.windows(2).all(|pair| pair[0] > pair[1]);
+    let rises = speeds.windows(2).all(|pair| pair[0] < pair[1])
+        || speeds.windows(2).all(|pair| pair[0] > pair[1]);
     if speeds.is_empty() || !rises || speeds.iter().any(|speed| !speed.is_finite()) {
         let message = "a Campbell diagram needs at least one speed, and each above, or each below, the one before";
-        return Err(Error::new(Code::OutOfRange, message).hint("state them as first:last:points, such as 0:3000:61"));
+        return Err(Error::new(Code::OutOfRange, message)
+            .hint("state them as first:last:points, such as 0:3000:61"));
     }
     Ok(())
 }
@@ -150,17 +158,32 @@ impl Spins {
     fn new(machine: &Machine, kinematics: &Kinematics) -> Result<Spins, Error> {
         let at_rest = mean_speeds(machine, kinematics, Some(0.0))?;
         let at_one = mean_speeds(machine, kinematics, Some(1.0))?;
-        let per_unit = at_one.iter().zip(&at_rest).map(|(one, rest)| one - rest).collect();
-        Ok(Spins { reference: reference(machine)?, at_rest, per_unit })
+        let per_unit = at_one
+            .iter()
+            .zip(&at_rest)
+            .map(|(one, rest)| one - rest)
+            .collect();
+        Ok(Spins {
+            reference: reference(machine)?,
+            at_rest,
+            per_unit,
+        })
     }
 
     fn at(&self, speed: f64) -> Vec<f64> {
-        self.at_rest.iter().zip(&self.per_unit).map(|(rest, slope)| rest + slope * speed).collect()
+        self.at_rest
+            .iter()
+            .zip(&self.per_unit)
+            .map(|(rest, slope)| rest + slope * speed)
+            .collect()
     }
 
     /// Nothing tilts, or is described in a frame that turns, at a speed that varies with the reference's.
     fn change_nothing(&self, machine: &Machine) -> bool {
-        machine.spins.iter().all(|spin| self.per_unit[spin.turning] == 0.0)
+        machine
+            .spins
+            .iter()
+            .all(|spin| self.per_unit[spin.turning] == 0.0)
     }
 }
 
@@ -242,7 +265,12 @@ impl Drawing<'_> {
                 self.lines.len() - 1
             });
             let mode = &followed.mode;
-            let whirl = self.lateral.whirl(&mode.shape, &speeds, &self.spins.per_unit, self.spins.reference);
+            let whirl = self.lateral.whirl(
+                &mode.shape,
+                &speeds,
+                &self.spins.per_unit,
+                self.spins.reference,
+            );
             let line = &mut self.lines[number];
             line.frequency_hz[self.drawn] = Some(mode.frequency_hz());
             line.damping_ratio[self.drawn] = mode.damping_ratio;
@@ -265,14 +293,21 @@ impl Drawing<'_> {
         self.add(next, lines);
     }
 
-    fn cross<F>(&mut self, tracker: &Tracker<F>, here: &Snapshot, next: &Snapshot, link: &Link) -> Result<(), Error>
+    fn cross<F>(
+        &mut self,
+        tracker: &Tracker<F>,
+        here: &Snapshot,
+        next: &Snapshot,
+        link: &Link,
+    ) -> Result<(), Error>
     where
         F: Fn(f64) -> Result<Vec<Mode>, Error>,
     {
         for (from, to) in link.to.iter().enumerate() {
             let Some(to) = *to else { continue };
             for (number, order) in self.orders.iter().enumerate() {
-                let sides = [(here, from), (next, to)].map(|(at, i)| above(&at.modes[i].mode, order, at.speed) < 0.0);
+                let sides = [(here, from), (next, to)]
+                    .map(|(at, i)| above(&at.modes[i].mode, order, at.speed) < 0.0);
                 if sides[0] == sides[1] {
                     continue;
                 }
@@ -287,6 +322,12 @@ impl Drawing<'_> {
     fn note(&mut self, order: usize, branch: usize, speed: f64, mode: &Mode) {
         let participation = participation(self.machine, self.linear, mode, &self.orders[order]);
         let frequency_hz = mode.frequency_hz();
-        self.crossings.push(Crossing { speed_rpm: rpm(speed), frequency_hz, order, branch, participation });
+        self.crossings.push(Crossing {
+            speed_rpm: rpm(speed),
+            frequency_hz,
+            order,
+            branch,
+            participation,
+        });
     }
 }

@@ -37,7 +37,8 @@ pub fn meeting<F: Fn(f64) -> Result<Vec<Mode>, Error>>(
     (before, from): (&Snapshot, usize),
     (after, to): (&Snapshot, usize),
 ) -> Result<Option<Meeting>, Error> {
-    let gap = |snapshot: &Snapshot, mode: usize| above(&snapshot.modes[mode].mode, order, snapshot.speed);
+    let gap =
+        |snapshot: &Snapshot, mode: usize| above(&snapshot.modes[mode].mode, order, snapshot.speed);
     let (mut low, mut high) = (gap(before, from), gap(after, to));
     if (low < 0.0) == (high < 0.0) {
         return Ok(None);
@@ -53,7 +54,9 @@ pub fn meeting<F: Fn(f64) -> Result<Vec<Mode>, Error>>(
             break;
         }
         let (next, link) = tracker.follow(&here, speed)?;
-        let Some(same) = link.to[mode] else { return Ok(None) };
+        let Some(same) = link.to[mode] else {
+            return Ok(None);
+        };
         let value = gap(&next, same);
         let found = value.abs() <= FOUND * next.modes[same].mode.omega();
         if found || (value < 0.0) == (low < 0.0) {
@@ -67,26 +70,47 @@ pub fn meeting<F: Fn(f64) -> Result<Vec<Mode>, Error>>(
             break;
         }
     }
-    Ok(Some(Meeting { speed: here.speed, mode: here.modes[mode].mode.clone() }))
+    Ok(Some(Meeting {
+        speed: here.speed,
+        mode: here.modes[mode].mode.clone(),
+    }))
 }
 
 /// How much of a mode sits where the order acts, 0 to 1: the share of its strain energy in the meshes whose teeth excite
 /// the order, or of its kinetic energy in the nodes whose rotation does, whichever is larger.
 pub fn participation(machine: &Machine, linear: &Linear, mode: &Mode, order: &Order) -> f64 {
     let meshing = |branch: usize| {
-        order.sources.iter().filter(|source| source.cause == Cause::Mesh).any(|source| {
-            source.gear.is_some_and(|gear| machine.gears[gear].branches.contains(&branch))
-        })
+        order
+            .sources
+            .iter()
+            .filter(|source| source.cause == Cause::Mesh)
+            .any(|source| {
+                source
+                    .gear
+                    .is_some_and(|gear| machine.gears[gear].branches.contains(&branch))
+            })
     };
     let turning = |freedom: usize| {
         let node = machine.freedoms[freedom].node;
-        order.sources.iter().any(|source| source.cause == Cause::Rotation && source.node == node)
+        order
+            .sources
+            .iter()
+            .any(|source| source.cause == Cause::Rotation && source.node == node)
     };
     let p = linear.stay(&mode.shape);
     let springs = linear.branches.iter().filter(|b| b.stiffness > 0.0);
-    let strain = share(springs.map(|b| (meshing(b.index), b.stiffness * b.direction.dot_complex(&p).norm_sqr())));
+    let strain = share(springs.map(|b| {
+        (
+            meshing(b.index),
+            b.stiffness * b.direction.dot_complex(&p).norm_sqr(),
+        )
+    }));
     let masses = mass_diagonal(machine);
-    let moving = masses.iter().zip(&mode.shape).map(|(m, q)| m * q.norm_sqr()).enumerate();
+    let moving = masses
+        .iter()
+        .zip(&mode.shape)
+        .map(|(m, q)| m * q.norm_sqr())
+        .enumerate();
     let kinetic = share(moving.map(|(freedom, energy)| (turning(freedom), energy)));
     strain.max(kinetic)
 }

@@ -30,7 +30,10 @@ pub fn energies(machine: &Machine, linear: &Linear, mode: &Mode) -> Energies {
         kinetic[mass.element] += mass.value * modulus(mass.direction.dot_complex(&p)).powi(2);
     }
     let total: f64 = kinetic.iter().sum();
-    let mut result = Energies { kinetic: shares(kinetic), ..Energies::default() };
+    let mut result = Energies {
+        kinetic: shares(kinetic),
+        ..Energies::default()
+    };
     if mode.rigid {
         return result;
     }
@@ -53,7 +56,10 @@ pub fn energies(machine: &Machine, linear: &Linear, mode: &Mode) -> Energies {
 
 /// `Re(conj(uᵀφ) wᵀφ)`: what the branch's force does per cycle along its own direction.
 fn work(branch: &LinearBranch, p: &[Complex]) -> f64 {
-    let (u, w) = (branch.acts().dot_complex(p), branch.direction.dot_complex(p));
+    let (u, w) = (
+        branch.acts().dot_complex(p),
+        branch.direction.dot_complex(p),
+    );
     u.re * w.re + u.im * w.im
 }
 
@@ -65,7 +71,12 @@ fn global_loss(machine: &Machine, omega: f64) -> f64 {
 /// Each element's part of the sum.
 fn shares(values: Vec<f64>) -> Vec<(usize, f64)> {
     let total: f64 = values.iter().sum();
-    values.into_iter().enumerate().filter(|&(_, v)| v != 0.0 && total != 0.0).map(|(e, v)| (e, v / total)).collect()
+    values
+        .into_iter()
+        .enumerate()
+        .filter(|&(_, v)| v != 0.0 && total != 0.0)
+        .map(|(e, v)| (e, v / total))
+        .collect()
 }
 
 /// The element with the largest share.

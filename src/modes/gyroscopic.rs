@@ -20,12 +20,24 @@ pub struct Swing {
 ///
 /// # Errors
 /// No convergence; numbers out of range.
-pub fn swings(g: &Matrix, k: &Matrix, held: &[usize], moving: &[usize]) -> Result<Option<(Vec<Swing>, f64)>, Error> {
+pub fn swings(
+    g: &Matrix,
+    k: &Matrix,
+    held: &[usize],
+    moving: &[usize],
+) -> Result<Option<(Vec<Swing>, f64)>, Error> {
     let (np, nr) = (held.len(), moving.len());
     let n = np + nr;
-    let block = Matrix::from_fn(np, np, |i, j| (k[(held[i], held[j])] + k[(held[j], held[i])]) / 2.0);
-    let Ok(root) = definite::cholesky(&block) else { return Ok(None) };
-    let place: Vec<Option<usize>> = moving.iter().map(|j| held.iter().position(|i| i == j)).collect();
+    let block = Matrix::from_fn(np, np, |i, j| {
+        (k[(held[i], held[j])] + k[(held[j], held[i])]) / 2.0
+    });
+    let Ok(root) = definite::cholesky(&block) else {
+        return Ok(None);
+    };
+    let place: Vec<Option<usize>> = moving
+        .iter()
+        .map(|j| held.iter().position(|i| i == j))
+        .collect();
     let mut h = ComplexMatrix::zeros(n, n);
     let mut size = 0.0f64;
     // −i [[0, Lᵀ], [−L, −G]]; the lower triangle.
@@ -43,11 +55,15 @@ pub fn swings(g: &Matrix, k: &Matrix, held: &[usize], moving: &[usize]) -> Resul
     }
     let error = f64::EPSILON * size.sqrt();
     let (values, vectors) = definite::hermitian(&h)?;
-    let swings = (0..n).filter(|&column| values[column] > n as f64 * error).map(|column| {
-        let omega = values[column];
-        let mut shape = vec![Complex::new(0.0, 0.0); k.nrows()];
-        moving.iter().enumerate().for_each(|(r, &j)| shape[j] = vectors[(np + r, column)] / Complex::new(0.0, omega));
-        Swing { omega, shape }
-    });
+    let swings = (0..n)
+        .filter(|&column| values[column] > n as f64 * error)
+        .map(|column| {
+            let omega = values[column];
+            let mut shape = vec![Complex::new(0.0, 0.0); k.nrows()];
+            moving.iter().enumerate().for_each(|(r, &j)| {
+                shape[j] = vectors[(np + r, column)] / Complex::new(0.0, omega)
+            });
+            Swing { omega, shape }
+        });
     Ok(Some((swings.collect(), error)))
 }

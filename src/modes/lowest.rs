@@ -65,8 +65,18 @@ pub fn forest(linear: &Linear) -> Option<Forest> {
                 return None;
             }
             match b.direction.terms[..] {
-                [(i, a)] => Some(Spring { i, a, other: None, k }),
-                [(i, a), (j, c)] => Some(Spring { i, a, other: Some((j, c)), k }),
+                [(i, a)] => Some(Spring {
+                    i,
+                    a,
+                    other: None,
+                    k,
+                }),
+                [(i, a), (j, c)] => Some(Spring {
+                    i,
+                    a,
+                    other: Some((j, c)),
+                    k,
+                }),
                 _ => None,
             }
         })
@@ -81,7 +91,8 @@ pub fn forest(linear: &Linear) -> Option<Forest> {
 pub fn find(linear: &Linear, forest: Option<&Forest>, wanted: Wanted) -> Result<Lowest, Error> {
     if !linear.is_sum_of_squares() {
         let message = "single modes of a machine with negative or unsymmetric stiffness are not looked for one by one";
-        return Err(Error::new(Code::Hopeless, message).hint("leave out --lowest and --near: all modes are solved together"));
+        return Err(Error::new(Code::Hopeless, message)
+            .hint("leave out --lowest and --near: all modes are solved together"));
     }
     let rigid = rigid_modes(linear);
     let elastic = match wanted.near {
@@ -90,7 +101,10 @@ pub fn find(linear: &Linear, forest: Option<&Forest>, wanted: Wanted) -> Result<
     };
     let sigma = wanted.near.map_or(0.0, |omega| omega * omega);
     let (ritz, route) = match forest {
-        Some(forest) => (on_forest(linear, forest, &rigid, sigma, elastic)?, Route::Forest),
+        Some(forest) => (
+            on_forest(linear, forest, &rigid, sigma, elastic)?,
+            Route::Forest,
+        ),
         None => (on_sparse(linear, &rigid, sigma, elastic)?, Route::Sparse),
     };
     let largest = stiffest(linear);
@@ -100,32 +114,83 @@ pub fn find(linear: &Linear, forest: Option<&Forest>, wanted: Wanted) -> Result<
     };
     let mut modes = Vec::new();
     if wanted.near.is_none() {
-        modes.extend(rigid.iter().take(wanted.count).map(|p| undamped::mode(linear, p, 0.0, true, f64::INFINITY)));
+        modes.extend(
+            rigid
+                .iter()
+                .take(wanted.count)
+                .map(|p| undamped::mode(linear, p, 0.0, true, f64::INFINITY)),
+        );
     }
     for (value, vector) in ritz.values.iter().zip(&ritz.vectors) {
-        modes.push(undamped::mode(linear, vector, value.max(0.0).sqrt(), false, digits(*value)));
+        modes.push(undamped::mode(
+            linear,
+            vector,
+            value.max(0.0).sqrt(),
+            false,
+            digits(*value),
+        ));
     }
-    Ok(Lowest { modes, route, solves: ritz.steps, counted: ritz.counted })
+    Ok(Lowest {
+        modes,
+        route,
+        solves: ritz.steps,
+        counted: ritz.counted,
+    })
 }
 
-fn on_forest(linear: &Linear, forest: &Forest, rigid: &[Vec<f64>], sigma: f64, count: usize) -> Result<Ritz, Error> {
+fn on_forest(
+    linear: &Linear,
+    forest: &Forest,
+    rigid: &[Vec<f64>],
+    sigma: f64,
+    count: usize,
+) -> Result<Ritz, Error> {
     let mass = linear.mass_diagonal().unwrap_or_default();
     let matrix = SparseSym::diagonal(&mass);
     let below = |sigma: f64| Ok(forest.count_below(&mass, sigma));
-    let inverse = if sigma == 0.0 { Shifted::at_zero(forest) } else { Shifted::near(forest, &mass, sigma) };
-    nearest(&Search { inverse: &inverse, mass: &matrix, rigid, count: Some(&below), wanted: count })
+    let inverse = if sigma == 0.0 {
+        Shifted::at_zero(forest)
+    } else {
+        Shifted::near(forest, &mass, sigma)
+    };
+    nearest(&Search {
+        inverse: &inverse,
+        mass: &matrix,
+        rigid,
+        count: Some(&below),
+        wanted: count,
+    })
 }
 
 fn on_sparse(linear: &Linear, rigid: &[Vec<f64>], sigma: f64, count: usize) -> Result<Ritz, Error> {
     let (k, m) = assembled(linear);
-    let energy = |p: &[f64]| linear.branches.iter().map(|b| b.stiffness * b.direction.dot(p).powi(2)).sum::<f64>();
+    let energy = |p: &[f64]| {
+        linear
+            .branches
+            .iter()
+            .map(|b| b.stiffness * b.direction.dot(p).powi(2))
+            .sum::<f64>()
+    };
     // A free machine has no K⁻¹; a shift a hair below zero has, and rigid motions are taken out anyway.
-    let sigma = if sigma == 0.0 && !rigid.is_empty() { -BELOW_ZERO * stiffest(linear) } else { sigma };
+    let sigma = if sigma == 0.0 && !rigid.is_empty() {
+        -BELOW_ZERO * stiffest(linear)
+    } else {
+        sigma
+    };
     let factor = Factor::shifted(&k, &m, sigma)?;
     let below = |sigma: f64| Factor::shifted(&k, &m, sigma).map(|factor| factor.negative());
-    let measured = Measured { factor: &factor, energy: &energy };
+    let measured = Measured {
+        factor: &factor,
+        energy: &energy,
+    };
     let inverse: &dyn Inverse = &measured;
-    nearest(&Search { inverse, mass: &m, rigid, count: Some(&below), wanted: count })
+    nearest(&Search {
+        inverse,
+        mass: &m,
+        rigid,
+        count: Some(&below),
+        wanted: count,
+    })
 }
 
 /// K and M as sparse matrices.
@@ -138,10 +203,17 @@ fn assembled(linear: &Linear) -> (SparseSym, SparseSym) {
     for mass in &linear.masses {
         outer(&mut m, mass.value, &mass.direction);
     }
-    (SparseSym::from_entries(linear.n, &k), SparseSym::from_entries(linear.n, &m))
+    (
+        SparseSym::from_entries(linear.n, &k),
+        SparseSym::from_entries(linear.n, &m),
+    )
 }
 
-fn outer(entries: &mut Vec<(usize, usize, f64)>, value: f64, direction: &crate::machine::direction::Direction) {
+fn outer(
+    entries: &mut Vec<(usize, usize, f64)>,
+    value: f64,
+    direction: &crate::machine::direction::Direction,
+) {
     let terms: Vec<(usize, f64)> = direction.scaled().collect();
     for (at, &(i, a)) in terms.iter().enumerate() {
         entries.extend(terms[..=at].iter().map(|&(j, b)| (i, j, value * a * b)));
@@ -152,10 +224,19 @@ fn outer(entries: &mut Vec<(usize, usize, f64)>, value: f64, direction: &crate::
 fn stiffest(linear: &Linear) -> f64 {
     let (mut k, mut m) = (vec![0.0; linear.n], vec![0.0; linear.n]);
     for branch in &linear.branches {
-        branch.direction.scaled().for_each(|(i, a)| k[i] += branch.stiffness.abs() * a * a);
+        branch
+            .direction
+            .scaled()
+            .for_each(|(i, a)| k[i] += branch.stiffness.abs() * a * a);
     }
     for mass in &linear.masses {
-        mass.direction.scaled().for_each(|(i, a)| m[i] += mass.value * a * a);
+        mass.direction
+            .scaled()
+            .for_each(|(i, a)| m[i] += mass.value * a * a);
     }
-    k.iter().zip(&m).filter(|(_, m)| **m > 0.0).map(|(k, m)| k / m).fold(0.0, f64::max)
+    k.iter()
+        .zip(&m)
+        .filter(|(_, m)| **m > 0.0)
+        .map(|(k, m)| k / m)
+        .fold(0.0, f64::max)
 }

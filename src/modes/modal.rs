@@ -28,7 +28,13 @@ pub struct Modal {
 }
 
 /// Projects a machine on its undamped modes, at the mean speeds given (rad/s by freedom).
-pub fn project(machine: &Machine, linear: &Linear, basis: &Basis, speeds: Option<&[f64]>, damped: bool) -> Modal {
+pub fn project(
+    machine: &Machine,
+    linear: &Linear,
+    basis: &Basis,
+    speeds: Option<&[f64]>,
+    damped: bool,
+) -> Modal {
     let (n_modes, n_light) = (basis.omega.len(), linear.massless.len());
     let n = n_modes + n_light;
     let mut shapes = Matrix::zeros(linear.n, n);
@@ -63,7 +69,8 @@ impl Modal {
     /// Something loses energy: the symmetric part of C̃, or H̃, is not nil.
     pub fn is_dissipative(&self) -> bool {
         let n = self.damping.nrows();
-        let braked = (0..n).any(|i| (0..n).any(|j| self.damping[(i, j)] + self.damping[(j, i)] != 0.0));
+        let braked =
+            (0..n).any(|i| (0..n).any(|j| self.damping[(i, j)] + self.damping[(j, i)] != 0.0));
         braked || self.hysteretic.is_some()
     }
 
@@ -73,7 +80,11 @@ impl Modal {
             let squared = branch.stiffness >= 0.0 && branch.force.is_none();
             let mut along = seen(&branch.direction, &self.shapes);
             // What strains nothing is exactly zero, not rounding.
-            let still = if branch.stiffness != 0.0 { basis.n_rigid } else { undamped_rigid };
+            let still = if branch.stiffness != 0.0 {
+                basis.n_rigid
+            } else {
+                undamped_rigid
+            };
             along.iter_mut().take(still).for_each(|x| *x = 0.0);
             let acts = match &branch.force {
                 Some(force) => seen(force, &self.shapes),
@@ -91,7 +102,13 @@ impl Modal {
             if damped && branch.loss_factor != 0.0 {
                 let n = self.n_modes + self.n_light;
                 let hysteretic = self.hysteretic.get_or_insert_with(|| Matrix::zeros(n, n));
-                add_outer(hysteretic, branch.loss_factor * branch.stiffness, &acts, &along, 0);
+                add_outer(
+                    hysteretic,
+                    branch.loss_factor * branch.stiffness,
+                    &acts,
+                    &along,
+                    0,
+                );
             }
         }
     }
@@ -100,11 +117,22 @@ impl Modal {
         for spin in &machine.spins {
             let omega = speeds[spin.turning];
             let sees = |freedom: usize| {
-                let row = Direction { scale: 1.0, terms: linear.transform[freedom].clone() };
+                let row = Direction {
+                    scale: 1.0,
+                    terms: linear.transform[freedom].clone(),
+                };
                 seen(&row, &self.shapes)
             };
-            let gyroscopic: Vec<_> = spin.gyroscopic.iter().map(|&(a, b, g)| (sees(a), sees(b), g)).collect();
-            let centrifugal: Vec<_> = spin.centrifugal.iter().map(|&(a, m)| (sees(a), m)).collect();
+            let gyroscopic: Vec<_> = spin
+                .gyroscopic
+                .iter()
+                .map(|&(a, b, g)| (sees(a), sees(b), g))
+                .collect();
+            let centrifugal: Vec<_> = spin
+                .centrifugal
+                .iter()
+                .map(|&(a, m)| (sees(a), m))
+                .collect();
             for (a, b, g) in gyroscopic {
                 add_skew(&mut self.damping, g * omega, &a, &b);
             }
@@ -121,13 +149,17 @@ impl Modal {
         for j in 0..self.n_modes {
             self.damping[(j, j)] += global.mass;
             let elastic = j.checked_sub(basis.n_rigid);
-            let zeta = elastic.and_then(|k| global.modal.get(k).or(global.modal.last())).copied().unwrap_or(0.0);
+            let zeta = elastic
+                .and_then(|k| global.modal.get(k).or(global.modal.last()))
+                .copied()
+                .unwrap_or(0.0);
             self.damping[(j, j)] += 2.0 * zeta * basis.omega[j];
         }
         if global.stiffness != 0.0 {
             for i in 0..n {
                 for j in 0..n {
-                    self.damping[(i, j)] += global.stiffness * (self.stiffness[(i, j)] + self.stiffness[(j, i)]) / 2.0;
+                    self.damping[(i, j)] +=
+                        global.stiffness * (self.stiffness[(i, j)] + self.stiffness[(j, i)]) / 2.0;
                 }
             }
         }

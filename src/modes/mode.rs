@@ -44,9 +44,14 @@ pub fn modulus(z: Complex) -> f64 {
 /// Gives a shape its sign: the first component within 1e-9 of the largest is positive (its real part, where complex).
 pub fn orient(shape: &mut [Complex]) {
     let largest = shape.iter().fold(0.0f64, |m, &z| m.max(modulus(z)));
-    let lead = shape.iter().copied().find(|&z| modulus(z) >= largest * (1.0 - 1e-9));
+    let lead = shape
+        .iter()
+        .copied()
+        .find(|&z| modulus(z) >= largest * (1.0 - 1e-9));
     let negative = lead.is_some_and(|z| z.re < 0.0 || (z.re == 0.0 && z.im < 0.0));
     if negative {
-        shape.iter_mut().for_each(|z| *z = Complex::new(-z.re, -z.im));
+        shape
+            .iter_mut()
+            .for_each(|z| *z = Complex::new(-z.re, -z.im));
     }
 }

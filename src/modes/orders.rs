@@ -58,7 +58,10 @@ pub struct OrderOptions {
 impl Default for OrderOptions {
     /// Two of a rotation, three of a mesh.
     fn default() -> Self {
-        OrderOptions { rotation_multiples: 2, mesh_multiples: 3 }
+        OrderOptions {
+            rotation_multiples: 2,
+            mesh_multiples: 3,
+        }
     }
 }
 
@@ -82,27 +85,62 @@ pub fn reference(machine: &Machine) -> Result<usize, Error> {
 ///
 /// # Errors
 /// Those of `mean_speeds`.
-pub fn orders(machine: &Machine, kinematics: &Kinematics, options: &OrderOptions) -> Result<Vec<Order>, Error> {
+pub fn orders(
+    machine: &Machine,
+    kinematics: &Kinematics,
+    options: &OrderOptions,
+) -> Result<Vec<Order>, Error> {
     let reference = reference(machine)?;
     let unit = mean_speeds(machine, kinematics, Some(1.0))?;
-    let ratios = Ratios { unit, reference, turning: stated_joints(machine, reference) };
+    let ratios = Ratios {
+        unit,
+        reference,
+        turning: stated_joints(machine, reference),
+    };
     let node_of = |freedom: usize| machine.freedoms[freedom].node;
-    let mut members: Vec<Member> = machine.gears.iter().enumerate().map(|(n, gear)| Member::of(n, gear)).collect();
-    if members.iter().all(|member| node_of(member.turning) != node_of(reference)) {
+    let mut members: Vec<Member> = machine
+        .gears
+        .iter()
+        .enumerate()
+        .map(|(n, gear)| Member::of(n, gear))
+        .collect();
+    if members
+        .iter()
+        .all(|member| node_of(member.turning) != node_of(reference))
+    {
         let element = machine.nodes[node_of(reference)].element;
-        members.push(Member { element, gear: None, turning: reference, teeth: None, carrier: None });
+        members.push(Member {
+            element,
+            gear: None,
+            turning: reference,
+            teeth: None,
+            carrier: None,
+        });
     }
     let mut orders: Vec<Order> = Vec::new();
     for member in &members {
         let mut put = |cause: Cause, multiple: u32| {
-            let Some((fraction, value)) = ratios.order(member, cause, multiple) else { return };
+            let Some((fraction, value)) = ratios.order(member, cause, multiple) else {
+                return;
+            };
             let node = node_of(member.turning);
             let element = machine.elements[member.element].name.clone();
             let name = machine.nodes[node].name.clone();
-            let source = Source { element, member: name, node, gear: member.gear, cause, multiple };
+            let source = Source {
+                element,
+                member: name,
+                node,
+                gear: member.gear,
+                cause,
+                multiple,
+            };
             match orders.iter_mut().find(|order| order.fraction == fraction) {
                 Some(order) => order.sources.push(source),
-                None => orders.push(Order { fraction, value, sources: vec![source] }),
+                None => orders.push(Order {
+                    fraction,
+                    value,
+                    sources: vec![source],
+                }),
             }
         };
         (1..=options.rotation_multiples).for_each(|multiple| put(Cause::Rotation, multiple));
@@ -125,8 +163,20 @@ struct Member {
 
 impl Member {
     fn of(number: usize, gear: &Gear) -> Member {
-        let &Gear { element, turning, teeth, carrier, .. } = gear;
-        Member { element, gear: Some(number), turning, teeth, carrier }
+        let &Gear {
+            element,
+            turning,
+            teeth,
+            carrier,
+            ..
+        } = gear;
+        Member {
+            element,
+            gear: Some(number),
+            turning,
+            teeth,
+            carrier,
+        }
     }
 }
 
@@ -142,7 +192,10 @@ impl Ratios {
     fn order(&self, member: &Member, cause: Cause, multiple: u32) -> Option<(String, f64)> {
         let (factor, carrier) = match cause {
             Cause::Rotation => (f64::from(multiple), None),
-            Cause::Mesh => (f64::from(multiple) * f64::from(member.teeth?), member.carrier),
+            Cause::Mesh => (
+                f64::from(multiple) * f64::from(member.teeth?),
+                member.carrier,
+            ),
         };
         let order = self.unit.len();
         let mut row = vec![(order, 1.0), (member.turning, -factor)];
@@ -157,7 +210,8 @@ impl Ratios {
             let value = value_of(&fraction)?;
             return Some((fraction, value));
         }
-        let value = (factor * (self.unit[member.turning] - carrier.map_or(0.0, |c| self.unit[c]))).abs();
+        let value =
+            (factor * (self.unit[member.turning] - carrier.map_or(0.0, |c| self.unit[c]))).abs();
         // The speeds are of a machine whose reference turns at 1 rad/s: below this is rounding of a member at rest.
         (value > 1e-12 * factor).then(|| (format!("{value:.9}"), value))
     }
@@ -209,7 +263,7 @@ fn simple_fraction(x: f64) -> Option<(f64, f64)> {
         rest = 1.0 / rest - whole;
         top = [top[1], whole * top[1] + top[0]];
         bottom = [bottom[1], whole * bottom[1] + bottom[0]];
-        if !(bottom[1] <= LARGEST) {
+        if bottom[1].is_nan() || bottom[1] > LARGEST {
             return None;
         }
     }

@@ -38,7 +38,11 @@ const SAME_FREQUENCY: f64 = 1e-9;
 ///
 /// # Errors
 /// No convergence of the small eigenproblems of repeated frequencies.
-pub fn sensitivities(machine: &Machine, linear: &Linear, modes: &[Mode]) -> Result<Vec<Vec<Sensitivity>>, Error> {
+pub fn sensitivities(
+    machine: &Machine,
+    linear: &Linear,
+    modes: &[Mode],
+) -> Result<Vec<Vec<Sensitivity>>, Error> {
     let mut all = vec![Vec::new(); modes.len()];
     let mut at = 0;
     while at < modes.len() {
@@ -48,9 +52,14 @@ pub fn sensitivities(machine: &Machine, linear: &Linear, modes: &[Mode]) -> Resu
             end += 1;
         }
         if !modes[at].rigid {
-            let shapes: Vec<Vec<f64>> =
-                modes[at..end].iter().map(|m| linear.stay(&m.shape).iter().map(|z| z.re).collect()).collect();
-            for (k, list) in of_set(machine, linear, omega, &shapes)?.into_iter().enumerate() {
+            let shapes: Vec<Vec<f64>> = modes[at..end]
+                .iter()
+                .map(|m| linear.stay(&m.shape).iter().map(|z| z.re).collect())
+                .collect();
+            for (k, list) in of_set(machine, linear, omega, &shapes)?
+                .into_iter()
+                .enumerate()
+            {
                 all[at + k] = list;
             }
         }
@@ -60,18 +69,35 @@ pub fn sensitivities(machine: &Machine, linear: &Linear, modes: &[Mode]) -> Resu
 }
 
 /// Sensitivities of the modes of one frequency.
-fn of_set(machine: &Machine, linear: &Linear, omega: f64, shapes: &[Vec<f64>]) -> Result<Vec<Vec<Sensitivity>>, Error> {
+fn of_set(
+    machine: &Machine,
+    linear: &Linear,
+    omega: f64,
+    shapes: &[Vec<f64>],
+) -> Result<Vec<Vec<Sensitivity>>, Error> {
     let m = shapes.len();
     let lambda = omega * omega;
-    let mut terms = Terms { list: Vec::new(), of: vec![[None; 2]; machine.elements.len()], m };
-    for branch in linear.branches.iter().filter(|b| b.stiffness != 0.0 && b.force.is_none()) {
+    let mut terms = Terms {
+        list: Vec::new(),
+        of: vec![[None; 2]; machine.elements.len()],
+        m,
+    };
+    for branch in linear
+        .branches
+        .iter()
+        .filter(|b| b.stiffness != 0.0 && b.force.is_none())
+    {
         let seen: Vec<f64> = shapes.iter().map(|p| branch.direction.dot(p)).collect();
         let element = machine.branches[branch.index].element;
-        terms.of(element, Parameter::Stiffness).add(branch.stiffness, 1.0, &seen);
+        terms
+            .of(element, Parameter::Stiffness)
+            .add(branch.stiffness, 1.0, &seen);
     }
     for mass in &linear.masses {
         let seen: Vec<f64> = shapes.iter().map(|p| mass.direction.dot(p)).collect();
-        terms.of(mass.element, Parameter::Inertia).add(mass.value, -lambda, &seen);
+        terms
+            .of(mass.element, Parameter::Inertia)
+            .add(mass.value, -lambda, &seen);
     }
     let mut lists = vec![Vec::new(); m];
     for term in &terms.list {
@@ -80,7 +106,12 @@ fn of_set(machine: &Machine, linear: &Linear, omega: f64, shapes: &[Vec<f64>]) -
             // ∂ω = ∂λ / 2ω, per relative change of the parameter.
             let relative = change / (2.0 * lambda);
             let absolute = term.value.map(|value| relative * omega / value);
-            list.push(Sensitivity { element: term.element, parameter: term.parameter, relative, absolute });
+            list.push(Sensitivity {
+                element: term.element,
+                parameter: term.parameter,
+                relative,
+                absolute,
+            });
         }
     }
     for list in &mut lists {
@@ -110,7 +141,13 @@ impl Terms {
     fn of(&mut self, element: usize, parameter: Parameter) -> &mut Term {
         let slot = &mut self.of[element][parameter as usize];
         let at = *slot.get_or_insert_with(|| {
-            self.list.push(Term { element, parameter, matrix: Matrix::zeros(self.m, self.m), value: None, any: false });
+            self.list.push(Term {
+                element,
+                parameter,
+                matrix: Matrix::zeros(self.m, self.m),
+                value: None,
+                any: false,
+            });
             self.list.len() - 1
         });
         &mut self.list[at]
@@ -119,7 +156,11 @@ impl Terms {
 
 impl Term {
     fn add(&mut self, value: f64, factor: f64, seen: &[f64]) {
-        self.value = if !self.any || self.value == Some(value) { Some(value) } else { None };
+        self.value = if !self.any || self.value == Some(value) {
+            Some(value)
+        } else {
+            None
+        };
         self.any = true;
         for i in 0..seen.len() {
             for j in 0..seen.len() {

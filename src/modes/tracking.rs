@@ -40,9 +40,17 @@ pub struct Link {
 
 impl Link {
     fn then(self, next: &Link) -> Link {
-        let doubt = |(&to, &doubt): (&Option<usize>, &bool)| doubt || to.is_some_and(|j| next.uncertain[j]);
+        let doubt =
+            |(&to, &doubt): (&Option<usize>, &bool)| doubt || to.is_some_and(|j| next.uncertain[j]);
         let uncertain = self.to.iter().zip(&self.uncertain).map(doubt).collect();
-        Link { to: self.to.iter().map(|to| to.and_then(|j| next.to[j])).collect(), uncertain }
+        Link {
+            to: self
+                .to
+                .iter()
+                .map(|to| to.and_then(|j| next.to[j]))
+                .collect(),
+            uncertain,
+        }
     }
 }
 
@@ -62,7 +70,12 @@ pub struct TrackingOptions {
 impl Default for TrackingOptions {
     /// 0.9, 0.5, 24 halvings, 120 solves.
     fn default() -> Self {
-        TrackingOptions { sure: 0.9, same: 0.5, halvings: 24, most_solves: 120 }
+        TrackingOptions {
+            sure: 0.9,
+            same: 0.5,
+            halvings: 24,
+            most_solves: 120,
+        }
     }
 }
 
@@ -80,7 +93,12 @@ pub struct Tracker<'a, F: Fn(f64) -> Result<Vec<Mode>, Error>> {
 impl<'a, F: Fn(f64) -> Result<Vec<Mode>, Error>> Tracker<'a, F> {
     /// A tracker for the modes of one machine.
     pub fn new(linear: &'a Linear, options: TrackingOptions, solve: F) -> Self {
-        Tracker { linear, solve, options, solves: Cell::new(0) }
+        Tracker {
+            linear,
+            solve,
+            options,
+            solves: Cell::new(0),
+        }
     }
 
     /// Speeds solved so far.
@@ -111,12 +129,19 @@ impl<'a, F: Fn(f64) -> Result<Vec<Mode>, Error>> Tracker<'a, F> {
         self.step(from, to, 0, spent)
     }
 
-    fn step(&self, from: &Snapshot, mut to: Snapshot, depth: u32, spent: usize) -> Result<(Snapshot, Link), Error> {
+    fn step(
+        &self,
+        from: &Snapshot,
+        mut to: Snapshot,
+        depth: u32,
+        spent: usize,
+    ) -> Result<(Snapshot, Link), Error> {
         turn_repeated(&mut to, from);
         let likeness = mac(from, &to);
         let pairs = assign(&likeness);
         let doubt = self.doubt(from, &to, &likeness, &pairs);
-        let is_last = depth >= self.options.halvings || self.solves.get() - spent >= self.options.most_solves;
+        let is_last =
+            depth >= self.options.halvings || self.solves.get() - spent >= self.options.most_solves;
         let Some(middle) = doubt.filter(|_| !is_last) else {
             return Ok((to, self.settle(&likeness, pairs)));
         };
@@ -127,25 +152,41 @@ impl<'a, F: Fn(f64) -> Result<Vec<Mode>, Error>> Tracker<'a, F> {
     }
 
     /// Where to look next, if a match is in doubt: halfway, or where two branches seem to cross and may veer instead.
-    fn doubt(&self, from: &Snapshot, to: &Snapshot, likeness: &Matrix, pairs: &[Option<usize>]) -> Option<f64> {
+    fn doubt(
+        &self,
+        from: &Snapshot,
+        to: &Snapshot,
+        likeness: &Matrix,
+        pairs: &[Option<usize>],
+    ) -> Option<f64> {
         let width = to.speed - from.speed;
         for (i, pair) in pairs.iter().enumerate() {
             let Some(j) = *pair else { continue };
-            let rival = (0..likeness.ncols()).filter(|&k| k != j).map(|k| likeness[(i, k)]).fold(0.0, f64::max);
+            let rival = (0..likeness.ncols())
+                .filter(|&k| k != j)
+                .map(|k| likeness[(i, k)])
+                .fold(0.0, f64::max);
             if likeness[(i, j)] < self.options.sure || rival > likeness[(i, j)] - 0.1 {
                 return Some(from.speed + width / 2.0);
             }
         }
-        let matched: Vec<(usize, usize)> = pairs.iter().enumerate().filter_map(|(i, j)| j.map(|j| (i, j))).collect();
+        let matched: Vec<(usize, usize)> = pairs
+            .iter()
+            .enumerate()
+            .filter_map(|(i, j)| j.map(|j| (i, j)))
+            .collect();
         let omega = |snapshot: &Snapshot, i: usize| snapshot.modes[i].mode.omega();
         for (at, &(i, j)) in matched.iter().enumerate() {
             for &(k, l) in &matched[at + 1..] {
                 let before = omega(from, i) - omega(from, k);
                 let after = omega(to, j) - omega(to, l);
-                let is_apart = before.abs() > EQUAL * omega(from, i) && after.abs() > EQUAL * omega(to, j);
+                let is_apart =
+                    before.abs() > EQUAL * omega(from, i) && after.abs() > EQUAL * omega(to, j);
                 let is_coupled = likeness[(i, l)].max(likeness[(k, j)]) > EQUAL * EQUAL;
                 if before * after < 0.0 && is_apart && is_coupled {
-                    return Some(from.speed + width * (before / (before - after)).clamp(0.01, 0.99));
+                    return Some(
+                        from.speed + width * (before / (before - after)).clamp(0.01, 0.99),
+                    );
                 }
             }
         }
@@ -166,9 +207,15 @@ impl<'a, F: Fn(f64) -> Result<Vec<Mode>, Error>> Tracker<'a, F> {
 
     fn snapshot(&self, speed: f64) -> Result<Snapshot, Error> {
         self.solves.set(self.solves.get() + 1);
-        let swinging = (self.solve)(speed)?.into_iter().filter(|mode| !mode.rigid && mode.oscillates());
-        let mut modes: Vec<Followed> =
-            swinging.map(|mode| Followed { state: state(self.linear, &mode), mode }).collect();
+        let swinging = (self.solve)(speed)?
+            .into_iter()
+            .filter(|mode| !mode.rigid && mode.oscillates());
+        let mut modes: Vec<Followed> = swinging
+            .map(|mode| Followed {
+                state: state(self.linear, &mode),
+                mode,
+            })
+            .collect();
         modes.sort_by(|a, b| a.mode.omega().total_cmp(&b.mode.omega()));
         Ok(Snapshot { speed, modes })
     }
@@ -177,9 +224,15 @@ impl<'a, F: Fn(f64) -> Result<Vec<Mode>, Error>> Tracker<'a, F> {
 /// `(√k wᵀφ, λ √m vᵀφ)` of length one. What is no square (negative or one-sided stiffness) has no part in it.
 fn state(linear: &Linear, mode: &Mode) -> Vec<Complex> {
     let p = linear.stay(&mode.shape);
-    let springs = linear.branches.iter().filter(|b| b.stiffness > 0.0 && b.force.is_none());
+    let springs = linear
+        .branches
+        .iter()
+        .filter(|b| b.stiffness > 0.0 && b.force.is_none());
     let strained = springs.map(|b| b.direction.dot_complex(&p) * b.stiffness.sqrt());
-    let moving = linear.masses.iter().map(|m| mode.eigenvalue * m.direction.dot_complex(&p) * m.value.sqrt());
+    let moving = linear
+        .masses
+        .iter()
+        .map(|m| mode.eigenvalue * m.direction.dot_complex(&p) * m.value.sqrt());
     let mut state: Vec<Complex> = strained.chain(moving).collect();
     let length = product(&state, &state).re.sqrt();
     if length > 0.0 {
@@ -190,7 +243,10 @@ fn state(linear: &Linear, mode: &Mode) -> Vec<Complex> {
 
 /// `aᴴ b`.
 fn product(a: &[Complex], b: &[Complex]) -> Complex {
-    a.iter().zip(b).map(|(x, y)| x.conj() * y).fold(Complex::new(0.0, 0.0), |s, t| s + t)
+    a.iter()
+        .zip(b)
+        .map(|(x, y)| x.conj() * y)
+        .fold(Complex::new(0.0, 0.0), |s, t| s + t)
 }
 
 fn scale(a: &mut [Complex], factor: f64) {
@@ -216,7 +272,10 @@ fn groups(snapshot: &Snapshot) -> Vec<std::ops::Range<usize>> {
     for (i, followed) in snapshot.modes.iter().enumerate() {
         let lambda = followed.mode.eigenvalue;
         match groups.last_mut() {
-            Some(group) if modulus(lambda - snapshot.modes[i - 1].mode.eigenvalue) <= EQUAL * modulus(lambda) => {
+            Some(group)
+                if modulus(lambda - snapshot.modes[i - 1].mode.eigenvalue)
+                    <= EQUAL * modulus(lambda) =>
+            {
                 group.end = i + 1;
             }
             _ => groups.push(i..i + 1),
@@ -239,13 +298,20 @@ fn turn_repeated(snapshot: &mut Snapshot, like: &Snapshot) {
             continue; // defective: there are no others to choose from
         }
         let parts = |target: &Followed| -> Vec<Complex> {
-            basis.iter().map(|b| product(&b.state, &target.state)).collect()
+            basis
+                .iter()
+                .map(|b| product(&b.state, &target.state))
+                .collect()
         };
         let mut targets: Vec<Vec<Complex>> = like.modes.iter().map(parts).collect();
         let size = |parts: &Vec<Complex>| parts.iter().map(|c| c.norm_sqr()).sum::<f64>();
         targets.sort_by(|a, b| size(b).total_cmp(&size(a)));
         let mut turned: Vec<Followed> = Vec::new();
-        let axes = (0..basis.len()).map(|i| (0..basis.len()).map(|j| Complex::new(f64::from(u8::from(i == j)), 0.0)).collect());
+        let axes = (0..basis.len()).map(|i| {
+            (0..basis.len())
+                .map(|j| Complex::new(f64::from(u8::from(i == j)), 0.0))
+                .collect()
+        });
         for parts in targets.into_iter().chain(axes) {
             if turned.len() < basis.len() {
                 let mut next = combination(&basis, &parts);

@@ -8,16 +8,35 @@ use crate::numeric::Complex;
 /// The modes of a basis as the machine's user knows them: every freedom recovered, signs fixed, residuals measured.
 pub fn modes(linear: &Linear, basis: &Basis) -> Vec<Mode> {
     (0..basis.omega.len())
-        .map(|j| mode(linear, &column(&basis.shapes, j), basis.omega[j], j < basis.n_rigid, basis.digits[j]))
+        .map(|j| {
+            mode(
+                linear,
+                &column(&basis.shapes, j),
+                basis.omega[j],
+                j < basis.n_rigid,
+                basis.digits[j],
+            )
+        })
         .collect()
 }
 
 /// One real mode from its shape over the coordinates that stay.
 pub fn mode(linear: &Linear, p: &[f64], omega: f64, rigid: bool, digits: f64) -> Mode {
-    let mut shape: Vec<Complex> = linear.recover(p).into_iter().map(|x| Complex::new(x, 0.0)).collect();
+    let mut shape: Vec<Complex> = linear
+        .recover(p)
+        .into_iter()
+        .map(|x| Complex::new(x, 0.0))
+        .collect();
     orient(&mut shape);
     let residual = residual(linear, p, omega);
-    Mode { eigenvalue: Complex::new(0.0, omega), rigid, damping_ratio: None, shape, residual, digits }
+    Mode {
+        eigenvalue: Complex::new(0.0, omega),
+        rigid,
+        damping_ratio: None,
+        shape,
+        residual,
+        digits,
+    }
 }
 
 /// `max |K p − ω² M p| / (|K||p| + ω² |M||p|)`, entry by entry: the backward error of the pair.
@@ -25,7 +44,11 @@ pub fn residual(linear: &Linear, p: &[f64], omega: f64) -> f64 {
     let (mut sum, mut size) = (vec![0.0; linear.n], vec![0.0; linear.n]);
     for branch in &linear.branches {
         let force = branch.stiffness * branch.direction.dot(p);
-        let bound: f64 = branch.direction.scaled().map(|(i, a)| (a * p[i]).abs()).sum();
+        let bound: f64 = branch
+            .direction
+            .scaled()
+            .map(|(i, a)| (a * p[i]).abs())
+            .sum();
         for (i, a) in branch.acts().scaled() {
             sum[i] += a * force;
             size[i] += (a * branch.stiffness * bound).abs();

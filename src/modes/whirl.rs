@@ -56,10 +56,20 @@ impl Lateral {
         let mass = mass_diagonal(machine);
         let mut pairs = Vec::new();
         for node in 0..machine.nodes.len() {
-            let freedom = |axis| machine.freedoms.iter().position(|f| f.node == node && f.axis == axis);
+            let freedom = |axis| {
+                machine
+                    .freedoms
+                    .iter()
+                    .position(|f| f.node == node && f.axis == axis)
+            };
             for (x, y) in [(Axis::X, Axis::Y), (Axis::TiltX, Axis::TiltY)] {
                 if let (Some(x), Some(y)) = (freedom(x), freedom(y)) {
-                    pairs.push(Pair { x, y, mass: [mass[x], mass[y]], turning: freedom(Axis::Theta) });
+                    pairs.push(Pair {
+                        x,
+                        y,
+                        mass: [mass[x], mass[y]],
+                        turning: freedom(Axis::Theta),
+                    });
                 }
             }
         }
@@ -68,20 +78,36 @@ impl Lateral {
 
     /// The sense of a mode at the mean speeds given; `spin` are those at a positive speed of the reference, for when all stand
     /// still. Nothing where it does not move across any shaft.
-    pub fn whirl(&self, shape: &[Complex], speeds: &[f64], spin: &[f64], reference: usize) -> Option<Whirl> {
-        let kinetic: f64 = self.mass.iter().zip(shape).map(|(m, q)| m * q.norm_sqr()).sum();
+    pub fn whirl(
+        &self,
+        shape: &[Complex],
+        speeds: &[f64],
+        spin: &[f64],
+        reference: usize,
+    ) -> Option<Whirl> {
+        let kinetic: f64 = self
+            .mass
+            .iter()
+            .zip(shape)
+            .map(|(m, q)| m * q.norm_sqr())
+            .sum();
         let (mut with, mut against, mut across) = (0.0, 0.0, 0.0);
         for pair in &self.pairs {
             let (x, y) = (shape[pair.x], shape[pair.y]);
             let sense = |i: usize| if speeds[i] != 0.0 { speeds[i] } else { spin[i] };
             let turning = pair.turning.map_or(0.0, sense);
-            let sense = if turning != 0.0 { turning } else { sense(reference) };
-            let area = -2.0 * (pair.mass[0] * pair.mass[1]).sqrt() * (x.conj() * y).im * sense.signum();
+            let sense = if turning != 0.0 {
+                turning
+            } else {
+                sense(reference)
+            };
+            let area =
+                -2.0 * (pair.mass[0] * pair.mass[1]).sqrt() * (x.conj() * y).im * sense.signum();
             with += area.max(0.0);
             against += (-area).max(0.0);
             across += pair.mass[0] * x.norm_sqr() + pair.mass[1] * y.norm_sqr();
         }
-        if !(across > LATERAL * kinetic) {
+        if across.is_nan() || across <= LATERAL * kinetic {
             return None;
         }
         let round = with + against;
@@ -98,7 +124,9 @@ impl Lateral {
 pub fn mass_diagonal(machine: &Machine) -> Vec<f64> {
     let mut diagonal = vec![0.0; machine.freedoms.len()];
     for mass in &machine.masses {
-        mass.direction.scaled().for_each(|(i, a)| diagonal[i] += mass.value * a * a);
+        mass.direction
+            .scaled()
+            .for_each(|(i, a)| diagonal[i] += mass.value * a * a);
     }
     diagonal
 }

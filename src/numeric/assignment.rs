@@ -56,7 +56,9 @@ impl Pairing {
                     (distance[column], came_from[column]) = (slack, behind);
                 }
             }
-            let nearest = (0..columns).filter(|&c| !done[c]).min_by(|&a, &b| distance[a].total_cmp(&distance[b]));
+            let nearest = (0..columns)
+                .filter(|&c| !done[c])
+                .min_by(|&a, &b| distance[a].total_cmp(&distance[b]));
             let Some(nearest) = nearest else { return };
             let step = distance[nearest];
             self.row_price[start] += step;
@@ -70,7 +72,9 @@ impl Pairing {
                 }
             }
             done[nearest] = true;
-            let Some(paired) = self.row_of[nearest] else { break nearest };
+            let Some(paired) = self.row_of[nearest] else {
+                break nearest;
+            };
             (row, behind) = (paired, Some(nearest));
         };
         let mut column = last;
@@ -87,7 +91,11 @@ mod tests {
     use super::*;
 
     fn total(score: &Matrix, pairs: &[Option<usize>]) -> f64 {
-        pairs.iter().enumerate().filter_map(|(i, j)| j.map(|j| score[(i, j)])).sum()
+        pairs
+            .iter()
+            .enumerate()
+            .filter_map(|(i, j)| j.map(|j| score[(i, j)]))
+            .sum()
     }
 
     /// The best row by row (0.9 + 0.1) is worse than the best together (0.8 + 0.7).
@@ -116,7 +124,9 @@ mod tests {
         }
         let mut seed = 1u64;
         let mut random = || {
-            seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            seed = seed
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
             (seed >> 40) as f64 / (1u64 << 24) as f64
         };
         for _ in 0..50 {

@@ -26,15 +26,24 @@ pub struct SymmetricEigen {
 pub fn symmetric(a: &Matrix) -> Result<SymmetricEigen, Error> {
     check_finite(a, "a symmetric matrix")?;
     if a.nrows() == 0 {
-        return Ok(SymmetricEigen { values: vec![], vectors: a.clone() }); // faer 0.24 subtracts one from n
+        return Ok(SymmetricEigen {
+            values: vec![],
+            vectors: a.clone(),
+        }); // faer 0.24 subtracts one from n
     }
     let found = a.self_adjoint_eigen(Side::Lower).map_err(|_| {
         Error::new(
             Code::NoConvergence,
-            format!("the eigenvalues of a symmetric {0}×{0} matrix did not settle", a.nrows()),
+            format!(
+                "the eigenvalues of a symmetric {0}×{0} matrix did not settle",
+                a.nrows()
+            ),
         )
     })?;
-    Ok(SymmetricEigen { values: found.S().column_vector().iter().copied().collect(), vectors: found.U().to_owned() })
+    Ok(SymmetricEigen {
+        values: found.S().column_vector().iter().copied().collect(),
+        vectors: found.U().to_owned(),
+    })
 }
 
 /// `A x = λ x` for A equal to its conjugate transpose: real values, ascending, and orthonormal columns; the lower triangle is read.
@@ -46,12 +55,26 @@ pub fn hermitian(a: &ComplexMatrix) -> Result<(Vec<f64>, ComplexMatrix), Error> 
         return Ok((Vec::new(), a.clone())); // faer 0.24 subtracts one from n
     }
     if !(0..n).all(|j| (0..n).all(|i| a[(i, j)].re.is_finite() && a[(i, j)].im.is_finite())) {
-        return Err(Error::new(Code::Overflow, format!("an entry of a Hermitian {n}×{n} matrix is not finite")));
+        return Err(Error::new(
+            Code::Overflow,
+            format!("an entry of a Hermitian {n}×{n} matrix is not finite"),
+        ));
     }
     let found = a.self_adjoint_eigen(Side::Lower).map_err(|_| {
-        Error::new(Code::NoConvergence, format!("the eigenvalues of a Hermitian {n}×{n} matrix did not settle"))
+        Error::new(
+            Code::NoConvergence,
+            format!("the eigenvalues of a Hermitian {n}×{n} matrix did not settle"),
+        )
     })?;
-    Ok((found.S().column_vector().iter().map(|value| value.re).collect(), found.U().to_owned()))
+    Ok((
+        found
+            .S()
+            .column_vector()
+            .iter()
+            .map(|value| value.re)
+            .collect(),
+        found.U().to_owned(),
+    ))
 }
 
 /// `K x = λ M x` with M positive definite: `L⁻¹ K L⁻ᵀ y = λ y`, `x = L⁻ᵀ y`. K may be indefinite.
@@ -63,7 +86,10 @@ pub fn pencil(k: &Matrix, m: &Matrix) -> Result<SymmetricEigen, Error> {
     let half = solve_lower(&l, k);
     let reduced = solve_lower(&l, &half.transpose().to_owned());
     let SymmetricEigen { values, vectors } = symmetric(&reduced)?;
-    Ok(SymmetricEigen { values, vectors: solve_lower_transposed(&l, &vectors) })
+    Ok(SymmetricEigen {
+        values,
+        vectors: solve_lower_transposed(&l, &vectors),
+    })
 }
 
 /// Lower L with `M = L Lᵀ`; only the lower triangle of `m` is read.
@@ -74,7 +100,10 @@ pub fn cholesky(m: &Matrix) -> Result<Matrix, Error> {
     match m.llt(Side::Lower) {
         Ok(factor) => Ok(factor.L().to_owned()),
         Err(LltError::NonPositivePivot { index }) => {
-            let message = format!("row {index} of a {0}×{0} matrix leaves no positive pivot", m.nrows());
+            let message = format!(
+                "row {index} of a {0}×{0} matrix leaves no positive pivot",
+                m.nrows()
+            );
             Err(Error::new(Code::Indefinite, message))
         }
     }
@@ -113,7 +142,10 @@ pub fn solve_complex(a: &ComplexMatrix, b: &ComplexMatrix) -> Result<ComplexMatr
 fn check_pivots(pivots: impl Iterator<Item = f64>) -> Result<(), Error> {
     for (i, size) in pivots.enumerate() {
         if !(size > 0.0 && size.is_finite()) {
-            return Err(Error::new(Code::Indefinite, format!("a linear system is singular: pivot {i} is {size}")));
+            return Err(Error::new(
+                Code::Indefinite,
+                format!("a linear system is singular: pivot {i} is {size}"),
+            ));
         }
     }
     Ok(())
@@ -127,7 +159,15 @@ fn check_pivots(pivots: impl Iterator<Item = f64>) -> Result<(), Error> {
 /// Those of [`symmetric`].
 pub fn solve_semidefinite(k: &Matrix, f: &[f64]) -> Result<Vec<f64>, Error> {
     let n = k.nrows();
-    let scale: Vec<f64> = (0..n).map(|i| if k[(i, i)] > 0.0 { 1.0 / k[(i, i)].sqrt() } else { 1.0 }).collect();
+    let scale: Vec<f64> = (0..n)
+        .map(|i| {
+            if k[(i, i)] > 0.0 {
+                1.0 / k[(i, i)].sqrt()
+            } else {
+                1.0
+            }
+        })
+        .collect();
     let unit = Matrix::from_fn(n, n, |i, j| k[(i, j)] * scale[i] * scale[j]);
     let eigen = symmetric(&unit)?;
     let largest = eigen.values.last().copied().unwrap_or(0.0);
@@ -135,7 +175,10 @@ pub fn solve_semidefinite(k: &Matrix, f: &[f64]) -> Result<Vec<f64>, Error> {
     for (mode, &value) in eigen.values.iter().enumerate() {
         // Backward error of the symmetric eigenproblem, with a margin: below it a value is a zero.
         if value > 1e2 * n as f64 * f64::EPSILON * largest {
-            let share: f64 = (0..n).map(|i| eigen.vectors[(i, mode)] * scale[i] * f[i]).sum::<f64>() / value;
+            let share: f64 = (0..n)
+                .map(|i| eigen.vectors[(i, mode)] * scale[i] * f[i])
+                .sum::<f64>()
+                / value;
             (0..n).for_each(|i| x[i] += share * eigen.vectors[(i, mode)] * scale[i]);
         }
     }
@@ -157,10 +200,21 @@ mod tests {
     /// Two discs on a spring: ω² = k (1/J₁ + 1/J₂), φᵀ M φ = 1.
     #[test]
     fn exact_two_discs() {
-        let (k, m) = (matrix(&[&[1200.0, -1200.0], &[-1200.0, 1200.0]]), matrix(&[&[2.0, 0.0], &[0.0, 3.0]]));
+        let (k, m) = (
+            matrix(&[&[1200.0, -1200.0], &[-1200.0, 1200.0]]),
+            matrix(&[&[2.0, 0.0], &[0.0, 3.0]]),
+        );
         let found = pencil(&k, &m).unwrap();
-        assert!(found.values[0].abs() < 1e-12 && (found.values[1] - 1000.0).abs() < 1e-12, "{:?}", found.values);
-        assert_close(&(found.vectors.transpose() * &m * &found.vectors), &Matrix::identity(2, 2), 1e-15);
+        assert!(
+            found.values[0].abs() < 1e-12 && (found.values[1] - 1000.0).abs() < 1e-12,
+            "{:?}",
+            found.values
+        );
+        assert_close(
+            &(found.vectors.transpose() * &m * &found.vectors),
+            &Matrix::identity(2, 2),
+            1e-15,
+        );
     }
 
     /// K Φ = M Φ Λ with a full M, K indefinite.
@@ -180,7 +234,11 @@ mod tests {
         assert_close(&cholesky(&(&l * l.transpose())).unwrap(), &l, 1e-15);
         let b = matrix(&[&[4.0], &[8.0]]);
         assert_close(&solve_lower(&l, &b), &matrix(&[&[2.0], &[2.0]]), 1e-15);
-        assert_close(&solve_lower_transposed(&l, &matrix(&[&[6.0], &[6.0]])), &matrix(&[&[2.0], &[2.0]]), 1e-15);
+        assert_close(
+            &solve_lower_transposed(&l, &matrix(&[&[6.0], &[6.0]])),
+            &matrix(&[&[2.0], &[2.0]]),
+            1e-15,
+        );
         assert_close(&solve(&l, &b).unwrap(), &matrix(&[&[2.0], &[2.0]]), 1e-15);
     }
 
@@ -194,14 +252,23 @@ mod tests {
     #[test]
     fn refuses_a_singular_system() {
         let singular = matrix(&[&[1.0, 2.0], &[2.0, 4.0]]);
-        assert_eq!(solve(&singular, &singular).unwrap_err().code, Code::Indefinite);
+        assert_eq!(
+            solve(&singular, &singular).unwrap_err().code,
+            Code::Indefinite
+        );
         let zero = ComplexMatrix::zeros(1, 1);
-        assert_eq!(solve_complex(&zero, &zero).unwrap_err().code, Code::Indefinite);
+        assert_eq!(
+            solve_complex(&zero, &zero).unwrap_err().code,
+            Code::Indefinite
+        );
     }
 
     #[test]
     fn refuses_what_is_not_finite() {
-        assert_eq!(symmetric(&matrix(&[&[f64::NAN]])).unwrap_err().code, Code::Overflow);
+        assert_eq!(
+            symmetric(&matrix(&[&[f64::NAN]])).unwrap_err().code,
+            Code::Overflow
+        );
     }
 
     #[test]

@@ -63,7 +63,11 @@ impl Forest {
 
     /// How many eigenvalues of (K, M) lie below σ, those of rigid motions among them.
     pub fn count_below(&self, mass: &[f64], sigma: f64) -> usize {
-        if sigma > 0.0 { self.eliminate_shifted(mass, sigma).negative() } else { 0 }
+        if sigma > 0.0 {
+            self.eliminate_shifted(mass, sigma).negative()
+        } else {
+            0
+        }
     }
 }
 
@@ -80,7 +84,10 @@ impl<'f> Elimination<'f> {
             smallest: 1.0,
             inertial,
         };
-        this.stiffness.iter_mut().zip(&this.inertial).for_each(|(d, s)| *d += s);
+        this.stiffness
+            .iter_mut()
+            .zip(&this.inertial)
+            .for_each(|(d, s)| *d += s);
         this.pivot();
         if !forest.loops.is_empty() {
             let closed = this.close();
@@ -91,7 +98,11 @@ impl<'f> Elimination<'f> {
     }
 
     fn pivot(&mut self) {
-        let floor = if self.forest.loops.is_empty() { SMALLEST_PIVOT } else { SMALLEST_PIVOT_WITH_LOOPS };
+        let floor = if self.forest.loops.is_empty() {
+            SMALLEST_PIVOT
+        } else {
+            SMALLEST_PIVOT_WITH_LOOPS
+        };
         for at in (0..self.stiffness.len()).rev() {
             let d = self.stiffness[at];
             let Some(link) = self.forest.links[at] else {
@@ -106,14 +117,22 @@ impl<'f> Elimination<'f> {
             }
             self.negative += usize::from(pivot < 0.0);
             self.flexibility[at] = 1.0 / pivot;
-            self.ratio[at] = if d == 0.0 { -link.a / link.c } else { -link.a * link.c * (link.k / pivot) };
+            self.ratio[at] = if d == 0.0 {
+                -link.a / link.c
+            } else {
+                -link.a * link.c * (link.k / pivot)
+            };
             self.stiffness[link.parent] += link.a * link.a * link.k * (d / pivot);
         }
     }
 
     fn pivot_root(&mut self, at: usize, floor: f64) {
         let Some(inertial) = self.inertial.get(at) else {
-            self.flexibility[at] = if self.stiffness[at] > 0.0 { 1.0 / self.stiffness[at] } else { 0.0 };
+            self.flexibility[at] = if self.stiffness[at] > 0.0 {
+                1.0 / self.stiffness[at]
+            } else {
+                0.0
+            };
             return;
         };
         let size = self.forest.ground[at].max(inertial.abs());
@@ -133,7 +152,9 @@ impl<'f> Elimination<'f> {
         let forest = self.forest;
         let p = forest.loops.len();
         let locked: Vec<usize> = match self.inertial.is_empty() {
-            true => (0..forest.trees.len()).filter(|&t| forest.trees[t].locked).collect(),
+            true => (0..forest.trees.len())
+                .filter(|&t| forest.trees[t].locked)
+                .collect(),
             false => Vec::new(),
         };
         let mut small = Matrix::zeros(p + locked.len(), p + locked.len());
@@ -147,16 +168,25 @@ impl<'f> Elimination<'f> {
             }
             small[(col, col)] += 1.0 / closing.k;
             for (t, &tree) in locked.iter().enumerate() {
-                let slip =
-                    if forest.holds(tree, closing.apex) { closing.slip * forest.turning[closing.apex] } else { 0.0 };
+                let slip = if forest.holds(tree, closing.apex) {
+                    closing.slip * forest.turning[closing.apex]
+                } else {
+                    0.0
+                };
                 small[(col, p + t)] = -slip;
                 small[(p + t, col)] = -slip;
             }
         }
         let size = |i: usize| {
-            let column = (0..p).map(|row| small[(row, i)].abs()).fold(f64::MIN_POSITIVE, f64::max);
+            let column = (0..p)
+                .map(|row| small[(row, i)].abs())
+                .fold(f64::MIN_POSITIVE, f64::max);
             let diagonal = small[(i, i)].abs();
-            if i < p && diagonal > 0.0 { diagonal.sqrt() } else { column }
+            if i < p && diagonal > 0.0 {
+                diagonal.sqrt()
+            } else {
+                column
+            }
         };
         let scale: Vec<f64> = (0..p + locked.len()).map(|i| 1.0 / size(i)).collect();
         let scaled = Matrix::from_fn(scale.len(), scale.len(), |i, j| {
@@ -168,7 +198,12 @@ impl<'f> Elimination<'f> {
                 .self_adjoint_eigenvalues(Side::Lower)
                 .map_or(0, |values| values.iter().filter(|v| **v < 0.0).count()),
         };
-        Closed { scale, factor: scaled.full_piv_lu(), locked, negative }
+        Closed {
+            scale,
+            factor: scaled.full_piv_lu(),
+            locked,
+            negative,
+        }
     }
 
     /// Overwrites a force by the motion it causes, `x = (K − σM)⁻¹ f`.
@@ -190,10 +225,23 @@ impl<'f> Elimination<'f> {
     pub fn solve_with_energy(&self, f: &mut [f64]) -> f64 {
         let (x, deformed) = self.solve_closed(self.gather(f));
         self.scatter(&x, f);
-        let in_links: f64 =
-            deformed.links.iter().zip(&self.forest.links).map(|(d, link)| link.map_or(0.0, |l| l.k * d * d)).sum();
-        let in_ground: f64 = x.iter().zip(&self.forest.ground).map(|(x, g)| g * x * x).sum();
-        let in_loops: f64 = deformed.forces.iter().zip(&self.forest.loops).map(|(force, l)| force * force / l.k).sum();
+        let in_links: f64 = deformed
+            .links
+            .iter()
+            .zip(&self.forest.links)
+            .map(|(d, link)| link.map_or(0.0, |l| l.k * d * d))
+            .sum();
+        let in_ground: f64 = x
+            .iter()
+            .zip(&self.forest.ground)
+            .map(|(x, g)| g * x * x)
+            .sum();
+        let in_loops: f64 = deformed
+            .forces
+            .iter()
+            .zip(&self.forest.loops)
+            .map(|(force, l)| force * force / l.k)
+            .sum();
         in_links + in_ground + in_loops
     }
 
@@ -212,7 +260,11 @@ impl<'f> Elimination<'f> {
     }
 
     fn scatter(&self, x: &[f64], f: &mut [f64]) {
-        self.forest.order.iter().zip(x).for_each(|(&i, x)| f[i] = *x);
+        self.forest
+            .order
+            .iter()
+            .zip(x)
+            .for_each(|(&i, x)| f[i] = *x);
     }
 
     fn solve_forest(&self, x: &mut [f64], links: &mut [f64]) {
@@ -228,7 +280,8 @@ impl<'f> Elimination<'f> {
                 None => force * flexibility,
                 Some(link) => {
                     let above = x[link.parent];
-                    links[at] = (link.a * self.stiffness[at] * above + link.c * force) * flexibility;
+                    links[at] =
+                        (link.a * self.stiffness[at] * above + link.c * force) * flexibility;
                     force * flexibility + self.ratio[at] * above
                 }
             };
@@ -240,7 +293,13 @@ impl<'f> Elimination<'f> {
         let mut links = vec![0.0; load.len()];
         let Some(closed) = &self.closed else {
             self.solve_forest(&mut load, &mut links);
-            return (load, Deformed { links, forces: Vec::new() });
+            return (
+                load,
+                Deformed {
+                    links,
+                    forces: Vec::new(),
+                },
+            );
         };
         let p = forest.loops.len();
         let mut open = load.clone();
@@ -255,14 +314,20 @@ impl<'f> Elimination<'f> {
             right[(p + t, 0)] = -closed.scale[p + t] * work;
         }
         let unknown = closed.factor.solve(&right);
-        let forces: Vec<f64> = (0..p).map(|row| closed.scale[row] * unknown[(row, 0)]).collect();
+        let forces: Vec<f64> = (0..p)
+            .map(|row| closed.scale[row] * unknown[(row, 0)])
+            .collect();
         for (closing, force) in forest.loops.iter().zip(&forces) {
-            closing.ends.iter().for_each(|&(at, w)| load[at] -= w * force);
+            closing
+                .ends
+                .iter()
+                .for_each(|&(at, w)| load[at] -= w * force);
         }
         self.solve_forest(&mut load, &mut links);
         for (t, &tree) in closed.locked.iter().enumerate() {
             let turn = closed.scale[p + t] * unknown[(p + t, 0)];
-            (forest.trees[tree].start..forest.trees[tree].end).for_each(|at| load[at] += turn * forest.turning[at]);
+            (forest.trees[tree].start..forest.trees[tree].end)
+                .for_each(|at| load[at] += turn * forest.turning[at]);
         }
         (load, Deformed { links, forces })
     }
@@ -279,7 +344,10 @@ impl<'f> Elimination<'f> {
         }
         for closing in &forest.loops {
             let force = closing.k * closing.ends.iter().map(|&(at, w)| w * x[at]).sum::<f64>();
-            closing.ends.iter().for_each(|&(at, w)| residual[at] -= w * force);
+            closing
+                .ends
+                .iter()
+                .for_each(|&(at, w)| residual[at] -= w * force);
         }
         residual
     }
@@ -287,7 +355,11 @@ impl<'f> Elimination<'f> {
 
 impl Loop {
     fn deformation(&self, x: &[f64], links: &[f64]) -> f64 {
-        self.along.iter().map(|&(at, factor)| factor * links[at]).sum::<f64>() + self.slip * x[self.apex]
+        self.along
+            .iter()
+            .map(|&(at, factor)| factor * links[at])
+            .sum::<f64>()
+            + self.slip * x[self.apex]
     }
 }
 

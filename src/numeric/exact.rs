@@ -31,7 +31,9 @@ impl Constraints {
     /// `n` unknowns, all free.
     pub fn new(n: usize) -> Constraints {
         Constraints {
-            made_of: (0..n).map(|i| BTreeMap::from([(i, BigRational::one())])).collect(),
+            made_of: (0..n)
+                .map(|i| BTreeMap::from([(i, BigRational::one())]))
+                .collect(),
             contained_in: (0..n).map(|i| vec![i]).collect(),
         }
     }
@@ -39,7 +41,11 @@ impl Constraints {
     /// Imposes `Σ coefficient · x = 0`. Coefficients that are not finite are taken as zero.
     pub fn impose(&mut self, row: &[(usize, f64)]) -> Outcome {
         let mut sum = self.reduce(row);
-        let Some(pivot) = sum.keys().copied().min_by_key(|&j| self.contained_in[j].len()) else {
+        let Some(pivot) = sum
+            .keys()
+            .copied()
+            .min_by_key(|&j| self.contained_in[j].len())
+        else {
             return Outcome::Redundant;
         };
         let lead = sum.remove(&pivot).unwrap_or_else(BigRational::one);
@@ -55,12 +61,18 @@ impl Constraints {
                 self.add(i, j, a * &share);
             }
         }
-        if joined { Outcome::Joined } else { Outcome::Held(pivot) }
+        if joined {
+            Outcome::Joined
+        } else {
+            Outcome::Held(pivot)
+        }
     }
 
     /// The unknowns still free.
     pub fn free(&self) -> Vec<usize> {
-        (0..self.made_of.len()).filter(|&j| self.is_free(j)).collect()
+        (0..self.made_of.len())
+            .filter(|&j| self.is_free(j))
+            .collect()
     }
 
     /// Whether the constraints so far leave this unknown no value but zero.
@@ -70,12 +82,18 @@ impl Constraints {
 
     /// Unknown `i` as a combination of free ones.
     pub fn combination(&self, i: usize) -> Vec<(usize, f64)> {
-        self.made_of[i].iter().map(|(&j, a)| (j, a.to_f64().unwrap_or(f64::NAN))).collect()
+        self.made_of[i]
+            .iter()
+            .map(|(&j, a)| (j, a.to_f64().unwrap_or(f64::NAN)))
+            .collect()
     }
 
     /// `Σ coefficient · x` in the unknowns still free; terms that cancel are gone, not small.
     pub fn reduced(&self, row: &[(usize, f64)]) -> Vec<(usize, f64)> {
-        self.reduce(row).into_iter().map(|(j, a)| (j, a.to_f64().unwrap_or(f64::NAN))).collect()
+        self.reduce(row)
+            .into_iter()
+            .map(|(j, a)| (j, a.to_f64().unwrap_or(f64::NAN)))
+            .collect()
     }
 
     /// The exact ratio `x_a / x_b` as text, such as `-37/12`, where both follow from one and the same free unknown.
@@ -132,7 +150,10 @@ mod tests {
         assert_eq!(fits.impose(&[(0, 2.0), (2, -3.0)]), Outcome::Redundant);
         assert_eq!(fits.free().len(), 1);
         assert_eq!(fits.ratio(0, 2).as_deref(), Some("3/2"));
-        assert!(matches!(fits.impose(&[(0, 2.0), (2, -3.0000001)]), Outcome::Held(_)));
+        assert!(matches!(
+            fits.impose(&[(0, 2.0), (2, -3.0000001)]),
+            Outcome::Held(_)
+        ));
         assert!((0..3).all(|i| fits.is_held(i)));
     }
 

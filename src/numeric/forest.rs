@@ -77,7 +77,11 @@ impl Forest {
     pub fn new(n: usize, springs: &[Spring], inertia: &[f64]) -> Option<Forest> {
         let sound = |s: &Spring| {
             let (j, c) = s.other.unwrap_or((s.i, 1.0));
-            s.k > 0.0 && (s.k * s.a * s.a).is_finite() && (s.k * c * c).is_finite() && s.i < n && j < n
+            s.k > 0.0
+                && (s.k * s.a * s.a).is_finite()
+                && (s.k * c * c).is_finite()
+                && s.i < n
+                && j < n
         };
         if inertia.len() != n || !springs.iter().all(sound) {
             return None;
@@ -90,7 +94,10 @@ impl Forest {
                 Some((j, c)) if j == s.i => ground[j] += s.k * (s.a + c) * (s.a + c),
                 Some((j, 0.0)) if j < n => ground[s.i] += s.k * s.a * s.a,
                 Some((j, c)) if s.a == 0.0 => ground[j] += s.k * c * c,
-                Some((j, c)) => edges.push(Edge { ends: [(s.i, s.a), (j, c)], k: s.k }),
+                Some((j, c)) => edges.push(Edge {
+                    ends: [(s.i, s.a), (j, c)],
+                    k: s.k,
+                }),
             }
         }
         let rough = Hanging::new(n, &edges, &vec![true; edges.len()], |_, tree| tree[0]);
@@ -101,13 +108,26 @@ impl Forest {
         let root = |turning: &[f64], tree: &[usize]| -> usize {
             let held = tree.iter().any(|&i| ground[i] > 0.0);
             let weight = |i: usize| if held { ground[i] } else { inertia[i].abs() } * turning[i] * turning[i];
-            tree.iter().copied().fold(tree[0], |best, i| if weight(i) > weight(best) { i } else { best })
+            tree.iter().copied().fold(
+                tree[0],
+                |best, i| if weight(i) > weight(best) { i } else { best },
+            )
         };
-        Some(Forest::from_parts(Hanging::new(n, &edges, &in_tree, root), &edges, &in_tree, &ground))
+        Some(Forest::from_parts(
+            Hanging::new(n, &edges, &in_tree, root),
+            &edges,
+            &in_tree,
+            &ground,
+        ))
     }
 
     fn from_parts(hanging: Hanging, edges: &[Edge], in_tree: &[bool], ground: &[f64]) -> Forest {
-        let Hanging { order, links, roots, turning } = hanging;
+        let Hanging {
+            order,
+            links,
+            roots,
+            turning,
+        } = hanging;
         let n = order.len();
         let mut position = vec![0; n];
         for (at, &i) in order.iter().enumerate() {
@@ -118,9 +138,21 @@ impl Forest {
         for (t, &start) in roots.iter().enumerate() {
             let end = roots.get(t + 1).copied().unwrap_or(n);
             let grounded = ground[start..end].iter().any(|&g| g > 0.0);
-            trees.push(Tree { start, end, grounded, locked: false });
+            trees.push(Tree {
+                start,
+                end,
+                grounded,
+                locked: false,
+            });
         }
-        let mut forest = Forest { order, links, ground, trees, loops: Vec::new(), turning };
+        let mut forest = Forest {
+            order,
+            links,
+            ground,
+            trees,
+            loops: Vec::new(),
+            turning,
+        };
         for (edge, _) in edges.iter().zip(in_tree).filter(|(_, kept)| !**kept) {
             let closing = forest.closing(edge.ends.map(|(i, a)| (position[i], a)), edge.k);
             if closing.slip != 0.0 {
@@ -144,8 +176,18 @@ impl Forest {
             at[lower] = (link.parent, -factor * link.a / link.c);
         }
         let slip = at[0].1 + at[1].1;
-        let slip = if slip.abs() <= SAME_RATIO * (at[0].1.abs() + at[1].1.abs()) { 0.0 } else { slip };
-        Loop { k, along, slip, apex: at[0].0, ends }
+        let slip = if slip.abs() <= SAME_RATIO * (at[0].1.abs() + at[1].1.abs()) {
+            0.0
+        } else {
+            slip
+        };
+        Loop {
+            k,
+            along,
+            slip,
+            apex: at[0].0,
+            ends,
+        }
     }
 
     /// The number of freedoms.
@@ -193,7 +235,12 @@ struct Hanging {
 }
 
 impl Hanging {
-    fn new(n: usize, edges: &[Edge], used: &[bool], root: impl Fn(&[f64], &[usize]) -> usize) -> Hanging {
+    fn new(
+        n: usize,
+        edges: &[Edge],
+        used: &[bool],
+        root: impl Fn(&[f64], &[usize]) -> usize,
+    ) -> Hanging {
         let neighbours = Neighbours::new(n, edges, used);
         let mut hanging = Hanging {
             order: Vec::with_capacity(n),
@@ -224,7 +271,14 @@ impl Hanging {
         hanging
     }
 
-    fn walk(&mut self, root: usize, mark: u8, neighbours: &Neighbours, edges: &[Edge], round: &mut [u8]) {
+    fn walk(
+        &mut self,
+        root: usize,
+        mark: u8,
+        neighbours: &Neighbours,
+        edges: &[Edge],
+        round: &mut [u8],
+    ) {
         let mut next = self.order.len();
         self.order.push(root);
         self.links.push(None);
@@ -238,7 +292,12 @@ impl Hanging {
                 if round[child] < mark {
                     round[child] = mark;
                     self.order.push(child);
-                    self.links.push(Some(Link { parent: next, a, c, k: edges[e].k }));
+                    self.links.push(Some(Link {
+                        parent: next,
+                        a,
+                        c,
+                        k: edges[e].k,
+                    }));
                     self.turning.push(-(a / c) * self.turning[next]);
                 }
             }
@@ -256,7 +315,11 @@ impl Hanging {
         for (at, &i) in self.order.iter().enumerate() {
             turning[i] = self.turning[at];
         }
-        let stiffness = |e: &Edge| e.ends.iter().fold(e.k, |k, &(i, a)| k * (a * turning[i]).abs());
+        let stiffness = |e: &Edge| {
+            e.ends
+                .iter()
+                .fold(e.k, |k, &(i, a)| k * (a * turning[i]).abs())
+        };
         let mut by_stiffness: Vec<(f64, usize)> = edges.iter().map(stiffness).zip(0..).collect();
         by_stiffness.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         let mut leader: Vec<usize> = (0..n).collect();
@@ -287,7 +350,11 @@ struct Neighbours {
 impl Neighbours {
     fn new(n: usize, edges: &[Edge], used: &[bool]) -> Neighbours {
         let mut start = vec![0; n + 1];
-        let ends = || (0..edges.len()).filter(|&e| used[e]).flat_map(|e| edges[e].ends.map(|(i, _)| (i, e)));
+        let ends = || {
+            (0..edges.len())
+                .filter(|&e| used[e])
+                .flat_map(|e| edges[e].ends.map(|(i, _)| (i, e)))
+        };
         ends().for_each(|(i, _)| start[i + 1] += 1);
         for i in 0..n {
             start[i + 1] += start[i];

@@ -36,7 +36,13 @@ pub fn eigen(a: &Matrix) -> Result<GeneralEigen, Error> {
         Some(left) => left,
         None => matched_left(&balanced, &values)?,
     };
-    let mut found = GeneralEigen { values, right, left, condition: vec![0.0; n], norm: balanced.norm_l2() };
+    let mut found = GeneralEigen {
+        values,
+        right,
+        left,
+        condition: vec![0.0; n],
+        norm: balanced.norm_l2(),
+    };
     for j in 0..n {
         found.condition[j] = normalise(&mut found, j, &scale);
     }
@@ -53,22 +59,35 @@ pub fn descriptor(a: &Matrix, e: &Matrix) -> Result<Vec<Option<Complex>>, Error>
     let found = a.generalized_eigen(e).map_err(|_| no_convergence(n))?;
     let negligible = n as f64 * f64::EPSILON * e.norm_l2();
     let (tops, bottoms) = (found.S_a().column_vector(), found.S_b().column_vector());
-    Ok((0..n).map(|i| (bottoms[i].norm() > negligible).then(|| tops[i] / bottoms[i])).collect())
+    Ok((0..n)
+        .map(|i| (bottoms[i].norm() > negligible).then(|| tops[i] / bottoms[i]))
+        .collect())
 }
 
 fn no_convergence(n: usize) -> Error {
-    Error::new(Code::NoConvergence, format!("the QR iteration for the eigenvalues of a {n}×{n} matrix did not settle"))
+    Error::new(
+        Code::NoConvergence,
+        format!("the QR iteration for the eigenvalues of a {n}×{n} matrix did not settle"),
+    )
 }
 
 fn sorted_eigen(a: &Matrix) -> Result<(Vec<Complex>, ComplexMatrix), Error> {
     let n = a.nrows();
     let found = a.eigen().map_err(|_| no_convergence(n))?;
     let values: Vec<Complex> = found.S().column_vector().iter().copied().collect();
-    if values.iter().any(|v| !v.re.is_finite() || !v.im.is_finite()) {
+    if values
+        .iter()
+        .any(|v| !v.re.is_finite() || !v.im.is_finite())
+    {
         return Err(no_convergence(n));
     }
     let mut order: Vec<usize> = (0..n).collect();
-    order.sort_by(|&i, &j| values[i].norm().total_cmp(&values[j].norm()).then(values[j].im.total_cmp(&values[i].im)));
+    order.sort_by(|&i, &j| {
+        values[i]
+            .norm()
+            .total_cmp(&values[j].norm())
+            .then(values[j].im.total_cmp(&values[i].im))
+    });
     let vectors = ComplexMatrix::from_fn(n, n, |i, j| found.U()[(i, order[j])]);
     Ok((order.iter().map(|&i| values[i]).collect(), vectors))
 }
@@ -86,7 +105,10 @@ fn balance(a: &Matrix) -> (Matrix, Vec<f64>) {
             if column == 0.0 || row == 0.0 {
                 continue;
             }
-            let f = (0.5 * (row.log2() - column.log2())).round().clamp(-500.0, 500.0).exp2();
+            let f = (0.5 * (row.log2() - column.log2()))
+                .round()
+                .clamp(-500.0, 500.0)
+                .exp2();
             if column * f + row / f < WORTH_IT * (column + row) {
                 settled = false;
                 scale[i] *= f;
@@ -122,17 +144,22 @@ fn matched_left(a: &Matrix, values: &[Complex]) -> Result<ComplexMatrix, Error> 
     let mut partner = Vec::with_capacity(n);
     for value in values {
         let distance = |&i: &usize| (transposed[i] - value).norm();
-        let nearest = (0..free.len()).min_by(|&i, &j| distance(&free[i]).total_cmp(&distance(&free[j])));
+        let nearest =
+            (0..free.len()).min_by(|&i, &j| distance(&free[i]).total_cmp(&distance(&free[j])));
         partner.extend(nearest.map(|at| free.remove(at)));
     }
-    Ok(ComplexMatrix::from_fn(n, n, |i, j| vectors[(i, partner[j])].conj()))
+    Ok(ComplexMatrix::from_fn(n, n, |i, j| {
+        vectors[(i, partner[j])].conj()
+    }))
 }
 
 /// Turns back the balancing of pair j, scales it; its condition.
 fn normalise(found: &mut GeneralEigen, j: usize, scale: &[f64]) -> f64 {
     let n = scale.len();
     let length = |m: &ComplexMatrix| (0..n).map(|i| m[(i, j)].norm_sqr()).sum::<f64>().sqrt();
-    let product: Complex = (0..n).map(|i| found.left[(i, j)].conj() * found.right[(i, j)]).sum();
+    let product: Complex = (0..n)
+        .map(|i| found.left[(i, j)].conj() * found.right[(i, j)])
+        .sum();
     let condition = length(&found.right) * length(&found.left) / product.norm();
     let is_sound = condition.is_finite() && condition * f64::EPSILON < 1.0;
     for i in 0..n {
@@ -140,8 +167,11 @@ fn normalise(found: &mut GeneralEigen, j: usize, scale: &[f64]) -> f64 {
         found.left[(i, j)] /= scale[i];
     }
     let right_length = length(&found.right);
-    let left_factor =
-        if is_sound { product.conj().inv() * right_length } else { Complex::new(1.0 / length(&found.left), 0.0) };
+    let left_factor = if is_sound {
+        product.conj().inv() * right_length
+    } else {
+        Complex::new(1.0 / length(&found.left), 0.0)
+    };
     for i in 0..n {
         found.right[(i, j)] /= right_length;
         found.left[(i, j)] *= left_factor;
@@ -167,35 +197,68 @@ mod tests {
         let (w, zeta) = (100.0, 0.02_f64);
         let found = eigen(&matrix(&[&[0.0, 1.0], &[-w * w, -2.0 * zeta * w]])).unwrap();
         let exact = Complex::new(-zeta * w, w * (1.0 - zeta * zeta).sqrt());
-        assert!((found.values[0] - exact).norm() < 1e-13 * w, "{:?}", found.values);
+        assert!(
+            (found.values[0] - exact).norm() < 1e-13 * w,
+            "{:?}",
+            found.values
+        );
         assert_eq!(found.values[1], found.values[0].conj());
-        assert!(found.condition[0] < 1.1, "balanced, it is nearly normal: {:?}", found.condition);
+        assert!(
+            found.condition[0] < 1.1,
+            "balanced, it is nearly normal: {:?}",
+            found.condition
+        );
     }
 
     /// A X = X Λ, Yᴴ A = Λ Yᴴ, Yᴴ X = I.
     #[test]
     fn law_residuals_and_biorthogonality() {
-        let a =
-            Matrix::from_fn(7, 7, |i, j| (((5 * i + 3 * j * j) % 13) as f64 - 6.0) * 10f64.powi(i as i32 - j as i32));
+        let a = Matrix::from_fn(7, 7, |i, j| {
+            (((5 * i + 3 * j * j) % 13) as f64 - 6.0) * 10f64.powi(i as i32 - j as i32)
+        });
         let found = eigen(&a).unwrap();
         let product = found.left.adjoint() * &found.right;
-        let (ax, ya) = (complex(&a) * &found.right, found.left.adjoint() * complex(&a));
+        let (ax, ya) = (
+            complex(&a) * &found.right,
+            found.left.adjoint() * complex(&a),
+        );
         for (i, j) in (0..7).flat_map(|i| (0..7).map(move |j| (i, j))) {
             let size = found.left.col(i).norm_l2();
-            assert!((product[(i, j)] - f64::from(u8::from(i == j))).norm() < 1e-13 * size, "({i}, {j})");
-            assert!((ax[(i, j)] - found.right[(i, j)] * found.values[j]).norm() < 1e-13 * a.norm_l2());
-            assert!((ya[(i, j)] - found.left[(j, i)].conj() * found.values[i]).norm() < 1e-13 * a.norm_l2() * size);
+            assert!(
+                (product[(i, j)] - f64::from(u8::from(i == j))).norm() < 1e-13 * size,
+                "({i}, {j})"
+            );
+            assert!(
+                (ax[(i, j)] - found.right[(i, j)] * found.values[j]).norm() < 1e-13 * a.norm_l2()
+            );
+            assert!(
+                (ya[(i, j)] - found.left[(j, i)].conj() * found.values[i]).norm()
+                    < 1e-13 * a.norm_l2() * size
+            );
         }
     }
 
     /// A Jordan block beside a simple eigenvalue: infinite and moderate conditions, no NaN.
     #[test]
     fn survives_a_defective_pair() {
-        let found = eigen(&matrix(&[&[2.0, 1.0, 0.0], &[0.0, 2.0, 1.0], &[0.0, 0.0, 5.0]])).unwrap();
-        assert!(found.condition[0] > 1e7 && found.condition[1] > 1e7, "{:?}", found.condition);
+        let found = eigen(&matrix(&[
+            &[2.0, 1.0, 0.0],
+            &[0.0, 2.0, 1.0],
+            &[0.0, 0.0, 5.0],
+        ]))
+        .unwrap();
+        assert!(
+            found.condition[0] > 1e7 && found.condition[1] > 1e7,
+            "{:?}",
+            found.condition
+        );
         assert!(found.condition[2] < 2.0, "{:?}", found.condition);
         let entries = (0..3).flat_map(|i| (0..3).map(move |j| (i, j)));
-        assert!(entries.map(|at| found.left[at].norm() + found.right[at].norm()).all(f64::is_finite));
+        assert!(
+            entries
+                .map(|at| found.left[at].norm() + found.right[at].norm())
+                .all(f64::is_finite)
+        );
     }
 
     /// Repeated but not defective.
@@ -208,20 +271,35 @@ mod tests {
     /// A similarity by powers of ten from 1e-60 to 1e60 does no harm.
     #[test]
     fn survives_bad_scaling() {
-        let a = matrix(&[&[1.0, 2e-60, 0.5e-60], &[3e60, 4.0, 1.0], &[1e60, -1.0, 2.0]]);
+        let a = matrix(&[
+            &[1.0, 2e-60, 0.5e-60],
+            &[3e60, 4.0, 1.0],
+            &[1e60, -1.0, 2.0],
+        ]);
         let plain = matrix(&[&[1.0, 2.0, 0.5], &[3.0, 4.0, 1.0], &[1.0, -1.0, 2.0]]);
         let (scaled, plain) = (eigen(&a).unwrap(), eigen(&plain).unwrap());
         for i in 0..3 {
-            assert!((scaled.values[i] - plain.values[i]).norm() < 1e-13, "{:?} {:?}", scaled.values, plain.values);
+            assert!(
+                (scaled.values[i] - plain.values[i]).norm() < 1e-13,
+                "{:?} {:?}",
+                scaled.values,
+                plain.values
+            );
         }
     }
 
     #[test]
     fn exact_descriptor() {
-        let (a, e) = (matrix(&[&[-2.0, 1.0], &[1.0, -1.0]]), matrix(&[&[1.0, 0.0], &[0.0, 0.0]]));
+        let (a, e) = (
+            matrix(&[&[-2.0, 1.0], &[1.0, -1.0]]),
+            matrix(&[&[1.0, 0.0], &[0.0, 0.0]]),
+        );
         let mut found = descriptor(&a, &e).unwrap();
         found.sort_by_key(Option::is_none);
-        assert!((found[0].unwrap() - Complex::new(-1.0, 0.0)).norm() < 1e-14, "{found:?}");
+        assert!(
+            (found[0].unwrap() - Complex::new(-1.0, 0.0)).norm() < 1e-14,
+            "{found:?}"
+        );
         assert_eq!(found[1], None);
     }
 

@@ -1,7 +1,7 @@
 //! One-sided Jacobi: rotations `L V = U Σ` until all columns are orthogonal; Σ are then their lengths.
 //!
 //! Demmel & Veselić, Jacobi's method is more accurate than QR, SIAM J. Matrix Anal. Appl. 13 (1992), Algorithm 4.1;
-//! pivoting of de Rijk, SIAM J. Sci. Stat. Comput. 10 (1989); applied to `Rᵀ` of a pivoted QR as by Drmač & Veselić,
+//! pivoting of de Rijk, SIAM J. Sci. Stat. Comput. 10 (1989); applied to the rows of a triangular factor as by Drmač & Veselić,
 //! New fast and accurate Jacobi SVD algorithm I, SIAM J. Matrix Anal. Appl. 29 (2008), pp. 1322–1342.
 
 use crate::base::code::Code;
@@ -9,7 +9,7 @@ use crate::base::error::Error;
 
 use super::rowwise::{SAFE, dot, norm};
 
-const MOST_SWEEPS: usize = 60; // 300 uniform discs take 9
+const MOST_SWEEPS: usize = 60; // 300 uniform discs take 11
 
 /// Turns the columns until they are orthogonal; their lengths, and the sweeps it took.
 pub(super) fn orthogonalise(columns: &mut [Vec<f64>]) -> Result<(Vec<f64>, usize), Error> {
@@ -19,7 +19,9 @@ pub(super) fn orthogonalise(columns: &mut [Vec<f64>]) -> Result<(Vec<f64>, usize
     for sweep in 1..=MOST_SWEEPS {
         worst = 0.0;
         for p in 0..columns.len() {
-            let longest = (p..columns.len()).reduce(|a, b| if lengths[b] > lengths[a] { b } else { a }).unwrap_or(p);
+            let longest = (p..columns.len())
+                .reduce(|a, b| if lengths[b] > lengths[a] { b } else { a })
+                .unwrap_or(p);
             columns.swap(p, longest);
             lengths.swap(p, longest);
             let (head, tail) = columns.split_at_mut(p + 1);
@@ -53,7 +55,10 @@ fn cosine(x: &[f64], y: &[f64], x_length: f64, y_length: f64) -> f64 {
     if x_length == 0.0 || y_length == 0.0 {
         return 0.0;
     }
-    x.iter().zip(y).map(|(x, y)| (x / x_length) * (y / y_length)).sum()
+    x.iter()
+        .zip(y)
+        .map(|(x, y)| (x / x_length) * (y / y_length))
+        .sum()
 }
 
 /// The rotation by the smaller angle that makes x and y orthogonal: `ζ = (‖y‖² − ‖x‖²) / (2 xᵀy)`, `t = ±1/(|ζ| + √(1 + ζ²))`.
@@ -77,19 +82,28 @@ mod tests {
         let h = 1e-12;
         let (lengths, _) = orthogonalise(&mut [vec![1.0, 0.0], vec![1.0, h]]).unwrap();
         assert!((lengths[0] - 2.0_f64.sqrt()).abs() < 1e-15);
-        assert!((lengths[1] / (h / 2.0_f64.sqrt()) - 1.0).abs() < 1e-3, "{lengths:?}");
+        assert!(
+            (lengths[1] / (h / 2.0_f64.sqrt()) - 1.0).abs() < 1e-3,
+            "{lengths:?}"
+        );
     }
 
     /// Columns whose lengths differ by 1e200 are turned without overflow.
     #[test]
     fn survives_lengths_far_apart() {
         let (lengths, _) = orthogonalise(&mut [vec![1e100, 1e100], vec![0.0, 1e-100]]).unwrap();
-        assert!((lengths[1] / (1e-100 / 2.0_f64.sqrt()) - 1.0).abs() < 1e-15, "{lengths:?}");
+        assert!(
+            (lengths[1] / (1e-100 / 2.0_f64.sqrt()) - 1.0).abs() < 1e-15,
+            "{lengths:?}"
+        );
     }
 
     #[test]
     fn survives_zero_columns() {
-        assert_eq!(orthogonalise(&mut [vec![0.0], vec![2.0]]).unwrap().0, [2.0, 0.0]);
+        assert_eq!(
+            orthogonalise(&mut [vec![0.0], vec![2.0]]).unwrap().0,
+            [2.0, 0.0]
+        );
         assert_eq!(orthogonalise(&mut []).unwrap().1, 1);
     }
 }

@@ -67,8 +67,16 @@ struct Mode {
 
 /// The modes nearest σ without the rigid ones, or all where there are fewer.
 pub fn nearest(search: &Search) -> Result<Ritz, Error> {
-    let wanted = search.wanted.min(search.mass.len().saturating_sub(search.rigid.len()));
-    let mut work = Work { search, wanted, fixed: Vec::new(), modes: Vec::new(), steps: 0 };
+    let wanted = search
+        .wanted
+        .min(search.mass.len().saturating_sub(search.rigid.len()));
+    let mut work = Work {
+        search,
+        wanted,
+        fixed: Vec::new(),
+        modes: Vec::new(),
+        steps: 0,
+    };
     for r in search.rigid {
         let mut r = r.clone();
         let norm = work.orthogonalise(&mut r, &[]);
@@ -78,7 +86,8 @@ pub fn nearest(search: &Search) -> Result<Ritz, Error> {
     let (mut start, mut nothing_new) = (None, false);
     for run in 0..most_runs {
         let counted = work.is_counted()?;
-        if counted == Some(true) || (counted.is_none() && nothing_new && work.modes.len() >= wanted) {
+        if counted == Some(true) || (counted.is_none() && nothing_new && work.modes.len() >= wanted)
+        {
             return Ok(work.finish(run, counted == Some(true)));
         }
         let begin = start.take().unwrap_or_else(|| work.random(run as u64));
@@ -95,7 +104,10 @@ pub fn nearest(search: &Search) -> Result<Ritz, Error> {
     let have = work.modes.len();
     Err(Error::new(
         Code::NoConvergence,
-        format!("Lanczos ended after {most_runs} runs and {} solves with {have} modes of {wanted} wanted", work.steps),
+        format!(
+            "Lanczos ended after {most_runs} runs and {} solves with {have} modes of {wanted} wanted",
+            work.steps
+        ),
     ))
 }
 
@@ -131,8 +143,17 @@ impl Work<'_> {
         let mut mx = self.mass_times(x);
         let mut norm = dot(x, &mx).max(0.0).sqrt();
         for _ in 0..4 {
-            let factors: Vec<f64> = self.fixed.iter().chain(basis).map(|v| dot(v, &mx)).collect();
-            self.fixed.iter().chain(basis).zip(&factors).for_each(|(v, &factor)| add(x, -factor, v));
+            let factors: Vec<f64> = self
+                .fixed
+                .iter()
+                .chain(basis)
+                .map(|v| dot(v, &mx))
+                .collect();
+            self.fixed
+                .iter()
+                .chain(basis)
+                .zip(&factors)
+                .for_each(|(v, &factor)| add(x, -factor, v));
             self.search.mass.times(x, &mut mx);
             let left = dot(x, &mx).max(0.0).sqrt();
             if left > AGAIN * norm || left == 0.0 {
@@ -173,7 +194,10 @@ impl Work<'_> {
             ));
         }
         if norm <= 1e3 * f64::EPSILON * before || norm == 0.0 {
-            return Ok(Found { exhausted: true, ..Found::default() });
+            return Ok(Found {
+                exhausted: true,
+                ..Found::default()
+            });
         }
         let most = (2 * self.wanted + 60).min(begin.len());
         let (mut alpha, mut beta): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
@@ -190,9 +214,15 @@ impl Work<'_> {
                 add(&mut w, -beta[j - 1], &basis[j - 1]);
             }
             beta.push(self.orthogonalise(&mut w, &basis));
-            let size = alpha.iter().chain(&beta).fold(0.0_f64, |m, v| m.max(v.abs()));
+            let size = alpha
+                .iter()
+                .chain(&beta)
+                .fold(0.0_f64, |m, v| m.max(v.abs()));
             if !size.is_finite() {
-                return Err(Error::new(Code::Overflow, "the shift is an eigenvalue to the last digit; move it"));
+                return Err(Error::new(
+                    Code::Overflow,
+                    "the shift is an eigenvalue to the last digit; move it",
+                ));
             }
             let closed = beta[j] <= 1e2 * f64::EPSILON * size;
             let last = closed || basis.len() == most;
@@ -220,45 +250,77 @@ impl Work<'_> {
             _ => 0.0,
         });
         let eigen = projected.self_adjoint_eigen(Side::Lower).map_err(|_| {
-            Error::new(Code::NoConvergence, format!("the {m} × {m} matrix of the Lanczos process has no eigenvalues"))
+            Error::new(
+                Code::NoConvergence,
+                format!("the {m} × {m} matrix of the Lanczos process has no eigenvalues"),
+            )
         })?;
         let theta = |i: usize| eigen.S()[i];
         let mut order: Vec<usize> = (0..m).collect();
         order.sort_by(|&i, &j| theta(j).abs().total_cmp(&theta(i).abs()));
         let largest = theta(order[0]).abs();
-        let ready = |i: usize| closed || (beta[m - 1] * eigen.U()[(m - 1, i)]).abs() <= CONVERGED * theta(i).abs();
-        let n_ready = order.iter().take_while(|&&i| ready(i) && theta(i).abs() > SAME_RUN * largest).count();
+        let ready = |i: usize| {
+            closed || (beta[m - 1] * eigen.U()[(m - 1, i)]).abs() <= CONVERGED * theta(i).abs()
+        };
+        let n_ready = order
+            .iter()
+            .take_while(|&&i| ready(i) && theta(i).abs() > SAME_RUN * largest)
+            .count();
         let wanted = self.wanted.saturating_sub(self.modes.len());
         let cutoff = self.cutoff();
         let nothing_new = n_ready > 0 && largest < cutoff;
         let passed = |i: usize| theta(i).abs() < cutoff;
-        if !(last || nothing_new || (wanted > 0 && n_ready >= wanted) || order[..n_ready].iter().any(|&i| passed(i))) {
+        if !(last
+            || nothing_new
+            || (wanted > 0 && n_ready >= wanted)
+            || order[..n_ready].iter().any(|&i| passed(i)))
+        {
             return Ok(None);
         }
         let few = wanted.max(1).min(m - n_ready);
         let restarts = last && !closed && n_ready < wanted.max(1);
         let factors = |row: usize| -> Vec<f64> {
-            let mut factors: Vec<f64> = order[..n_ready].iter().map(|&i| eigen.U()[(row, i)]).collect();
-            factors.extend(
-                restarts.then(|| order[n_ready..n_ready + few].iter().map(|&i| eigen.U()[(row, i)]).sum::<f64>()),
-            );
+            let mut factors: Vec<f64> = order[..n_ready]
+                .iter()
+                .map(|&i| eigen.U()[(row, i)])
+                .collect();
+            factors.extend(restarts.then(|| {
+                order[n_ready..n_ready + few]
+                    .iter()
+                    .map(|&i| eigen.U()[(row, i)])
+                    .sum::<f64>()
+            }));
             factors
         };
         let factors: Vec<Vec<f64>> = (0..m).map(factors).collect();
         let mut vectors = combine(basis, &factors);
         let restart = if restarts { vectors.pop() } else { None };
-        let modes = order[..n_ready].iter().map(|&i| theta(i)).zip(vectors).collect();
-        Ok(Some(Found { modes, restart, nothing_new, exhausted: false }))
+        let modes = order[..n_ready]
+            .iter()
+            .map(|&i| theta(i))
+            .zip(vectors)
+            .collect();
+        Ok(Some(Found {
+            modes,
+            restart,
+            nothing_new,
+            exhausted: false,
+        }))
     }
 
     /// |θ| below which a mode is not among the wanted.
     fn cutoff(&self) -> f64 {
-        self.distances().get(self.wanted.wrapping_sub(1)).map_or(0.0, |d| (1.0 - SAME_VALUE) / d)
+        self.distances()
+            .get(self.wanted.wrapping_sub(1))
+            .map_or(0.0, |d| (1.0 - SAME_VALUE) / d)
     }
 
     fn distances(&self) -> Vec<f64> {
-        let mut distances: Vec<f64> =
-            self.modes.iter().map(|m| (m.value - self.search.inverse.shift()).abs()).collect();
+        let mut distances: Vec<f64> = self
+            .modes
+            .iter()
+            .map(|m| (m.value - self.search.inverse.shift()).abs())
+            .collect();
         distances.sort_by(f64::total_cmp);
         distances
     }
@@ -284,7 +346,11 @@ impl Work<'_> {
         };
         let vector = scaled(y, norm);
         self.fixed.push(vector.clone());
-        self.modes.push(Mode { value, vector, residual });
+        self.modes.push(Mode {
+            value,
+            vector,
+            residual,
+        });
     }
 
     /// The part of `yᵀKy` that modes already found have in it by rounding.
@@ -296,17 +362,26 @@ impl Work<'_> {
 
     /// Whether no mode among the wanted is missing; none without a count.
     fn is_counted(&self) -> Result<Option<bool>, Error> {
-        let Some(count) = self.search.count else { return Ok(None) };
+        let Some(count) = self.search.count else {
+            return Ok(None);
+        };
         if self.wanted == 0 {
             return Ok(Some(true));
         }
         let distances = self.distances();
-        let Some(&last) = distances.get(self.wanted - 1) else { return Ok(Some(false)) };
+        let Some(&last) = distances.get(self.wanted - 1) else {
+            return Ok(Some(false));
+        };
         let shift = self.search.inverse.shift();
         let reach = last + SAME_VALUE * (last + shift.abs());
         let inside = distances.iter().filter(|d| **d <= reach).count();
         let below = shift - reach;
-        let known = inside + if below > 0.0 { count(below)? } else { self.search.rigid.len() };
+        let known = inside
+            + if below > 0.0 {
+                count(below)?
+            } else {
+                self.search.rigid.len()
+            };
         Ok(Some(count(shift + reach)? <= known))
     }
 
@@ -319,6 +394,13 @@ impl Work<'_> {
         let values = modes.iter().map(|m| m.value).collect();
         let residuals = modes.iter().map(|m| m.residual).collect();
         let vectors = modes.into_iter().map(|m| m.vector).collect();
-        Ritz { values, vectors, residuals, steps: self.steps, runs, counted }
+        Ritz {
+            values,
+            vectors,
+            residuals,
+            steps: self.steps,
+            runs,
+            counted,
+        }
     }
 }

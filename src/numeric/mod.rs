@@ -61,7 +61,10 @@ pub mod lanczos;
 fn check_finite(a: &Matrix, what: &str) -> Result<(), Error> {
     for j in 0..a.ncols() {
         if let Some(i) = a.col_as_slice(j).iter().position(|x| !x.is_finite()) {
-            return Err(Error::new(Code::Overflow, format!("entry ({i}, {j}) of {what} is {}", a[(i, j)])));
+            return Err(Error::new(
+                Code::Overflow,
+                format!("entry ({i}, {j}) of {what} is {}", a[(i, j)]),
+            ));
         }
     }
     Ok(())

@@ -18,14 +18,24 @@ pub(super) struct Revealed {
 
 /// Takes out the largest entry left, with its row and column, up to `steps` times or until nothing is left.
 pub(super) fn reveal(mut rows: Vec<Vec<f64>>, steps: usize) -> Revealed {
-    let mut found = Revealed { lower: vec![], upper: vec![], pivots: vec![] };
+    let mut found = Revealed {
+        lower: vec![],
+        upper: vec![],
+        pivots: vec![],
+    };
     while found.pivots.len() < steps {
-        let Some((at, column)) = largest(&rows) else { break };
+        let Some((at, column)) = largest(&rows) else {
+            break;
+        };
         let pivot = rows[at][column];
         let lower: Vec<f64> = rows.iter().map(|row| row[column]).collect();
         let mut upper: Vec<f64> = rows[at].iter().map(|x| x / pivot).collect();
         upper[column] = 1.0;
-        for (row, factor) in rows.iter_mut().zip(&lower).filter(|(_, factor)| **factor != 0.0) {
+        for (row, factor) in rows
+            .iter_mut()
+            .zip(&lower)
+            .filter(|(_, factor)| **factor != 0.0)
+        {
             subtract(row, *factor, &upper);
             row[column] = 0.0;
         }
@@ -62,7 +72,10 @@ fn largest(rows: &[Vec<f64>]) -> Option<(usize, usize)> {
     for (i, row) in rows.iter().enumerate() {
         let size = row.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
         if size > best.0 {
-            best = (size, row.iter().position(|x| x.abs() == size).map(|j| (i, j)));
+            best = (
+                size,
+                row.iter().position(|x| x.abs() == size).map(|j| (i, j)),
+            );
         }
     }
     best.1
@@ -75,11 +88,23 @@ mod tests {
     /// The product gives the matrix back, and the null vector of a rank-two matrix is the known one.
     #[test]
     fn exact_product_and_null_vector() {
-        let rows = vec![vec![-1.0, 1.0, 0.0], vec![0.0, -1e7, 1e7], vec![-2.0, 0.0, 2.0]];
+        let rows = vec![
+            vec![-1.0, 1.0, 0.0],
+            vec![0.0, -1e7, 1e7],
+            vec![-2.0, 0.0, 2.0],
+        ];
         let found = reveal(rows.clone(), 2);
         for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
-            let product: f64 = found.lower.iter().zip(&found.upper).map(|(l, u)| l[i] * u[j]).sum();
-            assert!((product - rows[i][j]).abs() <= 1e-15, "({i}, {j}): {product}");
+            let product: f64 = found
+                .lower
+                .iter()
+                .zip(&found.upper)
+                .map(|(l, u)| l[i] * u[j])
+                .sum();
+            assert!(
+                (product - rows[i][j]).abs() <= 1e-15,
+                "({i}, {j}): {product}"
+            );
         }
         assert_eq!(null_vectors(&found, 3), [[1.0, 1.0, 1.0]]);
     }

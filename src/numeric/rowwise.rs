@@ -1,9 +1,11 @@
-//! Householder reduction with sorted rows and pivoted columns, `A Π = Q R`, backward stable row by row.
+//! Householder reduction with exchanged rows and columns, `P A Π = Q R`, backward stable row by row.
 //!
 //! Powell & Reid, On applying Householder transformations to linear least squares problems, IFIP 1968 (1969),
 //! pp. 122–126; Cox & Higham, Stability of Householder QR factorization for weighted least squares problems,
-//! Numerical Analysis 1997 (1998), pp. 57–73: with column pivoting, rows sorted by falling ∞-norm and
-//! `r_kk = −sign(a_kk) ‖a_k‖` the error of row i is a few ε times the largest entry row i ever had.
+//! Numerical Analysis 1997 (1998), pp. 57–73: with column pivoting, the largest entry of the pivot column brought to
+//! row k, and `r_kk = −sign(a_kk) ‖a_k‖`, the error of row i is a few ε times the largest entry row i ever had.
+//! (Sorting the rows once is not enough here: a row whose leading part is spent may still be long in other columns,
+//! and would swamp a short row it is reflected into.)
 
 /// What is left of `A` after reflections: `R` in the rows above `steps`, the reduced rest below.
 pub(super) struct Reduced {
@@ -15,29 +17,63 @@ pub(super) struct Reduced {
     pub steps: usize,
 }
 
-/// Reflects away up to `steps` of the `leading` columns, rows sorted by their size within these.
+/// Reflects away up to `steps` of the `leading` columns.
 ///
-/// Ends early where no entry left in the leading columns exceeds `negligible` times the size of its row.
-pub(super) fn reduce(columns: Vec<Vec<f64>>, leading: usize, steps: usize, negligible: f64) -> Reduced {
-    let (mut columns, size) = sort_rows(columns, leading);
-    let n_rows = size.len();
+/// Ends early where no entry left in these exceeds `negligible` times the ∞-norm its row had in them.
+pub(super) fn reduce(
+    mut columns: Vec<Vec<f64>>,
+    leading: usize,
+    steps: usize,
+    negligible: f64,
+) -> Reduced {
+    let n_rows = columns.first().map_or(0, Vec::len);
+    let size_of = |i: usize| {
+        columns[..leading]
+            .iter()
+            .map(|c| c[i].abs())
+            .fold(0.0, f64::max)
+    };
+    let mut size: Vec<f64> = (0..n_rows).map(size_of).collect();
     let mut order: Vec<usize> = (0..columns.len()).collect();
     for k in 0..steps.min(leading).min(n_rows) {
-        let is_left =
-            |column: &Vec<f64>| column[k..].iter().zip(&size[k..]).any(|(x, size)| x.abs() > negligible * size);
+        let is_left = |column: &Vec<f64>| {
+            column[k..]
+                .iter()
+                .zip(&size[k..])
+                .any(|(x, size)| x.abs() > negligible * size)
+        };
         let candidates = (k..leading).filter(|&j| is_left(&columns[j]));
         let Some((pivot, length)) = candidates
             .map(|j| (j, norm(&columns[j][k..])))
             .reduce(|best, next| if next.1 > best.1 { next } else { best })
         else {
-            return Reduced { columns, order, steps: k };
+            return Reduced {
+                columns,
+                order,
+                steps: k,
+            };
         };
         columns.swap(k, pivot);
         order.swap(k, pivot);
+        let row = (k..n_rows)
+            .reduce(|a, b| {
+                if columns[k][b].abs() > columns[k][a].abs() {
+                    b
+                } else {
+                    a
+                }
+            })
+            .unwrap_or(k);
+        size.swap(k, row);
+        columns.iter_mut().for_each(|column| column.swap(k, row));
         reflect(&mut columns, k, length);
     }
     let steps = steps.min(leading).min(n_rows);
-    Reduced { columns, order, steps }
+    Reduced {
+        columns,
+        order,
+        steps,
+    }
 }
 
 /// `R₁₁⁻¹ R₁₂`: one column for every pivoted column from `from` on, entry i belonging to pivoted column i.
@@ -53,17 +89,6 @@ pub(super) fn back_substitute(reduced: &Reduced, from: usize) -> Vec<Vec<f64>> {
         x
     };
     r[from..].iter().map(solve).collect()
-}
-
-/// Rows by falling size (∞-norm over the leading columns), with these sizes.
-fn sort_rows(columns: Vec<Vec<f64>>, leading: usize) -> (Vec<Vec<f64>>, Vec<f64>) {
-    let n_rows = columns.first().map_or(0, Vec::len);
-    let size = |i: usize| columns[..leading].iter().map(|c| c[i].abs()).fold(0.0, f64::max);
-    let sizes: Vec<f64> = (0..n_rows).map(size).collect();
-    let mut rows: Vec<usize> = (0..n_rows).collect();
-    rows.sort_by(|&a, &b| sizes[b].total_cmp(&sizes[a]));
-    let sorted = columns.iter().map(|c| rows.iter().map(|&i| c[i]).collect()).collect();
-    (sorted, rows.iter().map(|&i| sizes[i]).collect())
 }
 
 /// `H = I − τ v vᵀ`, `v_k = 1`, turns column k below row k into `r_kk`; applied to all columns after it.
@@ -98,7 +123,12 @@ pub(super) fn dot(x: &[f64], y: &[f64]) -> f64 {
             sums[lane] += x[lane] * y[lane];
         }
     }
-    sums.iter().sum::<f64>() + x[rest..].iter().zip(&y[rest..]).map(|(x, y)| x * y).sum::<f64>()
+    sums.iter().sum::<f64>()
+        + x[rest..]
+            .iter()
+            .zip(&y[rest..])
+            .map(|(x, y)| x * y)
+            .sum::<f64>()
 }
 
 /// `‖x‖`, also where the squares leave the range of doubles.
@@ -132,12 +162,18 @@ mod tests {
     /// RᵀR = AᵀA on a small matrix, columns in pivoted order.
     #[test]
     fn law_lengths_and_angles_stay() {
-        let a = vec![vec![1.0, -2.0, 0.5, 3.0], vec![0.0, 4.0, -1.0, 2.0], vec![2.0, 2.0, 7.0, -1.0]];
+        let a = vec![
+            vec![1.0, -2.0, 0.5, 3.0],
+            vec![0.0, 4.0, -1.0, 2.0],
+            vec![2.0, 2.0, 7.0, -1.0],
+        ];
         let reduced = reduce(a.clone(), 3, 3, 0.0);
         for i in 0..3 {
             for j in 0..3 {
                 let before = dot(&a[reduced.order[i]], &a[reduced.order[j]]);
-                assert!((dot(&reduced.columns[i], &reduced.columns[j]) - before).abs() < 1e-14 * 60.0);
+                assert!(
+                    (dot(&reduced.columns[i], &reduced.columns[j]) - before).abs() < 1e-14 * 60.0
+                );
             }
         }
     }
@@ -145,7 +181,12 @@ mod tests {
     /// A dependent column ends the reduction.
     #[test]
     fn exact_rank_one() {
-        let reduced = reduce(vec![vec![1.0, 2.0], vec![2.0, 4.0]], 2, 2, 4.0 * f64::EPSILON);
+        let reduced = reduce(
+            vec![vec![1.0, 2.0], vec![2.0, 4.0]],
+            2,
+            2,
+            4.0 * f64::EPSILON,
+        );
         assert_eq!(reduced.steps, 1);
     }
 }

@@ -16,7 +16,9 @@ pub fn combine(basis: &[Vec<f64>], factors: &[Vec<f64>]) -> Vec<Vec<f64>> {
     for start in (0..n).step_by(PIECE) {
         let piece = start..n.min(start + PIECE);
         for (row, v) in basis.iter().enumerate().take(factors.len()) {
-            sums.iter_mut().zip(&factors[row]).for_each(|(sum, &f)| add(&mut sum[piece.clone()], f, &v[piece.clone()]));
+            sums.iter_mut()
+                .zip(&factors[row])
+                .for_each(|(sum, &f)| add(&mut sum[piece.clone()], f, &v[piece.clone()]));
         }
     }
     sums
@@ -31,7 +33,12 @@ pub fn add(x: &mut [f64], factor: f64, v: &[f64]) {
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];
     let (a, b) = (a.chunks_exact(8), b.chunks_exact(8));
-    let rest: f64 = a.remainder().iter().zip(b.remainder()).map(|(a, b)| a * b).sum();
+    let rest: f64 = a
+        .remainder()
+        .iter()
+        .zip(b.remainder())
+        .map(|(a, b)| a * b)
+        .sum();
     for (a, b) in a.zip(b) {
         for lane in 0..8 {
             sums[lane] += a[lane] * b[lane];

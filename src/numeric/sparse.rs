@@ -39,7 +39,12 @@ impl SparseSym {
     /// Each pair of freedoms is given once, in either triangle.
     pub fn from_entries(n: usize, entries: &[(usize, usize, f64)]) -> SparseSym {
         let mut all: Vec<(usize, usize, f64)> = (0..n).map(|i| (i, i, 0.0)).collect();
-        all.extend(entries.iter().filter(|e| e.0 < n && e.1 < n).map(|&(i, j, v)| (i.max(j), i.min(j), v)));
+        all.extend(
+            entries
+                .iter()
+                .filter(|e| e.0 < n && e.1 < n)
+                .map(|&(i, j, v)| (i.max(j), i.min(j), v)),
+        );
         all.sort_by_key(|&(i, j, _)| (j, i));
         all.dedup_by(|next, kept| {
             let same = (next.0, next.1) == (kept.0, kept.1);
@@ -54,13 +59,21 @@ impl SparseSym {
             start[j + 1] += start[j];
         }
         let (rows, values) = all.into_iter().map(|(i, _, v)| (i, v)).unzip();
-        SparseSym { start, rows, values }
+        SparseSym {
+            start,
+            rows,
+            values,
+        }
     }
 
     /// A diagonal matrix.
     pub fn diagonal(values: &[f64]) -> SparseSym {
         let n = values.len();
-        SparseSym { start: (0..=n).collect(), rows: (0..n).collect(), values: values.to_vec() }
+        SparseSym {
+            start: (0..=n).collect(),
+            rows: (0..n).collect(),
+            values: values.to_vec(),
+        }
     }
 
     /// The number of rows.
@@ -76,7 +89,10 @@ impl SparseSym {
     /// `y = A x`.
     pub fn times(&self, x: &[f64], y: &mut [f64]) {
         if self.rows.len() == self.len() {
-            y.iter_mut().zip(x).zip(&self.values).for_each(|((y, x), v)| *y = v * x);
+            y.iter_mut()
+                .zip(x)
+                .zip(&self.values)
+                .for_each(|((y, x), v)| *y = v * x);
             return;
         }
         y.fill(0.0);
@@ -100,8 +116,9 @@ impl SparseSym {
 
     /// The stored entries (row, column, value), row ≥ column.
     pub fn entries(&self) -> impl Iterator<Item = (usize, usize, f64)> {
-        (0..self.len())
-            .flat_map(move |j| (self.start[j]..self.start[j + 1]).map(move |at| (self.rows[at], j, self.values[at])))
+        (0..self.len()).flat_map(move |j| {
+            (self.start[j]..self.start[j + 1]).map(move |at| (self.rows[at], j, self.values[at]))
+        })
     }
 }
 
@@ -123,24 +140,44 @@ impl Factor {
     pub fn new(matrix: &SparseSym) -> Result<Factor, Error> {
         let n = matrix.len();
         if !matrix.values.iter().all(|v| v.is_finite()) {
-            return Err(Error::new(Code::Overflow, "an entry of a sparse matrix is not finite"));
+            return Err(Error::new(
+                Code::Overflow,
+                "an entry of a sparse matrix is not finite",
+            ));
         }
         let mut largest = vec![0.0_f64; n];
         for (i, j, v) in matrix.entries() {
             let square = if i == j { v.abs() } else { 0.0 };
             largest[i] = largest[i].max(square);
         }
-        let scale: Vec<f64> =
-            largest.iter().map(|&d| if d > 0.0 { (-0.5 * d.log2()).round().exp2() } else { 1.0 }).collect();
-        let scaled: Vec<f64> = matrix.entries().map(|(i, j, v)| v * scale[i] * scale[j]).collect();
+        let scale: Vec<f64> = largest
+            .iter()
+            .map(|&d| {
+                if d > 0.0 {
+                    (-0.5 * d.log2()).round().exp2()
+                } else {
+                    1.0
+                }
+            })
+            .collect();
+        let scaled: Vec<f64> = matrix
+            .entries()
+            .map(|(i, j, v)| v * scale[i] * scale[j])
+            .collect();
         let pattern = SymbolicSparseColMatRef::new_checked(n, n, &matrix.start, None, &matrix.rows);
         let params = CholeskySymbolicParams {
             supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SIMPLICIAL,
             ..Default::default()
         };
-        let memory = |_| Error::new(Code::Hopeless, format!("no memory to factorise a matrix of {n} rows"));
-        let symbolic = factorize_symbolic_cholesky(pattern, Side::Lower, SymmetricOrdering::Amd, params)
-            .map_err(|_| memory(()))?;
+        let memory = |_| {
+            Error::new(
+                Code::Hopeless,
+                format!("no memory to factorise a matrix of {n} rows"),
+            )
+        };
+        let symbolic =
+            factorize_symbolic_cholesky(pattern, Side::Lower, SymmetricOrdering::Amd, params)
+                .map_err(|_| memory(()))?;
         let mut values = vec![0.0; symbolic.len_val()];
         let need = symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Default::default());
         let mut buffer = MemBuffer::try_new(need).map_err(|_| memory(()))?;
@@ -160,7 +197,14 @@ impl Factor {
         if growth > MOST_GROWTH * size || !growth.is_finite() {
             return Err(vanishing(growth / size));
         }
-        Ok(Factor { matrix: matrix.clone(), scale, symbolic, values, negative, shift: 0.0 })
+        Ok(Factor {
+            matrix: matrix.clone(),
+            scale,
+            symbolic,
+            values,
+            negative,
+            shift: 0.0,
+        })
     }
 
     /// Factorises `K − σM`, with σ moved by some 1e-7 of itself where it falls on an eigenvalue; [`Factor::shift`] is the one used.
@@ -168,8 +212,15 @@ impl Factor {
         let mut moved = sigma;
         for attempt in 0..MOST_MOVES {
             match Factor::new(&stiffness.minus(moved, mass)) {
-                Ok(factor) => return Ok(Factor { shift: moved, ..factor }),
-                Err(error) if error.code != Code::NoConvergence || sigma == 0.0 => return Err(error),
+                Ok(factor) => {
+                    return Ok(Factor {
+                        shift: moved,
+                        ..factor
+                    });
+                }
+                Err(error) if error.code != Code::NoConvergence || sigma == 0.0 => {
+                    return Err(error);
+                }
                 Err(_) => moved = sigma * (1.0 + MOVE * (1 << attempt) as f64),
             }
         }
@@ -182,9 +233,14 @@ impl Factor {
         self.solve_once(&mut x);
         let mut residual = vec![0.0; f.len()];
         self.matrix.times(&x, &mut residual);
-        residual.iter_mut().zip(f.iter()).for_each(|(r, f)| *r = f - *r);
+        residual
+            .iter_mut()
+            .zip(f.iter())
+            .for_each(|(r, f)| *r = f - *r);
         self.solve_once(&mut residual);
-        f.iter_mut().zip(x.iter().zip(&residual)).for_each(|(f, (x, r))| *f = x + r);
+        f.iter_mut()
+            .zip(x.iter().zip(&residual))
+            .for_each(|(f, (x, r))| *f = x + r);
     }
 
     fn solve_once(&self, f: &mut [f64]) {
@@ -213,12 +269,17 @@ impl Factor {
 
 /// Negative pivots, and the largest `|d| l²` of any column: what LDLᵀ carries beside the matrix.
 fn pivots(symbolic: &SymbolicCholesky<usize>, values: &[f64]) -> (usize, f64) {
-    let SymbolicCholeskyRaw::Simplicial(simplicial) = symbolic.raw() else { return (0, f64::INFINITY) };
+    let SymbolicCholeskyRaw::Simplicial(simplicial) = symbolic.raw() else {
+        return (0, f64::INFINITY);
+    };
     let start = simplicial.col_ptr();
     let columns = start.windows(2).map(|span| &values[span[0]..span[1]]);
     columns.fold((0, 0.0), |(negative, growth), column| {
         let largest = column[1..].iter().fold(1.0_f64, |m, l| m.max(l.abs()));
-        (negative + usize::from(column[0] < 0.0), f64::max(growth, column[0].abs() * largest * largest))
+        (
+            negative + usize::from(column[0] < 0.0),
+            f64::max(growth, column[0].abs() * largest * largest),
+        )
     })
 }
 

@@ -35,14 +35,24 @@ impl Prepared {
         let operating = Operating::find(&machine, &kinematics)?;
         let linear = Linear::new(&machine, &kinematics, &operating)?;
         let forest = lowest::forest(&linear);
-        Ok(Prepared { machine, kinematics, operating, linear, forest })
+        Ok(Prepared {
+            machine,
+            kinematics,
+            operating,
+            linear,
+            forest,
+        })
     }
 
     /// What is doubtful before anything is solved.
     pub fn warnings(&self) -> Vec<Warning> {
         let mut all = Vec::new();
         let mut warn = |code, message: String, hint: Option<&str>| {
-            all.push(Warning { code, message, hint: hint.map(str::to_string) });
+            all.push(Warning {
+                code,
+                message,
+                hint: hint.map(str::to_string),
+            });
         };
         for note in &self.machine.notes {
             warn(note.code, note.text.clone(), None);
@@ -51,44 +61,80 @@ impl Prepared {
             let name = self.machine.branch_name(*branch);
             match (state, force) {
                 (ContactState::Open, _) => {
-                    warn("contact-open", format!("{name} is open under the mean loads: it has no stiffness here"), None);
+                    warn(
+                        "contact-open",
+                        format!("{name} is open under the mean loads: it has no stiffness here"),
+                        None,
+                    );
                 }
                 (_, None) if self.machine.loads.is_empty() => {
                     let hint = "state mean torques in [[load]] to find the flanks that carry";
-                    warn("no-load", format!("{name} has play and no load is stated: taken as closed on its drive flank"), Some(hint));
+                    warn(
+                        "no-load",
+                        format!(
+                            "{name} has play and no load is stated: taken as closed on its drive flank"
+                        ),
+                        Some(hint),
+                    );
                 }
                 _ => {}
             }
         }
         if self.machine.damping.mass != 0.0 && !self.linear.rigid.is_empty() {
             let hint = "leave rayleigh_mass out of a free machine, or mean it";
-            warn("rayleigh-brakes", "mass-proportional damping also brakes the rigid-body motion".to_string(), Some(hint));
+            warn(
+                "rayleigh-brakes",
+                "mass-proportional damping also brakes the rigid-body motion".to_string(),
+                Some(hint),
+            );
         }
         for (name, what) in self.idle_damping_ratios() {
             let message = format!("damping_ratio of {name} damps nothing: {what}");
-            warn("idle-damping", message, Some("give c or loss_factor, or the node an inertia"));
+            warn(
+                "idle-damping",
+                message,
+                Some("give c or loss_factor, or the node an inertia"),
+            );
         }
         if self.unsupported() {
             let message = "some body moves sideways without any support: that motion is a rigid-body mode too";
-            warn("unsupported", message.to_string(), Some("give every body with lateral axes a bearing"));
+            warn(
+                "unsupported",
+                message.to_string(),
+                Some("give every body with lateral axes a bearing"),
+            );
         }
         all
     }
 
     /// A damping ratio needs a mass on both sides of its branch.
     fn idle_damping_ratios(&self) -> Vec<(String, &'static str)> {
-        let has_ratio = |b: &&crate::machine::linear::LinearBranch| {
-            matches!(self.machine.branches[b.index].law, Law::Linear { loss: Loss::Ratio(zeta), .. } if zeta > 0.0)
-        };
-        let idle = self.linear.branches.iter().filter(has_ratio).filter(|b| b.damping == 0.0);
-        idle.map(|b| (self.machine.branch_name(b.index), "one of its ends is massless")).collect()
+        let has_ratio = |b: &&crate::machine::linear::LinearBranch| matches!(self.machine.branches[b.index].law, Law::Linear { loss: Loss::Ratio(zeta), .. } if zeta > 0.0);
+        let idle = self
+            .linear
+            .branches
+            .iter()
+            .filter(has_ratio)
+            .filter(|b| b.damping == 0.0);
+        idle.map(|b| {
+            (
+                self.machine.branch_name(b.index),
+                "one of its ends is massless",
+            )
+        })
+        .collect()
     }
 
     fn unsupported(&self) -> bool {
         let turns = |i: &usize| self.machine.freedoms[*i].axis.turns();
         self.linear.rigid.iter().any(|r| {
             let largest = r.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-            let moving = self.linear.free.iter().zip(r).filter(|(_, x)| x.abs() > 1e-9 * largest);
+            let moving = self
+                .linear
+                .free
+                .iter()
+                .zip(r)
+                .filter(|(_, x)| x.abs() > 1e-9 * largest);
             !moving.clone().any(|(i, _)| turns(i)) && moving.count() > 0
         })
     }

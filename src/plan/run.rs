@@ -41,12 +41,19 @@ const ENOUGH_DIGITS: f64 = 9.0;
 /// # Errors
 /// Those of the stages.
 pub fn run(prepared: &Prepared, study: &ModesStudy, plan: &Plan) -> Result<Answer, Error> {
-    let mut run = Run { prepared, study, basis: None, answer: Answer::empty(prepared.warnings()) };
+    let mut run = Run {
+        prepared,
+        study,
+        basis: None,
+        answer: Answer::empty(prepared.warnings()),
+    };
     for (stage, name, verdict) in &plan.steps {
         if let Verdict::Runs(_) = verdict {
             let start = Instant::now();
             run.stage(*stage)?;
-            run.answer.trace.push((*stage, name, start.elapsed().as_secs_f64()));
+            run.answer
+                .trace
+                .push((*stage, name, start.elapsed().as_secs_f64()));
         }
     }
     Ok(run.answer)
@@ -83,13 +90,23 @@ impl Run<'_> {
             Stage::Speeds => self.speeds(),
             Stage::Complex => self.complex(),
             Stage::Energies => {
-                let Prepared { machine, linear, .. } = self.prepared;
-                self.answer.energies = self.answer.modes.iter().map(|mode| energies(machine, linear, mode)).collect();
+                let Prepared {
+                    machine, linear, ..
+                } = self.prepared;
+                self.answer.energies = self
+                    .answer
+                    .modes
+                    .iter()
+                    .map(|mode| energies(machine, linear, mode))
+                    .collect();
                 Ok(())
             }
             Stage::Sensitivities => {
-                let Prepared { machine, linear, .. } = self.prepared;
-                self.answer.sensitivities = Some(sensitivities(machine, linear, &self.answer.modes)?);
+                let Prepared {
+                    machine, linear, ..
+                } = self.prepared;
+                self.answer.sensitivities =
+                    Some(sensitivities(machine, linear, &self.answer.modes)?);
                 Ok(())
             }
             Stage::Campbell => Ok(()),
@@ -100,7 +117,11 @@ impl Run<'_> {
         let linear = &self.prepared.linear;
         let first = solver(linear.n - linear.massless.len());
         let mut basis = basis::solve(linear, first)?;
-        let lowest_digits = basis.digits.get(basis.n_rigid).copied().unwrap_or(f64::INFINITY);
+        let lowest_digits = basis
+            .digits
+            .get(basis.n_rigid)
+            .copied()
+            .unwrap_or(f64::INFINITY);
         if first == Solver::Pencil && lowest_digits < ENOUGH_DIGITS {
             basis = basis::solve(linear, Solver::Factored)?;
         }
@@ -114,7 +135,11 @@ impl Run<'_> {
         let count = self.study.lowest.map(|n| n as usize);
         if let Some(near) = self.study.near {
             modes.retain(|mode| !mode.rigid);
-            modes.sort_by(|a, b| (a.omega() - near).abs().total_cmp(&(b.omega() - near).abs()));
+            modes.sort_by(|a, b| {
+                (a.omega() - near)
+                    .abs()
+                    .total_cmp(&(b.omega() - near).abs())
+            });
             modes.truncate(count.unwrap_or(USUAL));
             modes.sort_by(|a, b| a.omega().total_cmp(&b.omega()));
         } else if let Some(count) = count {
@@ -124,26 +149,42 @@ impl Run<'_> {
     }
 
     fn lowest(&mut self) -> Result<(), Error> {
-        let wanted = Wanted { count: self.study.lowest.map_or(USUAL, |n| n as usize), near: self.study.near };
+        let wanted = Wanted {
+            count: self.study.lowest.map_or(USUAL, |n| n as usize),
+            near: self.study.near,
+        };
         let found = lowest::find(&self.prepared.linear, self.prepared.forest.as_ref(), wanted)?;
         if !found.counted {
             let message = "no Sturm count confirms that no mode among these is missing".to_string();
-            self.answer.warnings.push(Warning { code: "not-counted", message, hint: None });
+            self.answer.warnings.push(Warning {
+                code: "not-counted",
+                message,
+                hint: None,
+            });
         }
         self.answer.modes = found.modes;
         Ok(())
     }
 
     fn speeds(&mut self) -> Result<(), Error> {
-        let Prepared { machine, kinematics, .. } = self.prepared;
+        let Prepared {
+            machine,
+            kinematics,
+            ..
+        } = self.prepared;
         self.answer.speeds = Some(mean_speeds(machine, kinematics, self.study.speed)?);
         Ok(())
     }
 
     fn complex(&mut self) -> Result<(), Error> {
-        let Prepared { machine, linear, .. } = self.prepared;
+        let Prepared {
+            machine, linear, ..
+        } = self.prepared;
         if linear.n > COMPLEX || self.basis.is_none() {
-            let message = format!("complex modes of {} freedoms would need a dense decomposition of twice that order", linear.n);
+            let message = format!(
+                "complex modes of {} freedoms would need a dense decomposition of twice that order",
+                linear.n
+            );
             let hint = "leave out --damped (the undamped modes show an estimate of each damping ratio), or reduce the machine";
             return Err(Error::new(Code::Hopeless, message).hint(hint));
         }

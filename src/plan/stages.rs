@@ -52,16 +52,56 @@ pub struct Row {
 
 /// The stages in the order they run.
 pub const STAGES: &[Row] = &[
-    Row { stage: Stage::Joints, name: "rigid joints", decide: joints },
-    Row { stage: Stage::OperatingPoint, name: "operating point", decide: operating_point },
-    Row { stage: Stage::Massless, name: "massless freedoms", decide: massless },
-    Row { stage: Stage::Basis, name: "undamped modes", decide: basis },
-    Row { stage: Stage::Lowest, name: "few modes", decide: lowest },
-    Row { stage: Stage::Speeds, name: "speeds", decide: speeds },
-    Row { stage: Stage::Complex, name: "complex modes", decide: complex },
-    Row { stage: Stage::Energies, name: "energies", decide: energies },
-    Row { stage: Stage::Sensitivities, name: "sensitivities", decide: sensitivities },
-    Row { stage: Stage::Campbell, name: "Campbell diagram", decide: campbell },
+    Row {
+        stage: Stage::Joints,
+        name: "rigid joints",
+        decide: joints,
+    },
+    Row {
+        stage: Stage::OperatingPoint,
+        name: "operating point",
+        decide: operating_point,
+    },
+    Row {
+        stage: Stage::Massless,
+        name: "massless freedoms",
+        decide: massless,
+    },
+    Row {
+        stage: Stage::Basis,
+        name: "undamped modes",
+        decide: basis,
+    },
+    Row {
+        stage: Stage::Lowest,
+        name: "few modes",
+        decide: lowest,
+    },
+    Row {
+        stage: Stage::Speeds,
+        name: "speeds",
+        decide: speeds,
+    },
+    Row {
+        stage: Stage::Complex,
+        name: "complex modes",
+        decide: complex,
+    },
+    Row {
+        stage: Stage::Energies,
+        name: "energies",
+        decide: energies,
+    },
+    Row {
+        stage: Stage::Sensitivities,
+        name: "sensitivities",
+        decide: sensitivities,
+    },
+    Row {
+        stage: Stage::Campbell,
+        name: "Campbell diagram",
+        decide: campbell,
+    },
 ];
 
 /// The plan of one study: every stage with its verdict.
@@ -75,17 +115,25 @@ impl Plan {
     /// Decides every stage.
     pub fn modes(prepared: &Prepared, study: &ModesStudy) -> Plan {
         let decided = |row: &Row| (row.stage, row.name, (row.decide)(prepared, study));
-        Plan { steps: STAGES.iter().map(decided).collect() }
+        Plan {
+            steps: STAGES.iter().map(decided).collect(),
+        }
     }
 
     /// Whether a stage runs.
     pub fn runs(&self, stage: Stage) -> bool {
-        self.steps.iter().any(|(s, _, verdict)| *s == stage && matches!(verdict, Verdict::Runs(_)))
+        self.steps
+            .iter()
+            .any(|(s, _, verdict)| *s == stage && matches!(verdict, Verdict::Runs(_)))
     }
 
     /// Names of the stages that run.
     pub fn names(&self) -> Vec<&'static str> {
-        self.steps.iter().filter(|s| matches!(s.2, Verdict::Runs(_))).map(|s| s.1).collect()
+        self.steps
+            .iter()
+            .filter(|s| matches!(s.2, Verdict::Runs(_)))
+            .map(|s| s.1)
+            .collect()
     }
 }
 
@@ -106,7 +154,11 @@ pub const COMPLEX: usize = 1000;
 
 /// The solver of all undamped modes at first; digits may ask for the factored form afterwards.
 pub fn solver(n: usize) -> Solver {
-    if n <= FACTORED { Solver::Factored } else { Solver::Pencil }
+    if n <= FACTORED {
+        Solver::Factored
+    } else {
+        Solver::Pencil
+    }
 }
 
 /// Whether only some modes are looked for, by iteration.
@@ -121,7 +173,9 @@ fn joints(prepared: &Prepared, _: &ModesStudy) -> Verdict {
     let (all, stay) = (prepared.machine.freedoms.len(), prepared.linear.n);
     match all - stay {
         0 => Verdict::LeftOut("no rigid joint".to_string()),
-        gone => Verdict::Runs(format!("{gone} of {all} freedoms follow exactly, {stay} stay")),
+        gone => Verdict::Runs(format!(
+            "{gone} of {all} freedoms follow exactly, {stay} stay"
+        )),
     }
 }
 
@@ -129,8 +183,12 @@ fn operating_point(prepared: &Prepared, _: &ModesStudy) -> Verdict {
     let contacts = prepared.operating.contacts.len();
     match (contacts, prepared.machine.loads.is_empty()) {
         (0, _) => Verdict::LeftOut("no contact has play".to_string()),
-        (_, true) => Verdict::LeftOut(format!("no load is stated: {contacts} contacts with play stand on their drive flanks")),
-        (_, false) => Verdict::Runs(format!("{contacts} contacts with play under the mean loads")),
+        (_, true) => Verdict::LeftOut(format!(
+            "no load is stated: {contacts} contacts with play stand on their drive flanks"
+        )),
+        (_, false) => Verdict::Runs(format!(
+            "{contacts} contacts with play under the mean loads"
+        )),
     }
 }
 
@@ -152,7 +210,9 @@ fn basis(prepared: &Prepared, study: &ModesStudy) -> Verdict {
     };
     Verdict::Runs(match solver(n) {
         Solver::Factored => format!("all {n}, as singular values of √k W M^-½; {kind}"),
-        Solver::Pencil => format!("all {n}, by the definite pencil, and in factored form if that leaves too few digits; {kind}"),
+        Solver::Pencil => format!(
+            "all {n}, by the definite pencil, and in factored form if that leaves too few digits; {kind}"
+        ),
     })
 }
 
@@ -170,14 +230,20 @@ fn lowest(prepared: &Prepared, study: &ModesStudy) -> Verdict {
         Some(forest) => format!("a tree with {} loops", forest.loops()),
         None => "sparse LDLᵀ".to_string(),
     };
-    Verdict::Runs(format!("{which} of {}, by Lanczos on {how}, checked by a Sturm count", prepared.linear.n))
+    Verdict::Runs(format!(
+        "{which} of {}, by Lanczos on {how}, checked by a Sturm count",
+        prepared.linear.n
+    ))
 }
 
 fn speeds(prepared: &Prepared, study: &ModesStudy) -> Verdict {
     if study.speed.is_none() && study.campbell.is_none() {
         return Verdict::LeftOut("no speed is asked for".to_string());
     }
-    Verdict::Runs(format!("mean speed of {} nodes from exact ratios", prepared.machine.nodes.len()))
+    Verdict::Runs(format!(
+        "mean speed of {} nodes from exact ratios",
+        prepared.machine.nodes.len()
+    ))
 }
 
 fn complex(prepared: &Prepared, study: &ModesStudy) -> Verdict {
@@ -215,9 +281,13 @@ fn sensitivities(prepared: &Prepared, study: &ModesStudy) -> Verdict {
 }
 
 fn campbell(prepared: &Prepared, study: &ModesStudy) -> Verdict {
-    let Some(range) = study.campbell else { return Verdict::LeftOut("not asked for".to_string()) };
+    let Some(range) = study.campbell else {
+        return Verdict::LeftOut("not asked for".to_string());
+    };
     if prepared.machine.spins.is_empty() {
-        return Verdict::Runs("the modes do not change with speed: solved once, crossed with the orders".to_string());
+        return Verdict::Runs(
+            "the modes do not change with speed: solved once, crossed with the orders".to_string(),
+        );
     }
     Verdict::Runs(format!("{} speeds, branches followed by MAC", range.count))
 }

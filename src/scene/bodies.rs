@@ -6,8 +6,9 @@ use super::common::{self, MOST};
 use super::materials;
 use super::model::{Chain, Inertia};
 use crate::base::code::Code;
-use crate::base::fields::{Fields, Range};
+use crate::base::fields::Fields;
 use crate::base::kind::Kind;
+use crate::base::notes::Range;
 
 /// A body: inertia given, or a disc from which it follows.
 pub fn inertia(f: &mut Fields) -> Inertia {

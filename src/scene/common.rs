@@ -4,8 +4,9 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use super::model::{Contact, End, Hand, Loss, Name};
 use crate::base::code::Code;
-use crate::base::fields::{Fields, Range};
+use crate::base::fields::Fields;
 use crate::base::kind::Kind;
+use crate::base::notes::Range;
 use crate::base::toml::{Item, Value};
 
 /// A pressure angle.

@@ -8,7 +8,9 @@ use super::study::Study;
 use super::{bodies, gears, nodes, overrides, planetary, shafts, study, supports};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
-use crate::base::fields::{Fields, Notes};
+use crate::base::fields::Fields;
+use crate::base::load;
+use crate::base::notes::Notes;
 use crate::base::place::{Place, Source};
 use crate::base::toml::{self, Document, Item, Table, Value};
 
@@ -27,12 +29,12 @@ pub struct Scene {
 
 /// Reads a model or a scene, and the model the scene names.
 pub fn read(path: &Path) -> Result<Scene, Errors> {
-    read_source(toml::load(path)?)
+    read_source(load::load(path)?)
 }
 
 /// Reads the text of a model or a scene as if it stood in the file `path`.
 pub fn read_text(path: &str, text: &str) -> Result<Scene, Errors> {
-    read_source(toml::source(path.to_string(), text))
+    read_source(load::source(path.to_string(), text))
 }
 
 fn read_source(source: Arc<Source>) -> Result<Scene, Errors> {
@@ -119,9 +121,9 @@ fn model_of(
 ) -> Option<(Model, PathBuf, Document)> {
     let folder = Path::new(&scene.source.path).parent();
     let path = folder.unwrap_or(Path::new("")).join(named);
-    let source = match toml::load(&path) {
+    let source = match load::load(&path) {
         Ok(source) => source,
-        Err(error) if error.place.is_some() => {
+        Err(error) if error.code == Code::NotText => {
             notes.push(error);
             return None;
         }
@@ -179,7 +181,8 @@ fn read_model(file: &Document, loads: Vec<Load>, notes: &mut Notes) -> Model {
         .iter()
         .any(|key| f.has(key));
     f.ends();
-    if empty {
+    // A misspelt [[inertia]] has been noted as such.
+    if empty && notes.errors.is_empty() {
         let what = match file.source.text.trim().is_empty() {
             true => "the file is empty",
             false => "the model has no [[inertia]], so nothing can move",

@@ -5,8 +5,9 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use super::common::{self, HELIX, MOST, PRESSURE, USUAL_PRESSURE};
 use super::model::{Belt, GearPair, WormPair};
 use crate::base::code::Code;
-use crate::base::fields::{Fields, Range};
+use crate::base::fields::Fields;
 use crate::base::kind::Kind;
+use crate::base::notes::Range;
 
 /// Tooth numbers; ones where they are missing or wrong.
 fn teeth(f: &mut Fields) -> [u32; 2] {

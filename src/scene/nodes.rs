@@ -5,7 +5,9 @@ use std::collections::{HashMap, HashSet};
 use super::model::{Axis, End, Inertia, Model, Name, ShaftBody};
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::base::fields::{Notes, suggestion};
+use crate::base::notes::Notes;
+use crate::base::words::suggestion;
+
 use crate::base::units::shortened;
 
 /// Notes what is wrong between the tables of a model.
@@ -13,6 +15,9 @@ pub fn check(model: &Model, notes: &mut Notes) {
     duplicates(model, notes);
     let nodes = Nodes::of(model);
     for name in references(model) {
+        if notes.full() {
+            return;
+        }
         if !name.text.is_empty() && !nodes.has(&name.text) {
             notes.push(nodes.unknown(name));
         }
@@ -46,6 +51,9 @@ fn duplicates(model: &Model, notes: &mut Notes) {
             first.insert(&name.text, name);
             continue;
         };
+        if notes.full() {
+            return;
+        }
         let line = earlier.place.line();
         notes.push(
             Error::new(

@@ -2,7 +2,9 @@
 
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::base::fields::{Notes, suggestion};
+use crate::base::notes::Notes;
+use crate::base::words::suggestion;
+
 use crate::base::place::Place;
 use crate::base::toml::{Entry, Item, Table, Value};
 use crate::base::units::shortened;
@@ -24,6 +26,9 @@ pub fn apply(set: &Entry, model: &mut Table, notes: &mut Notes) {
         return;
     };
     for pair in &pairs.entries {
+        if notes.full() {
+            return;
+        }
         match (&pair.item.value, pair.key.rsplit_once('.')) {
             // Unquoted, `element.key = value` is a table `element` in TOML.
             (Value::Table(inner), None) => {

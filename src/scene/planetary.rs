@@ -3,8 +3,9 @@
 use super::common::{self, MOST, PRESSURE, USUAL_PRESSURE};
 use super::model::{End, Planetary, PlanetarySize};
 use crate::base::code::Code;
-use crate::base::fields::{Fields, Range};
+use crate::base::fields::Fields;
 use crate::base::kind::Kind;
+use crate::base::notes::Range;
 
 /// The most planets of one stage.
 const MOST_PLANETS: u32 = 100;
@@ -111,18 +112,17 @@ fn size(f: &mut Fields) -> PlanetarySize {
     {
         f.missing("module", ", from which the lever of the stiffness follows");
     }
-    if let Some([sun, planet, ring]) = teeth {
-        if ring <= planet || ring <= sun {
-            let message = format!(
-                "a ring of {ring} teeth cannot hold a sun of {sun} and planets of {planet}"
-            );
-            f.refuse_key(
-                Code::OutOfRange,
-                "teeth",
-                message,
-                "`teeth` takes [sun, planet, ring]",
-            );
-        }
+    if let Some([sun, planet, ring]) = teeth
+        && (ring <= planet || ring <= sun)
+    {
+        let message =
+            format!("a ring of {ring} teeth cannot hold a sun of {sun} and planets of {planet}");
+        f.refuse_key(
+            Code::OutOfRange,
+            "teeth",
+            message,
+            "`teeth` takes [sun, planet, ring]",
+        );
     }
     match (base.as_deref(), teeth) {
         (Some(&[sun, planet, ring]), _) => {

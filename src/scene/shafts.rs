@@ -5,8 +5,9 @@ use super::common::{self, MOST};
 use super::materials;
 use super::model::{BarMass, Coupling, Loss, Shaft, ShaftBody};
 use crate::base::code::Code;
-use crate::base::fields::{Fields, Range};
+use crate::base::fields::Fields;
 use crate::base::kind::Kind;
+use crate::base::notes::Range;
 
 /// Keys that describe a bar.
 const GEOMETRY: [&str; 8] = [

@@ -3,8 +3,9 @@
 use super::common::MOST;
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::base::fields::{Fields, Range};
+use crate::base::fields::Fields;
 use crate::base::kind::Kind;
+use crate::base::notes::Range;
 use crate::base::place::Place;
 use crate::base::units;
 

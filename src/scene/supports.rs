@@ -3,8 +3,9 @@
 use super::common;
 use super::model::{Axis, Bearing, Damper, GlobalDamping, Load, MeanSpeed, Name};
 use crate::base::code::Code;
-use crate::base::fields::{Fields, Range};
+use crate::base::fields::Fields;
 use crate::base::kind::Kind;
+use crate::base::notes::Range;
 use crate::base::toml::Value;
 
 /// A bearing: any terms of a stiffness and a damping matrix.
@@ -13,10 +14,7 @@ pub fn bearing(f: &mut Fields) -> Bearing {
     let between = common::ends_or_at(f);
     let stiffness = terms(f, "k", stiffness_kind);
     let damping = terms(f, "c", damping_kind);
-    let any = f
-        .entries()
-        .iter()
-        .any(|entry| entry.key.starts_with("k_") || entry.key.starts_with("c_"));
+    let any = f.has_any("k_") || f.has_any("c_");
     if !any {
         f.missing("k_radial", " nor any other stiffness or damping");
     }
@@ -94,8 +92,7 @@ pub fn load(f: &mut Fields) -> Load {
 /// Mean speeds, whose keys are nodes.
 pub fn speeds(f: &mut Fields) -> Vec<MeanSpeed> {
     let mut speeds = Vec::new();
-    for entry in f.entries() {
-        let speed = f.optional_quantity(&entry.key, Kind::Speed, Range::Any);
+    for (entry, speed) in f.every_quantity(Kind::Speed, Range::Any) {
         if entry.key == "ground" {
             let hint = "name a node that turns";
             f.refuse(
@@ -104,13 +101,13 @@ pub fn speeds(f: &mut Fields) -> Vec<MeanSpeed> {
                 &entry.key_place,
                 hint,
             );
-        } else if let Some(speed) = speed {
-            let at = Name {
-                text: entry.key.clone(),
-                place: entry.key_place.clone(),
-            };
-            speeds.push(MeanSpeed { at, speed });
+            continue;
         }
+        let at = Name {
+            text: entry.key.clone(),
+            place: entry.key_place.clone(),
+        };
+        speeds.push(MeanSpeed { at, speed });
     }
     speeds
 }

@@ -13,8 +13,12 @@ use crate::scene::model::{Axis, Bearing, End, Loss};
 
 /// The axes a bearing gives its nodes: those it has a term for, in row or column.
 pub fn axes(bearing: &Bearing) -> Vec<Axis> {
-    let mut axes: Vec<Axis> =
-        bearing.stiffness.iter().chain(&bearing.damping).flat_map(|&(row, column, _)| [row, column]).collect();
+    let mut axes: Vec<Axis> = bearing
+        .stiffness
+        .iter()
+        .chain(&bearing.damping)
+        .flat_map(|&(row, column, _)| [row, column])
+        .collect();
     axes.sort();
     axes.dedup();
     axes
@@ -29,18 +33,34 @@ pub fn add(builder: &mut Builder, element: usize, bearing: &Bearing) -> Result<(
     let mut put = |entries: &[(Axis, Axis, f64)], law: fn(f64) -> Law| {
         for term in split(entries) {
             let combine = |weights: &[(Axis, f64)]| {
-                let terms = weights.iter().flat_map(|&(axis, a)| apart[&axis].scaled().map(move |(i, x)| (i, a * x)));
+                let terms = weights
+                    .iter()
+                    .flat_map(|&(axis, a)| apart[&axis].scaled().map(move |(i, x)| (i, a * x)));
                 Direction::new(1.0, terms)
             };
             let direction = combine(&term.along);
             let force = term.force.as_ref().map(|row| combine(&[(*row, 1.0)]));
             let part = Some(term.part.clone());
             let law = law(term.value);
-            builder.machine.branches.push(Branch { element, part, direction, coast: None, force, law, play: 0.0 });
+            builder.machine.branches.push(Branch {
+                element,
+                part,
+                direction,
+                coast: None,
+                force,
+                law,
+                play: 0.0,
+            });
         }
     };
-    put(&bearing.stiffness, |stiffness| Law::Linear { stiffness, loss: Loss::None });
-    put(&bearing.damping, |c| Law::Linear { stiffness: 0.0, loss: Loss::Viscous(c) });
+    put(&bearing.stiffness, |stiffness| Law::Linear {
+        stiffness,
+        loss: Loss::None,
+    });
+    put(&bearing.damping, |c| Law::Linear {
+        stiffness: 0.0,
+        loss: Loss::Viscous(c),
+    });
     Ok(())
 }
 
@@ -66,11 +86,19 @@ struct Term {
 /// Splits a matrix into squares where it is symmetric and positive, else into its entries.
 fn split(entries: &[(Axis, Axis, f64)]) -> Vec<Term> {
     let value = |row: Axis, column: Axis| -> f64 {
-        entries.iter().filter(|e| (e.0, e.1) == (row, column)).map(|e| e.2).sum()
+        entries
+            .iter()
+            .filter(|e| (e.0, e.1) == (row, column))
+            .map(|e| e.2)
+            .sum()
     };
     squares(entries, &value).unwrap_or_else(|| {
         let entry = |&(row, column, value): &(Axis, Axis, f64)| Term {
-            part: if row == column { row.name().to_string() } else { format!("{} from {}", row.name(), column.name()) },
+            part: if row == column {
+                row.name().to_string()
+            } else {
+                format!("{} from {}", row.name(), column.name())
+            },
             value,
             along: vec![(column, 1.0)],
             force: (row != column).then_some(row),
@@ -80,13 +108,19 @@ fn split(entries: &[(Axis, Axis, f64)]) -> Vec<Term> {
 }
 
 fn squares(entries: &[(Axis, Axis, f64)], value: &dyn Fn(Axis, Axis) -> f64) -> Option<Vec<Term>> {
-    if entries.iter().any(|&(row, column, _)| value(row, column) != value(column, row)) {
+    if entries
+        .iter()
+        .any(|&(row, column, _)| value(row, column) != value(column, row))
+    {
         return None;
     }
     let mut axes: Vec<Axis> = entries.iter().flat_map(|e| [e.0, e.1]).collect();
     axes.sort();
     axes.dedup();
-    let mut rest: Vec<Vec<f64>> = axes.iter().map(|&a| axes.iter().map(|&b| value(a, b)).collect()).collect();
+    let mut rest: Vec<Vec<f64>> = axes
+        .iter()
+        .map(|&a| axes.iter().map(|&b| value(a, b)).collect())
+        .collect();
     let mut terms = Vec::new();
     for j in 0..axes.len() {
         let pivot = rest[j][j];
@@ -98,14 +132,26 @@ fn squares(entries: &[(Axis, Axis, f64)], value: &dyn Fn(Axis, Axis) -> f64) -> 
             }
             return None;
         }
-        let along: Vec<(Axis, f64)> = (j..axes.len()).map(|i| (axes[i], rest[i][j] / pivot)).filter(|t| t.1 != 0.0).collect();
+        let along: Vec<(Axis, f64)> = (j..axes.len())
+            .map(|i| (axes[i], rest[i][j] / pivot))
+            .filter(|t| t.1 != 0.0)
+            .collect();
         for a in j + 1..axes.len() {
             for b in j + 1..axes.len() {
                 rest[a][b] -= rest[a][j] * rest[j][b] / pivot;
             }
         }
-        let part = along.iter().map(|t| t.0.name()).collect::<Vec<_>>().join(" with ");
-        terms.push(Term { part, value: pivot, along, force: None });
+        let part = along
+            .iter()
+            .map(|t| t.0.name())
+            .collect::<Vec<_>>()
+            .join(" with ");
+        terms.push(Term {
+            part,
+            value: pivot,
+            along,
+            force: None,
+        });
     }
     Some(terms)
 }

@@ -8,14 +8,23 @@ use crate::scene::model::Belt;
 
 /// Puts the belt between its pulleys.
 pub fn add(builder: &mut Builder, element: usize, belt: &Belt) -> Result<(), Error> {
-    let [first, second] = [builder.theta(&belt.between[0])?, builder.theta(&belt.between[1])?];
+    let [first, second] = [
+        builder.theta(&belt.between[0])?,
+        builder.theta(&belt.between[1])?,
+    ];
     let [a, b] = belt.exact.map(|n| n as f64);
     let sense = if belt.crossed { 1.0 } else { -1.0 };
     let branch = builder.machine.branches.len();
     let direction = Direction::new(belt.radii[0] / a, [(first, a), (second, sense * b)]);
     builder.branch(element, None, direction, law(belt.stiffness, belt.loss));
     for turning in [first, second] {
-        let gear = Gear { element, turning, teeth: None, carrier: None, branches: vec![branch] };
+        let gear = Gear {
+            element,
+            turning,
+            teeth: None,
+            carrier: None,
+            branches: vec![branch],
+        };
         builder.machine.gears.push(gear);
     }
     Ok(())

@@ -14,22 +14,40 @@ pub fn add(builder: &mut Builder, element: usize, body: &Inertia) -> Result<(), 
     let theta = builder.theta(&body.name)?;
     builder.mass(element, theta, body.polar);
     for axis in [Axis::X, Axis::Y, Axis::Z, Axis::TiltX, Axis::TiltY] {
-        let Some(freedom) = builder.freedom(&body.name, axis)? else { continue };
+        let Some(freedom) = builder.freedom(&body.name, axis)? else {
+            continue;
+        };
         let (value, key) = match axis.turns() {
             true => (body.diametral, "J_diametral"),
             false => (body.mass, "mass"),
         };
         let value = value.ok_or_else(|| {
-            let what = format!("a bearing gives `{}` the axis {}, and its {key} is not stated", body.name.text, axis.name());
-            let hint = format!("add `{key}` (0 if it has none), or leave that stiffness out of the bearing");
-            Error::new(Code::MissingKey, what).at(&body.name.place).hint(hint)
+            let what = format!(
+                "a bearing gives `{}` the axis {}, and its {key} is not stated",
+                body.name.text,
+                axis.name()
+            );
+            let hint = format!(
+                "add `{key}` (0 if it has none), or leave that stiffness out of the bearing"
+            );
+            Error::new(Code::MissingKey, what)
+                .at(&body.name.place)
+                .hint(hint)
         })?;
         builder.mass(element, freedom, value);
     }
-    let tilts = (builder.freedom(&body.name, Axis::TiltX)?, builder.freedom(&body.name, Axis::TiltY)?);
+    let tilts = (
+        builder.freedom(&body.name, Axis::TiltX)?,
+        builder.freedom(&body.name, Axis::TiltY)?,
+    );
     if let (Some(rx), Some(ry)) = tilts {
         let gyroscopic = vec![(rx, ry, body.polar)];
-        builder.machine.spins.push(Spin { element, turning: theta, gyroscopic, centrifugal: Vec::new() });
+        builder.machine.spins.push(Spin {
+            element,
+            turning: theta,
+            gyroscopic,
+            centrifugal: Vec::new(),
+        });
     }
     Ok(())
 }

@@ -6,8 +6,15 @@ use crate::scene::model::{Contact, Coupling};
 
 /// Puts the coupling between its ends.
 pub fn add(builder: &mut Builder, element: usize, coupling: &Coupling) -> Result<(), Error> {
-    let ends = [builder.theta_of(&coupling.between[0])?, builder.theta_of(&coupling.between[1])?];
-    let contact = Contact { stiffness: coupling.stiffness, loss: coupling.loss, backlash: coupling.backlash };
+    let ends = [
+        builder.theta_of(&coupling.between[0])?,
+        builder.theta_of(&coupling.between[1])?,
+    ];
+    let contact = Contact {
+        stiffness: coupling.stiffness,
+        loss: coupling.loss,
+        backlash: coupling.backlash,
+    };
     builder.contact(element, None, twist(ends), None, &contact);
     Ok(())
 }

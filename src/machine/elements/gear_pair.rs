@@ -20,7 +20,13 @@ pub fn add(builder: &mut Builder, element: usize, pair: &GearPair) -> Result<(),
     builder.contact(element, None, drive, coast, &pair.contact);
     for (node, teeth) in pair.between.iter().zip(pair.teeth) {
         let turning = builder.theta(node)?;
-        let gear = Gear { element, turning, teeth: Some(teeth), carrier: None, branches: vec![branch] };
+        let gear = Gear {
+            element,
+            turning,
+            teeth: Some(teeth),
+            carrier: None,
+            branches: vec![branch],
+        };
         builder.machine.gears.push(gear);
     }
     Ok(())
@@ -45,7 +51,14 @@ fn mesh(builder: &Builder, pair: &GearPair, alpha: f64) -> Result<Direction, Err
         let turns = f64::from(pair.teeth[i]) * if i == 0 { 1.0 } else { inside };
         let radius = f64::from(pair.teeth[i]) * module / (2.0 * spiral.cos());
         let sign = if i == 0 { 1.0 } else { -1.0 };
-        Side { node: &pair.between[i], sign, normal, turns, radius, angle: pair.mesh_angles[i] }
+        Side {
+            node: &pair.between[i],
+            sign,
+            normal,
+            turns,
+            radius,
+            angle: pair.mesh_angles[i],
+        }
     };
     direction(builder, module * alpha.cos() / 2.0, &[side(0), side(1)])
 }

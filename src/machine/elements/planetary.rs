@@ -38,11 +38,26 @@ fn arms(stage: &Planetary) -> Arms {
             let half = module.unwrap_or(2.0) / 2.0;
             let [sun, planet, ring] = teeth.map(f64::from);
             let carrier = [sun + planet, ring - planet];
-            Arms { scale: cos.map(|c| c * half), sun, planet, ring, carrier, centre: half * (sun + planet) }
+            Arms {
+                scale: cos.map(|c| c * half),
+                sun,
+                planet,
+                ring,
+                carrier,
+                centre: half * (sun + planet),
+            }
         }
-        PlanetarySize::Radii { base: [sun, planet, ring], carrier } => {
-            Arms { scale: [1.0; 2], sun, planet, ring, carrier: cos.map(|c| c * carrier), centre: carrier }
-        }
+        PlanetarySize::Radii {
+            base: [sun, planet, ring],
+            carrier,
+        } => Arms {
+            scale: [1.0; 2],
+            sun,
+            planet,
+            ring,
+            carrier: cos.map(|c| c * carrier),
+            centre: carrier,
+        },
     }
 }
 
@@ -55,18 +70,27 @@ pub fn members(stage: &Planetary) -> [&End; 3] {
 pub fn add(builder: &mut Builder, element: usize, stage: &Planetary) -> Result<(), Error> {
     let arms = arms(stage);
     let [sun, ring, carrier] = [&stage.sun, &stage.ring, &stage.carrier];
-    let thetas = [builder.theta_of(sun)?, builder.theta_of(ring)?, builder.theta_of(carrier)?];
+    let thetas = [
+        builder.theta_of(sun)?,
+        builder.theta_of(ring)?,
+        builder.theta_of(carrier)?,
+    ];
     let mut meshes = [Vec::new(), Vec::new()];
     for (at, &position) in stage.positions.iter().enumerate() {
         let name = planet(stage, at + 1);
-        let theta = builder.named(&name, Axis::Theta).ok_or_else(|| unnumbered(stage))?;
+        let theta = builder
+            .named(&name, Axis::Theta)
+            .ok_or_else(|| unnumbered(stage))?;
         builder.mass(element, theta, stage.planet_polar);
         let across = match stage.lateral {
-            true => Some(lateral_planet(builder, element, stage, &arms, position, &name)?),
+            true => Some(lateral_planet(
+                builder, element, stage, &arms, position, &name,
+            )?),
             false => None,
         };
         for mesh in 0..2 {
-            let (word, contact) = [("sun", &stage.sun_contact), ("ring", &stage.ring_contact)][mesh];
+            let (word, contact) =
+                [("sun", &stage.sun_contact), ("ring", &stage.ring_contact)][mesh];
             let member = [sun, ring][mesh];
             let own = [arms.sun, arms.ring][mesh];
             let turn = [arms.planet, -arms.planet][mesh];
@@ -81,24 +105,40 @@ pub fn add(builder: &mut Builder, element: usize, stage: &Planetary) -> Result<(
                         let scale = arms.scale[mesh];
                         terms.extend([(x, lean.sin() / scale), (y, -alpha.cos() / scale)]);
                         if let End::Node(node) = member {
-                            terms.extend(builder.freedom(node, Axis::X)?.map(|i| (i, -sin / scale)));
+                            terms
+                                .extend(builder.freedom(node, Axis::X)?.map(|i| (i, -sin / scale)));
                             terms.extend(builder.freedom(node, Axis::Y)?.map(|i| (i, cos / scale)));
                         }
                     }
                 }
                 Ok(Direction::new(arms.scale[mesh], terms))
             };
-            let (drive, coast) = (flank(stage.pressure_angles[mesh])?, flank(-stage.pressure_angles[mesh])?);
+            let (drive, coast) = (
+                flank(stage.pressure_angles[mesh])?,
+                flank(-stage.pressure_angles[mesh])?,
+            );
             let coast = (coast != drive).then_some(coast);
             meshes[mesh].push(builder.machine.branches.len());
-            builder.contact(element, Some(format!("{word} to planet {}", at + 1)), drive, coast, contact);
+            builder.contact(
+                element,
+                Some(format!("{word} to planet {}", at + 1)),
+                drive,
+                coast,
+                contact,
+            );
         }
     }
     if let PlanetarySize::Teeth { teeth, .. } = stage.size {
         for (mesh, turning, teeth) in [(0, thetas[0], teeth[0]), (1, thetas[1], teeth[2])] {
             if let Some(turning) = turning {
                 let branches = meshes[mesh].clone();
-                let gear = Gear { element, turning, teeth: Some(teeth), carrier: thetas[2], branches };
+                let gear = Gear {
+                    element,
+                    turning,
+                    teeth: Some(teeth),
+                    carrier: thetas[2],
+                    branches,
+                };
                 builder.machine.gears.push(gear);
             }
         }
@@ -116,7 +156,9 @@ fn lateral_planet(
     name: &str,
 ) -> Result<[usize; 2], Error> {
     let [x, y] = [Axis::X, Axis::Y].map(|axis| builder.named(name, axis));
-    let (Some(x), Some(y)) = (x, y) else { return Err(unnumbered(stage)) };
+    let (Some(x), Some(y)) = (x, y) else {
+        return Err(unnumbered(stage));
+    };
     let mass = stage.planet_mass.unwrap_or(0.0);
     builder.mass(element, x, mass);
     builder.mass(element, y, mass);
@@ -125,24 +167,47 @@ fn lateral_planet(
     if let End::Node(carrier) = &stage.carrier {
         let theta = builder.theta(carrier)?;
         tangential.push((theta, arms.centre));
-        if let (Some(cx), Some(cy)) = (builder.freedom(carrier, Axis::X)?, builder.freedom(carrier, Axis::Y)?) {
+        if let (Some(cx), Some(cy)) = (
+            builder.freedom(carrier, Axis::X)?,
+            builder.freedom(carrier, Axis::Y)?,
+        ) {
             radial.extend([(cx, cos), (cy, sin)]);
             tangential.extend([(cx, -sin), (cy, cos)]);
         }
-        builder.machine.spins.push(turning_frame(element, theta, [x, y], mass));
+        builder
+            .machine
+            .spins
+            .push(turning_frame(element, theta, [x, y], mass));
     }
     for (word, terms) in [("radial", radial), ("tangential", tangential)] {
-        let part = Some(format!("bearing of {}, {word}", name.rsplit('.').next().unwrap_or(name)));
-        builder.branch(element, part, Direction::new(1.0, terms), law(stage.planet_bearing, stage.bearing_loss));
+        let part = Some(format!(
+            "bearing of {}, {word}",
+            name.rsplit('.').next().unwrap_or(name)
+        ));
+        builder.branch(
+            element,
+            part,
+            Direction::new(1.0, terms),
+            law(stage.planet_bearing, stage.bearing_loss),
+        );
     }
     Ok([x, y])
 }
 
 /// Terms of a mass described in a frame that turns at Ω: `m (ẍ − 2Ωẏ − Ω²x)`, `m (ÿ + 2Ωẋ − Ω²y)`.
 pub fn turning_frame(element: usize, turning: usize, [x, y]: [usize; 2], mass: f64) -> Spin {
-    Spin { element, turning, gyroscopic: vec![(x, y, -2.0 * mass)], centrifugal: vec![(x, mass), (y, mass)] }
+    Spin {
+        element,
+        turning,
+        gyroscopic: vec![(x, y, -2.0 * mass)],
+        centrifugal: vec![(x, mass), (y, mass)],
+    }
 }
 
 fn unnumbered(stage: &Planetary) -> Error {
-    Error::new(Code::UnknownNode, format!("the planets of `{}` have no nodes", stage.name.text)).at(&stage.name.place)
+    Error::new(
+        Code::UnknownNode,
+        format!("the planets of `{}` have no nodes", stage.name.text),
+    )
+    .at(&stage.name.place)
 }

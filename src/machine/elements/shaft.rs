@@ -28,13 +28,30 @@ pub fn inner_nodes(shaft: &Shaft) -> impl Iterator<Item = String> + '_ {
 
 /// Puts the lengths, and their own inertia where asked, between the ends.
 pub fn add(builder: &mut Builder, element: usize, shaft: &Shaft) -> Result<(), Error> {
-    let [first, last] = [builder.theta_of(&shaft.between[0])?, builder.theta_of(&shaft.between[1])?];
-    let Some(ShaftBody::Bar { length, outer, inner, shear_modulus, density, segments, mass }) = shaft.body else {
+    let [first, last] = [
+        builder.theta_of(&shaft.between[0])?,
+        builder.theta_of(&shaft.between[1])?,
+    ];
+    let Some(ShaftBody::Bar {
+        length,
+        outer,
+        inner,
+        shear_modulus,
+        density,
+        segments,
+        mass,
+    }) = shaft.body
+    else {
         let stiffness = match shaft.body {
             Some(ShaftBody::Stiffness(k)) => Some(k),
             _ => None,
         };
-        builder.branch(element, None, twist([first, last]), law(stiffness, shaft.loss));
+        builder.branch(
+            element,
+            None,
+            twist([first, last]),
+            law(stiffness, shaft.loss),
+        );
         return Ok(());
     };
     let (area, piece) = (polar_area(outer, inner), length / segments as f64);
@@ -44,14 +61,28 @@ pub fn add(builder: &mut Builder, element: usize, shaft: &Shaft) -> Result<(), E
     ends.push(last);
     for (at, pair) in ends.windows(2).enumerate() {
         let part = (segments > 1).then(|| format!("length {}", at + 1));
-        builder.branch(element, part, twist([pair[0], pair[1]]), Law::Linear { stiffness, loss: shaft.loss });
+        builder.branch(
+            element,
+            part,
+            twist([pair[0], pair[1]]),
+            Law::Linear {
+                stiffness,
+                loss: shaft.loss,
+            },
+        );
         add_inertia(builder, element, [pair[0], pair[1]], inertia, mass);
     }
     Ok(())
 }
 
 /// `[[2, 1], [1, 2]] = e₁e₁ᵀ + e₂e₂ᵀ + (e₁ + e₂)(e₁ + e₂)ᵀ`, so a consistent mass is three terms `m v vᵀ`.
-fn add_inertia(builder: &mut Builder, element: usize, ends: [Option<usize>; 2], inertia: f64, mass: BarMass) {
+fn add_inertia(
+    builder: &mut Builder,
+    element: usize,
+    ends: [Option<usize>; 2],
+    inertia: f64,
+    mass: BarMass,
+) {
     let each = match mass {
         BarMass::None => return,
         BarMass::Lumped => inertia / 2.0,
@@ -62,6 +93,10 @@ fn add_inertia(builder: &mut Builder, element: usize, ends: [Option<usize>; 2], 
         builder.mass(element, freedom, each);
     }
     if mass == BarMass::Consistent {
-        builder.mass_along(element, Direction::new(1.0, moving().map(|freedom| (freedom, 1.0))), each);
+        builder.mass_along(
+            element,
+            Direction::new(1.0, moving().map(|freedom| (freedom, 1.0))),
+            each,
+        );
     }
 }

@@ -20,16 +20,27 @@ pub fn add(builder: &mut Builder, element: usize, pair: &WormPair) -> Result<(),
     builder.contact(element, None, drive, coast, &pair.contact);
     for (node, teeth) in pair.between.iter().zip(pair.teeth) {
         let turning = builder.theta(node)?;
-        let gear = Gear { element, turning, teeth: Some(teeth), carrier: None, branches: vec![branch] };
+        let gear = Gear {
+            element,
+            turning,
+            teeth: Some(teeth),
+            carrier: None,
+            branches: vec![branch],
+        };
         builder.machine.gears.push(gear);
     }
     if let Some(friction) = pair.friction {
-        let Efficiency { driving, backwards } = efficiency(pair.lead_angle, pair.pressure_angle, friction);
+        let Efficiency { driving, backwards } =
+            efficiency(pair.lead_angle, pair.pressure_angle, friction);
         let back = match backwards {
             Some(eta) => format!("backwards {:.0} %", 100.0 * eta),
             None => "locks itself backwards".to_string(),
         };
-        let text = format!("{}: efficiency {:.0} % driving, {back}", pair.name.text, 100.0 * driving);
+        let text = format!(
+            "{}: efficiency {:.0} % driving, {back}",
+            pair.name.text,
+            100.0 * driving
+        );
         builder.note("worm-efficiency", text);
     }
     Ok(())
@@ -48,7 +59,10 @@ pub struct Efficiency {
 pub fn efficiency(lead: f64, pressure: f64, friction: f64) -> Efficiency {
     let rho = (friction / pressure.cos()).atan();
     let backwards = (lead > rho).then(|| (lead - rho).tan() / lead.tan());
-    Efficiency { driving: lead.tan() / (lead + rho).tan(), backwards }
+    Efficiency {
+        driving: lead.tan() / (lead + rho).tan(),
+        backwards,
+    }
 }
 
 fn mesh(builder: &Builder, pair: &WormPair, alpha: f64) -> Result<Direction, Error> {
@@ -59,7 +73,11 @@ fn mesh(builder: &Builder, pair: &WormPair, alpha: f64) -> Result<Direction, Err
     let worm = Side {
         node: &pair.between[0],
         sign: 1.0,
-        normal: [alpha.sin(), alpha.cos() * sin_lead, -hand * alpha.cos() * cos_lead],
+        normal: [
+            alpha.sin(),
+            alpha.cos() * sin_lead,
+            -hand * alpha.cos() * cos_lead,
+        ],
         turns: starts,
         radius: starts * module / (2.0 * pair.lead_angle.tan()),
         angle: pair.mesh_angles[0],
@@ -67,12 +85,20 @@ fn mesh(builder: &Builder, pair: &WormPair, alpha: f64) -> Result<Direction, Err
     let wheel = Side {
         node: &pair.between[1],
         sign: -1.0,
-        normal: [-alpha.sin(), -hand * alpha.cos() * cos_lead, alpha.cos() * sin_lead],
+        normal: [
+            -alpha.sin(),
+            -hand * alpha.cos() * cos_lead,
+            alpha.cos() * sin_lead,
+        ],
         turns: hand * teeth,
         radius: teeth * module / 2.0,
         angle: pair.mesh_angles[1],
     };
-    direction(builder, module * alpha.cos() * cos_lead / 2.0, &[worm, wheel])
+    direction(
+        builder,
+        module * alpha.cos() * cos_lead / 2.0,
+        &[worm, wheel],
+    )
 }
 
 #[cfg(test)]
@@ -84,9 +110,20 @@ mod tests {
     fn exact_self_locking_worm() {
         let eta = efficiency(5f64.to_radians(), 20f64.to_radians(), 0.1);
         let rho = (0.1 / 20f64.to_radians().cos()).atan();
-        assert!((rho.to_degrees() - 6.0746).abs() < 1e-4, "{}", rho.to_degrees());
-        assert!((eta.driving - 5f64.to_radians().tan() / (5f64.to_radians() + rho).tan()).abs() < 1e-15);
+        assert!(
+            (rho.to_degrees() - 6.0746).abs() < 1e-4,
+            "{}",
+            rho.to_degrees()
+        );
+        assert!(
+            (eta.driving - 5f64.to_radians().tan() / (5f64.to_radians() + rho).tan()).abs() < 1e-15
+        );
         assert_eq!(eta.backwards, None);
-        assert!(efficiency(20f64.to_radians(), 20f64.to_radians(), 0.05).backwards.unwrap() > 0.8);
+        assert!(
+            efficiency(20f64.to_radians(), 20f64.to_radians(), 0.05)
+                .backwards
+                .unwrap()
+                > 0.8
+        );
     }
 }

@@ -1,0 +1,93 @@
+//! Files to text, refused before they are read where they cannot be a model.
+
+use std::fs;
+use std::path::Path;
+use std::sync::Arc;
+
+use super::code::Code;
+use super::error::Error;
+use super::place::{Place, Source};
+
+/// The largest file read, in bytes.
+pub const LARGEST: u64 = 64 << 20;
+
+/// The text of a file, refused before it is read where it cannot be a model.
+pub fn load(path: &Path) -> Result<Arc<Source>, Error> {
+    let name = path.display().to_string();
+    let place = Place::new(source(name.clone(), ""), 0..0);
+    let refuse =
+        |code, message: String, hint: &str| Error::new(code, message).at(&place).hint(hint);
+    let missing = |e: std::io::Error| {
+        let hint = "paths are taken from the folder the command is run in";
+        refuse(
+            Code::FileMissing,
+            format!("{name} cannot be read: {e}"),
+            hint,
+        )
+    };
+    let facts = fs::metadata(path).map_err(missing)?;
+    if !facts.is_file() {
+        let what = if facts.is_dir() {
+            "is a folder"
+        } else {
+            "is a device or a pipe"
+        };
+        let message = format!("{name} {what}, not a file");
+        return Err(refuse(
+            Code::FileMissing,
+            message,
+            "name a model or scene file",
+        ));
+    }
+    if facts.len() > LARGEST {
+        let mega = facts.len() >> 20;
+        let message = format!("{name} has {mega} MB; model files are limited to 64 MB");
+        let hint = "a log is read by `geardyn identify` and `geardyn spectrum`";
+        return Err(refuse(Code::FileTooLarge, message, hint));
+    }
+    let bytes = fs::read(path).map_err(missing)?;
+    decode(name.clone(), bytes)
+}
+
+/// Bytes as text; a byte-order mark is taken off.
+pub fn decode(path: String, bytes: Vec<u8>) -> Result<Arc<Source>, Error> {
+    match String::from_utf8(bytes) {
+        Ok(text) => Ok(source(path, &text)),
+        Err(error) => {
+            let at = error.utf8_error().valid_up_to();
+            let bytes = error.into_bytes();
+            let (good, bad) = bytes.split_at(at);
+            let byte = bad.first().copied().unwrap_or_default();
+            let good = String::from_utf8_lossy(good).into_owned();
+            let place = Place::new(source(path, &good), good.len()..good.len());
+            Err(Error::new(
+                Code::NotText,
+                format!(
+                    "byte {at} ({byte:#04x}, line {}) is not UTF-8 text",
+                    place.line()
+                ),
+            )
+            .at(&place)
+            .hint("save the file as UTF-8 in your editor"))
+        }
+    }
+}
+
+/// A text under the name `path`; a byte-order mark is taken off.
+pub fn source(path: String, text: &str) -> Arc<Source> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text).to_string();
+    Arc::new(Source { path, text })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn refuses_what_is_not_utf8() {
+        let error = decode("m.toml".into(), b"a = 1\nb = \"\xb5m\"".to_vec()).unwrap_err();
+        assert_eq!(error.code, Code::NotText);
+        assert_eq!(error.message, "byte 11 (0xb5, line 2) is not UTF-8 text");
+        assert_eq!(error.place.unwrap().line(), 2);
+    }
+}

@@ -1,0 +1,58 @@
+//! Guessing what a misspelt word was meant to be.
+
+/// The known word nearest to a misspelt one, if any is near.
+pub fn suggestion<'k>(word: &str, known: impl Iterator<Item = &'k str>) -> Option<&'k str> {
+    const LONGEST: usize = 64;
+    if word.len() > LONGEST {
+        return None;
+    }
+    let folded = word.to_lowercase();
+    let likeness = |name: &str| strsim::jaro_winkler(&name.to_lowercase(), &folded);
+    known
+        .map(|name| (likeness(name), name))
+        .filter(|(likeness, _)| *likeness > 0.8)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, name)| name)
+}
+
+/// A few words in a row, quoted, the rest counted.
+pub fn listed<'k>(words: impl Iterator<Item = &'k str>) -> String {
+    const SHOWN: usize = 14;
+    let words: Vec<&str> = words.collect();
+    let shown: Vec<String> = words.iter().take(SHOWN).map(|w| format!("`{w}`")).collect();
+    match words.len().saturating_sub(SHOWN) {
+        0 => shown.join(", "),
+        more => format!("{} and {more} more", shown.join(", ")),
+    }
+}
+
+/// Words people write for keys.
+pub const SYNONYMS: &[(&str, &str)] = &[
+    ("stiffness", "k"),
+    ("spring", "k"),
+    ("inertia", "J"),
+    ("moment_of_inertia", "J"),
+    ("polar_inertia", "J"),
+    ("damping", "c"),
+    ("damping_coefficient", "c"),
+    ("zeta", "damping_ratio"),
+    ("eta", "loss_factor"),
+    ("number_of_teeth", "teeth"),
+    ("tooth_numbers", "teeth"),
+    ("alpha", "pressure_angle"),
+    ("beta", "helix_angle"),
+    ("clearance", "backlash"),
+    ("play", "backlash"),
+    ("outer_diameter", "diameter"),
+    ("inner_diameter", "bore"),
+    ("node", "at"),
+    ("ends", "between"),
+    ("nodes", "between"),
+    ("gear", "gear_pair"),
+    ("mesh", "gear_pair"),
+    ("disc", "inertia"),
+    ("disk", "inertia"),
+    ("mass", "inertia"),
+    ("spring", "shaft"),
+    ("support", "bearing"),
+];

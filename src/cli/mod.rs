@@ -1,0 +1,79 @@
+//! The command: one file a subcommand. Nothing else touches the terminal.
+
+/// Arguments as typed.
+pub mod args;
+
+/// Errors and warnings as text and JSON.
+pub mod diagnostic;
+
+/// Standard output, and files that appear whole.
+pub mod output;
+
+/// Flags as a study.
+pub mod study;
+
+/// `new`.
+pub mod new;
+
+/// `check`.
+pub mod check;
+
+/// `explain`.
+pub mod explain;
+
+/// `plan`.
+pub mod plan;
+
+/// `modes`.
+pub mod modes;
+
+/// `completions` and `man`.
+pub mod manual;
+
+use std::process::ExitCode;
+
+use args::{Arguments, Command};
+
+use crate::base::error::Errors;
+
+/// Carries out a command and says how it ended: 0 answered, 1 a bad verdict, 2 bad input or usage, 3 numerical failure.
+pub fn run(arguments: &Arguments) -> ExitCode {
+    match carry_out(&arguments.command) {
+        Ok(exit) => ExitCode::from(exit),
+        Err(errors) => {
+            let exit = errors
+                .list()
+                .iter()
+                .map(|e| e.code.exit())
+                .max()
+                .unwrap_or(2);
+            if wants_json(&arguments.command) {
+                // Whoever asked for JSON reads standard output.
+                let _ = output::print(&format!("{:#}\n", diagnostic::json(&errors)));
+            } else {
+                eprint!("{}", diagnostic::errors(&errors, diagnostic::colour()));
+            }
+            ExitCode::from(exit)
+        }
+    }
+}
+
+fn carry_out(command: &Command) -> Result<u8, Errors> {
+    Ok(match command {
+        Command::New { file } => new::run(file)?,
+        Command::Check { files, json } => check::run(files, *json)?,
+        Command::Explain { code } => explain::run(code.as_deref())?,
+        Command::Plan { model, study, json } => plan::run(model, study, *json)?,
+        Command::Modes(args) => modes::run(args)?,
+        Command::Completions { shell } => manual::completions(*shell)?,
+        Command::Man { folder } => manual::pages(folder)?,
+    })
+}
+
+fn wants_json(command: &Command) -> bool {
+    match command {
+        Command::Check { json, .. } | Command::Plan { json, .. } => *json,
+        Command::Modes(args) => args.json,
+        _ => false,
+    }
+}

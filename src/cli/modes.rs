@@ -1,0 +1,86 @@
+//! `geardyn modes`: the natural modes of a machine.
+
+use super::args::ModesArgs;
+use super::{diagnostic, output, study};
+use crate::base::code::Code;
+use crate::base::error::{Error, Errors};
+use crate::plan::prepared::Prepared;
+use crate::plan::run::{self, Answer};
+use crate::plan::stages::{Plan, Verdict};
+use crate::report;
+use crate::report::json::Detail;
+use crate::scene;
+
+/// Solves and prints.
+///
+/// # Errors
+/// Whatever is wrong with the file, the flags or the solution.
+pub fn run(args: &ModesArgs) -> Result<u8, Errors> {
+    let study = study::of(&args.study)?;
+    let scene = scene::read(&args.model)?;
+    let prepared = Prepared::new(&scene.model)?;
+    let plan = Plan::modes(&prepared, &study);
+    let answer = run::run(&prepared, &study, &plan)?;
+    let chosen = chosen(args, &answer)?;
+    let mut written = Vec::new();
+    if let Some(path) = &args.csv {
+        output::write(path, report::csv::modes(&prepared, &answer).as_bytes())?;
+        written.push(path.display().to_string());
+    }
+    if args.json {
+        let document =
+            report::json::modes(&scene.sources, &prepared, &answer, Detail { top: args.top });
+        output::print(&format!("{document:#}\n"))?;
+        return Ok(0);
+    }
+    let text = match chosen {
+        Some(k) => report::table::mode(&prepared, &answer, k),
+        None => report::table::modes(&prepared, &answer),
+    };
+    output::print(&text)?;
+    if !args.quiet {
+        eprint!("{}", epilogue(&plan, &answer, &written));
+    }
+    Ok(0)
+}
+
+fn chosen(args: &ModesArgs, answer: &Answer) -> Result<Option<usize>, Error> {
+    let Some(number) = args.mode else {
+        return Ok(None);
+    };
+    if (1..=answer.modes.len()).contains(&number) {
+        return Ok(Some(number - 1));
+    }
+    let message = format!(
+        "there is no mode {number}: the answer holds modes 1 to {}",
+        answer.modes.len()
+    );
+    Err(Error::new(Code::OutOfRange, message))
+}
+
+/// What was done and left out, doubts, and what was written.
+fn epilogue(plan: &Plan, answer: &Answer, written: &[String]) -> String {
+    let mut text = String::from("\n");
+    for (_, name, verdict) in &plan.steps {
+        match (*name, verdict) {
+            (
+                "undamped modes" | "few modes" | "complex modes" | "operating point"
+                | "rigid joints",
+                Verdict::Runs(what),
+            ) => {
+                text += &format!("{name}: {what}\n");
+            }
+            ("operating point" | "complex modes", Verdict::LeftOut(why)) => {
+                text += &format!("left out {name}: {why}\n")
+            }
+            _ => {}
+        }
+    }
+    for warning in &answer.warnings {
+        text += &diagnostic::warning(warning, diagnostic::colour());
+    }
+    if !written.is_empty() {
+        text += &format!("wrote {}\n", written.join(" "));
+    }
+    text
+}

@@ -1,0 +1,27 @@
+//! `geardyn new`: a model to start from.
+
+use std::path::Path;
+
+use super::output;
+use crate::base::code::Code;
+use crate::base::error::Error;
+
+/// The model it writes: small, annotated, and right.
+pub const STARTER: &str = include_str!("starter.toml");
+
+/// Writes the starter model; never over a file.
+///
+/// # Errors
+/// The file exists, or cannot be written.
+pub fn run(path: &Path) -> Result<u8, Error> {
+    if path.exists() {
+        let message = format!("{} exists already", path.display());
+        return Err(Error::new(Code::OutputFailed, message).hint("name another file"));
+    }
+    output::write(path, STARTER.as_bytes())?;
+    let name = path.display();
+    output::print(&format!(
+        "wrote {name}\nnext: `geardyn check {name}`, then `geardyn modes {name}`\n"
+    ))?;
+    Ok(0)
+}

@@ -1,0 +1,152 @@
+//! Answers as JSON: units in the names, complex numbers as `{re, im}`, what does not exist as null. See docs/json.md.
+
+use std::sync::Arc;
+
+use serde_json::{Map, Value, json};
+
+use crate::base::error::Warning;
+use crate::base::place::Source;
+use crate::machine::parts::Machine;
+use crate::modes::mode::{Mode, modulus};
+use crate::modes::sensitivity::{Parameter, Sensitivity};
+use crate::numeric::Complex;
+use crate::plan::prepared::Prepared;
+use crate::plan::run::Answer;
+use crate::plan::stages::{Plan, Verdict};
+
+/// How much of each mode is written.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Detail {
+    /// Only so many of the largest components of each shape, energies and sensitivities; all where `None`.
+    pub top: Option<usize>,
+}
+
+/// The `geardyn` block every document has.
+pub fn header(sources: &[Arc<Source>], trace: &[&str]) -> Value {
+    json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "model_hash": hash(sources),
+        "trace": trace,
+    })
+}
+
+/// Warnings as a list.
+pub fn warnings(list: &[Warning]) -> Value {
+    list.iter()
+        .map(|w| json!({ "code": w.code, "message": w.message, "hint": w.hint }))
+        .collect()
+}
+
+/// The modes of a machine.
+pub fn modes(
+    sources: &[Arc<Source>],
+    prepared: &Prepared,
+    answer: &Answer,
+    detail: Detail,
+) -> Value {
+    let trace: Vec<&str> = answer.trace.iter().map(|t| t.1).collect();
+    let list: Vec<Value> = (0..answer.modes.len())
+        .map(|k| mode(prepared, answer, k, detail))
+        .collect();
+    json!({
+        "geardyn": header(sources, &trace),
+        "modes": list,
+        "effort": answer.trace.iter().map(|t| json!({ "stage": t.1, "time_s": t.2 })).collect::<Vec<_>>(),
+        "warnings": warnings(&answer.warnings),
+    })
+}
+
+/// A plan.
+pub fn plan(sources: &[Arc<Source>], plan: &Plan, doubts: &[Warning]) -> Value {
+    let stages = plan.steps.iter().map(|(_, name, verdict)| match verdict {
+        Verdict::Runs(what) => json!({ "stage": name, "runs": true, "what": what }),
+        Verdict::LeftOut(why) => json!({ "stage": name, "runs": false, "why": why }),
+    });
+    json!({
+        "geardyn": header(sources, &plan.names()),
+        "stages": stages.collect::<Vec<_>>(),
+        "warnings": warnings(doubts),
+    })
+}
+
+fn mode(prepared: &Prepared, answer: &Answer, k: usize, detail: Detail) -> Value {
+    let machine = &prepared.machine;
+    let mode = &answer.modes[k];
+    let energies = &answer.energies[k];
+    let sensitivities = answer
+        .sensitivities
+        .as_ref()
+        .map(|all| sensitivities(machine, &all[k], detail));
+    let swings = mode.rigid || mode.oscillates();
+    let time_constants = (!swings).then(|| vec![-1.0 / mode.eigenvalue.re]);
+    json!({
+        "mode": k + 1,
+        "frequency_hz": swings.then(|| mode.frequency_hz()),
+        "damped_frequency_hz": swings.then(|| mode.eigenvalue.im / std::f64::consts::TAU),
+        "time_constants_s": time_constants,
+        "damping_ratio": mode.damping_ratio,
+        "light_damping_ratio": energies.light_damping.filter(|_| !answer.complex),
+        "rigid": mode.rigid,
+        "eigenvalue_rad_s": complex(mode.eigenvalue),
+        "residual": mode.residual,
+        "digits_trusted": mode.digits.is_finite().then_some((mode.digits * 10.0).floor() / 10.0),
+        "shape": shape(machine, mode, answer.complex, detail),
+        "kinetic_energy": shares(machine, &energies.kinetic, detail),
+        "strain_energy": energies.strain.as_ref().map(|s| shares(machine, s, detail)),
+        "dissipation": energies.dissipated.as_ref().map(|s| shares(machine, s, detail)),
+        "sensitivities": sensitivities,
+    })
+}
+
+/// `{re, im}`.
+pub fn complex(z: Complex) -> Value {
+    json!({ "re": z.re, "im": z.im })
+}
+
+fn shape(machine: &Machine, mode: &Mode, is_complex: bool, detail: Detail) -> Value {
+    let mut order: Vec<usize> = (0..mode.shape.len()).collect();
+    if let Some(top) = detail.top {
+        order.sort_by(|&a, &b| modulus(mode.shape[b]).total_cmp(&modulus(mode.shape[a])));
+        order.truncate(top);
+        order.sort_unstable();
+    }
+    let value = |z: Complex| if is_complex { complex(z) } else { json!(z.re) };
+    let entries = order
+        .into_iter()
+        .map(|i| (machine.freedom_name(i), value(mode.shape[i])));
+    Value::Object(entries.collect())
+}
+
+fn shares(machine: &Machine, shares: &[(usize, f64)], detail: Detail) -> Value {
+    let mut sorted = shares.to_vec();
+    sorted.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+    sorted.truncate(detail.top.unwrap_or(usize::MAX));
+    let entries = sorted
+        .into_iter()
+        .map(|(e, share)| (machine.elements[e].name.clone(), json!(share)));
+    Value::Object(entries.collect::<Map<String, Value>>())
+}
+
+fn sensitivities(machine: &Machine, list: &[Sensitivity], detail: Detail) -> Value {
+    let entry = |s: &Sensitivity| {
+        json!({
+            "element": machine.elements[s.element].name,
+            "parameter": match s.parameter { Parameter::Stiffness => "stiffness", Parameter::Inertia => "inertia" },
+            "relative": s.relative,
+            "domega_dparameter": s.absolute,
+        })
+    };
+    list.iter()
+        .take(detail.top.unwrap_or(usize::MAX))
+        .map(entry)
+        .collect()
+}
+
+/// FNV-1a, 64 bits (Fowler, Noll & Vo), of every text read: the same input has the same hash on every machine.
+fn hash(sources: &[Arc<Source>]) -> String {
+    let bytes = sources.iter().flat_map(|source| source.text.bytes());
+    let hash = bytes.fold(0xcbf2_9ce4_8422_2325_u64, |h, b| {
+        (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3)
+    });
+    format!("{hash:016x}")
+}

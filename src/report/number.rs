@@ -1,0 +1,85 @@
+//! Columns of numbers that align on the decimal point and show the digits meant.
+
+/// Significant digits of a frequency in a table.
+const SHOWN: i32 = 6;
+
+/// Texts for a column of non-negative numbers: fixed decimals where their sizes allow, powers of ten where not.
+pub fn column(values: &[f64]) -> Vec<String> {
+    let sizes = || {
+        values
+            .iter()
+            .map(|x| x.abs())
+            .filter(|&x| x > 0.0 && x.is_finite())
+    };
+    let (smallest, largest) = sizes().fold((f64::INFINITY, 0.0f64), |(lo, hi), x| {
+        (lo.min(x), hi.max(x))
+    });
+    if largest == 0.0 {
+        return values.iter().map(|x| format!("{x:.4}")).collect();
+    }
+    let wide = largest / smallest > 1e9 || largest >= 1e9 || smallest < 1e-6;
+    if wide {
+        let digits = (SHOWN - 1) as usize;
+        return values
+            .iter()
+            .map(|&x| {
+                if x == 0.0 {
+                    "0".to_string()
+                } else {
+                    power(x, digits)
+                }
+            })
+            .collect();
+    }
+    let decimals = (SHOWN - 1 - smallest.log10().floor() as i32)
+        .clamp(0, 10)
+        .min(decimals_for(largest)) as usize;
+    values.iter().map(|x| format!("{x:.decimals$}")).collect()
+}
+
+/// No more than ten digits in all, and at least four decimals for what is not huge.
+fn decimals_for(largest: f64) -> i32 {
+    let whole = largest.log10().floor() as i32 + 1;
+    (10 - whole)
+        .clamp(0, 4)
+        .max(if largest < 10.0 { SHOWN } else { 0 })
+}
+
+fn power(x: f64, digits: usize) -> String {
+    let text = format!("{x:.digits$e}");
+    let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+    format!("{mantissa}e{exponent}")
+}
+
+/// A share or a ratio as per cent with a sensible number of digits.
+pub fn percent(x: f64) -> String {
+    let value = 100.0 * x;
+    match value.abs() {
+        0.0 => "0".to_string(),
+        size if size >= 10.0 => format!("{value:.1}"),
+        size if size >= 0.01 => format!("{value:.2}"),
+        _ => format!("{value:.1e}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_columns() {
+        assert_eq!(
+            column(&[0.0, 16.431942, 5774.03927]),
+            ["0.0000", "16.4319", "5774.0393"]
+        );
+        assert_eq!(
+            column(&[0.0, 0.00050331, 5.0329e9]),
+            ["0", "5.03310e-4", "5.03290e9"]
+        );
+        assert_eq!(column(&[0.0]), ["0.0000"]);
+        assert_eq!(
+            column(&[0.61803398875, 1.61803398875]),
+            ["0.618034", "1.618034"]
+        );
+    }
+}

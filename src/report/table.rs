@@ -1,0 +1,245 @@
+//! Answers as tables for a terminal: the unit has its own row, numbers align on the decimal point.
+
+use comfy_table::presets::NOTHING;
+use comfy_table::{CellAlignment, ContentArrangement, Table};
+
+use super::number::{column, percent};
+use super::words::mostly_in;
+use crate::machine::parts::Machine;
+use crate::modes::mode::modulus;
+use crate::modes::sensitivity::{Parameter, Sensitivity};
+use crate::plan::prepared::Prepared;
+use crate::plan::run::Answer;
+use crate::plan::stages::{Plan, Verdict};
+
+/// Rows of modes shown at once; the files hold all.
+const ROWS: usize = 50;
+
+/// One row a mode.
+pub fn modes(prepared: &Prepared, answer: &Answer) -> String {
+    let shown = answer.modes.len().min(ROWS);
+    let frequencies: Vec<f64> = answer.modes[..shown]
+        .iter()
+        .map(|m| m.frequency_hz())
+        .collect();
+    let damped = (0..shown).any(|k| damping(answer, k).is_some());
+    let decays = answer.modes[..shown]
+        .iter()
+        .any(|m| !m.rigid && !m.oscillates());
+    let mut table = plain();
+    let (mut heads, mut units) = (vec!["mode", "frequency"], vec!["", "Hz"]);
+    if damped {
+        heads.push(if answer.complex {
+            "damping"
+        } else {
+            "damping*"
+        });
+        units.push("%");
+    }
+    if decays {
+        heads.push("time constant");
+        units.push("s");
+    }
+    heads.push("mostly in");
+    units.push("");
+    table.add_row(heads);
+    table.add_row(units);
+    for (k, frequency) in column(&frequencies).into_iter().enumerate() {
+        let mode = &answer.modes[k];
+        let swings = mode.rigid || mode.oscillates();
+        let mut row = vec![
+            (k + 1).to_string(),
+            if swings { frequency } else { "–".to_string() },
+        ];
+        if damped {
+            row.push(damping(answer, k).map_or("–".to_string(), percent));
+        }
+        if decays {
+            row.push(if swings {
+                "–".to_string()
+            } else {
+                format!("{:.5}", -1.0 / mode.eigenvalue.re)
+            });
+        }
+        row.push(mostly_in(&prepared.machine, mode, &answer.energies[k]));
+        table.add_row(row);
+    }
+    right_but_last(&mut table);
+    let mut text = finish(&table);
+    if answer.modes.len() > shown {
+        let more = answer.modes.len() - shown;
+        text += &format!("… and {more} more; --lowest N limits them, --csv and --json hold all\n");
+    }
+    if damped && !answer.complex {
+        text += "* from the losses of the undamped shape; --damped solves for it\n";
+    }
+    text
+}
+
+fn damping(answer: &Answer, k: usize) -> Option<f64> {
+    if answer.complex {
+        answer.modes[k].damping_ratio
+    } else {
+        answer.energies[k].light_damping
+    }
+}
+
+/// Everything about one mode: where its energy is, what it depends on, its shape.
+pub fn mode(prepared: &Prepared, answer: &Answer, k: usize) -> String {
+    let machine = &prepared.machine;
+    let (mode, energies) = (&answer.modes[k], &answer.energies[k]);
+    let mut text = format!("mode {}: {:.9} Hz", k + 1, mode.frequency_hz());
+    if let Some(zeta) = damping(answer, k) {
+        text += &format!(", damping {} %", percent(zeta));
+    }
+    if mode.digits.is_finite() {
+        text += &format!(
+            ", {:.0} digits, residual {:.0e}",
+            mode.digits.floor(),
+            mode.residual
+        );
+    }
+    text += "\n\n";
+    let mut table = plain();
+    table.add_row(vec![
+        "element",
+        "strain energy",
+        "kinetic energy",
+        "dissipation",
+        "dω/ω per dk/k",
+        "dω/ω per dJ/J",
+    ]);
+    table.add_row(vec!["", "%", "%", "%", "%/%", "%/%"]);
+    let list = answer
+        .sensitivities
+        .as_ref()
+        .map(|all| all[k].as_slice())
+        .unwrap_or_default();
+    for element in by_share(
+        machine,
+        [
+            energies.strain.as_deref(),
+            Some(&energies.kinetic),
+            energies.dissipated.as_deref(),
+        ],
+    ) {
+        let share = |shares: Option<&[(usize, f64)]>| {
+            let found = shares.and_then(|s| s.iter().find(|s| s.0 == element));
+            found.map_or("–".to_string(), |s| percent(s.1))
+        };
+        table.add_row(vec![
+            machine.elements[element].name.clone(),
+            share(energies.strain.as_deref()),
+            share(Some(&energies.kinetic)),
+            share(energies.dissipated.as_deref()),
+            sensitivity(list, element, Parameter::Stiffness),
+            sensitivity(list, element, Parameter::Inertia),
+        ]);
+    }
+    right_but_first(&mut table);
+    text += &finish(&table);
+    text += "\n";
+    text += &shape(machine, answer, k);
+    text
+}
+
+fn sensitivity(list: &[Sensitivity], element: usize, parameter: Parameter) -> String {
+    let found = list
+        .iter()
+        .find(|s| s.element == element && s.parameter == parameter);
+    found.map_or("–".to_string(), |s| format!("{:.4}", s.relative))
+}
+
+/// Elements with a share above one in a thousand, the largest first.
+fn by_share(machine: &Machine, all: [Option<&[(usize, f64)]>; 3]) -> Vec<usize> {
+    let mut largest = vec![0.0f64; machine.elements.len()];
+    for &(element, share) in all.into_iter().flatten().flatten() {
+        largest[element] = largest[element].max(share.abs());
+    }
+    let mut order: Vec<usize> = (0..largest.len()).filter(|&e| largest[e] >= 1e-3).collect();
+    order.sort_by(|&a, &b| largest[b].total_cmp(&largest[a]));
+    order
+}
+
+fn shape(machine: &Machine, answer: &Answer, k: usize) -> String {
+    let shape = &answer.modes[k].shape;
+    let largest = shape.iter().fold(0.0f64, |m, &z| m.max(modulus(z)));
+    let mut table = plain();
+    if answer.complex {
+        table.add_row(vec!["freedom", "amplitude", "phase"]);
+        table.add_row(vec!["", "of the largest", "deg"]);
+    } else {
+        table.add_row(vec!["freedom", "amplitude"]);
+        table.add_row(vec!["", "of the largest"]);
+    }
+    for (i, &z) in shape.iter().enumerate() {
+        let mut row = vec![machine.freedom_name(i)];
+        if answer.complex {
+            row.push(format!("{:.6}", modulus(z) / largest));
+            row.push(format!("{:.1}", z.im.atan2(z.re).to_degrees()));
+        } else {
+            row.push(format!("{:.6}", z.re / largest));
+        }
+        table.add_row(row);
+    }
+    right_but_first(&mut table);
+    finish(&table)
+}
+
+/// The plan: what runs, what is left out and why.
+pub fn plan(plan: &Plan) -> String {
+    let mut table = plain();
+    for (_, name, verdict) in &plan.steps {
+        if let Verdict::Runs(what) = verdict {
+            table.add_row(vec![*name, what]);
+        }
+    }
+    let mut text = finish(&table);
+    text += "\nleft out\n";
+    let mut left = plain();
+    for (_, name, verdict) in &plan.steps {
+        if let Verdict::LeftOut(why) = verdict {
+            left.add_row(vec![*name, why]);
+        }
+    }
+    text += &finish(&left);
+    text
+}
+
+fn plain() -> Table {
+    let mut table = Table::new();
+    table
+        .load_preset(NOTHING)
+        .set_content_arrangement(ContentArrangement::Disabled);
+    table
+}
+
+fn right_but_last(table: &mut Table) {
+    let last = table.column_count().saturating_sub(1);
+    for (at, column) in table.column_iter_mut().enumerate() {
+        column.set_cell_alignment(if at == last {
+            CellAlignment::Left
+        } else {
+            CellAlignment::Right
+        });
+    }
+}
+
+fn right_but_first(table: &mut Table) {
+    for (at, column) in table.column_iter_mut().enumerate() {
+        column.set_cell_alignment(if at == 0 {
+            CellAlignment::Left
+        } else {
+            CellAlignment::Right
+        });
+    }
+}
+
+/// The table's text without blanks at line ends.
+fn finish(table: &Table) -> String {
+    table
+        .to_string()
+        .lines()
+        .map(|line| line.trim_end().to_string() + "\n")
+        .collect()
+}
