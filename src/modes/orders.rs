@@ -263,7 +263,7 @@ fn simple_fraction(x: f64) -> Option<(f64, f64)> {
         rest = 1.0 / rest - whole;
         top = [top[1], whole * top[1] + top[0]];
         bottom = [bottom[1], whole * bottom[1] + bottom[0]];
-        if !(bottom[1] <= LARGEST) {
+        if bottom[1].is_nan() || bottom[1] > LARGEST {
             return None;
         }
     }

@@ -107,7 +107,7 @@ impl Lateral {
             against += (-area).max(0.0);
             across += pair.mass[0] * x.norm_sqr() + pair.mass[1] * y.norm_sqr();
         }
-        if !(across > LATERAL * kinetic) {
+        if across.is_nan() || across <= LATERAL * kinetic {
             return None;
         }
         let round = with + against;
