@@ -19,3 +19,6 @@ pub mod modes;
 
 /// What a study needs, and running it.
 pub mod plan;
+
+/// What a person or a program reads of an answer.
+pub mod report;
