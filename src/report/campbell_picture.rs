@@ -1,8 +1,8 @@
 //! Frequencies over speed, as a picture: modes as lines, orders of excitation as faint rays `f = order · n / 60`, crossings as rings.
 
 use super::style::{
-    Anchor, BLACK, BLUE, Canvas, GREY, ORANGE, Panel, SMALL, Spot, Stroke, TITLE, WIDTH, picture,
-    push_apart, shortened, significant, ticks, width_of,
+    Anchor, BLACK, BLUE, Canvas, GREY, Ink, ORANGE, Panel, SMALL, Spot, Stroke, TITLE, WIDTH,
+    picture, push_apart, shortened, significant, ticks, width_of,
 };
 
 /// What a mode does as it turns.
@@ -68,12 +68,9 @@ const LONGEST: usize = 30;
 
 /// Draws a Campbell diagram.
 pub fn campbell(diagram: &Diagram) -> String {
-    let top_labels = diagram.leaving_at_top();
-    let widest = |names: &mut dyn Iterator<Item = String>| {
-        names.map(|n| width_of(&n, SMALL)).fold(0.0, f64::max)
-    };
-    let at_top = widest(&mut top_labels.iter().map(|&i| diagram.orders[i].text()));
-    let at_right = widest(&mut diagram.right_texts().into_iter());
+    let widest = |texts: Vec<String>| texts.iter().map(|t| width_of(t, SMALL)).fold(0.0, f64::max);
+    let at_top = widest(diagram.top_texts());
+    let at_right = widest(diagram.right_texts());
     let top = 20.0 + at_top;
     let panel = Panel {
         across: (LEFT, WIDTH - at_right.max(20.0) - 34.0),
@@ -96,8 +93,12 @@ pub fn campbell(diagram: &Diagram) -> String {
     })
 }
 
-/// A label at the right edge: the height it wants, its text, whether it names a mode.
-type End = (f64, String, bool);
+/// A label at the right edge, and the end of the line it names.
+struct End {
+    spot: Spot,
+    text: String,
+    ink: Ink,
+}
 
 impl OrderLine {
     fn text(&self) -> String {
@@ -131,18 +132,27 @@ impl Diagram {
         if largest > 0.0 { 1.06 * largest } else { 1.0 }
     }
 
-    /// Orders by where they leave the diagram: those above its corner.
-    fn leaving_at_top(&self) -> Vec<usize> {
-        let ((first, last), highest) = (self.speed_range(), self.highest());
-        let leaves =
-            |&i: &usize| self.orders[i].at(last) > highest && self.orders[i].at(first) < highest;
-        (0..self.orders.len()).filter(leaves).collect()
+    /// Orders that show: those that start below the upper edge.
+    fn rays(&self) -> impl Iterator<Item = &OrderLine> {
+        let (first, highest) = (self.speed_range().0, self.highest());
+        self.orders
+            .iter()
+            .filter(move |o| o.order > 0.0 && o.at(first) < highest)
+    }
+
+    /// Names of the orders that leave at the upper edge.
+    fn top_texts(&self) -> Vec<String> {
+        let (last, highest) = (self.speed_range().1, self.highest());
+        self.rays()
+            .filter(|o| o.at(last) > highest)
+            .map(OrderLine::text)
+            .collect()
     }
 
     fn right_texts(&self) -> Vec<String> {
         let branches = self.branches.iter().map(|b| shortened(&b.label, LONGEST));
         let (_, last) = self.speed_range();
-        let orders = self.orders.iter().filter(|o| o.at(last) <= self.highest());
+        let orders = self.rays().filter(|o| o.at(last) <= self.highest());
         branches.chain(orders.map(OrderLine::text)).collect()
     }
 
@@ -176,7 +186,7 @@ impl Diagram {
         let ((first, last), highest) = (panel.x, panel.y.1);
         let mut ends = Vec::new();
         let mut at_top: Vec<(f64, String)> = Vec::new();
-        for order in self.orders.iter().filter(|o| o.at(first) < highest) {
+        for order in self.rays() {
             let leaves = order.at(last) > highest;
             let end = if leaves {
                 60.0 * highest / order.order
@@ -188,7 +198,11 @@ impl Diagram {
             canvas.line(from, to, GREY, 0.7);
             match leaves {
                 true => at_top.push((to.0, order.text())),
-                false => ends.push((to.1, order.text(), false)),
+                false => ends.push(End {
+                    spot: to,
+                    text: order.text(),
+                    ink: GREY,
+                }),
             }
         }
         let wanted: Vec<f64> = at_top.iter().map(|a| a.0).collect();
@@ -214,8 +228,12 @@ impl Diagram {
             for piece in &pieces {
                 canvas.path(piece, ink, 1.6, kind);
             }
-            if let Some(&(_, y)) = pieces.last().and_then(|piece| piece.last()) {
-                ends.push((y, shortened(&branch.label, LONGEST), true));
+            if let Some(&spot) = pieces.last().and_then(|piece| piece.last()) {
+                ends.push(End {
+                    spot,
+                    text: shortened(&branch.label, LONGEST),
+                    ink,
+                });
             }
         }
         ends
@@ -298,12 +316,11 @@ fn ring_size(participation: f64) -> f64 {
 
 /// Labels of lines that end at the right edge, none over another, each led to its line.
 fn label_right(canvas: &mut Canvas, panel: &Panel, ends: &[End]) {
-    let wanted: Vec<f64> = ends.iter().map(|end| end.0).collect();
+    let wanted: Vec<f64> = ends.iter().map(|end| end.spot.1).collect();
     let places = push_apart(&wanted, SMALL + 2.5, (panel.down.0, panel.down.1));
-    for ((y, text, is_mode), &place) in ends.iter().zip(&places) {
-        let ink = if *is_mode { BLACK } else { GREY };
-        let (edge, side) = (panel.across.1, panel.across.1 + 16.0);
-        canvas.line((edge, *y), (side, place), ink, 0.5);
-        canvas.text(text, (side + 4.0, place), SMALL, ink, Anchor::Start);
+    for (End { spot, text, ink }, &place) in ends.iter().zip(&places) {
+        let side = panel.across.1 + 16.0;
+        canvas.line(*spot, (side, place), *ink, 0.5);
+        canvas.text(text, (side + 4.0, place), SMALL, *ink, Anchor::Start);
     }
 }
