@@ -107,7 +107,7 @@ impl OrderLine {
             true => order.trim_end_matches('0').trim_end_matches('.'),
             false => &order,
         };
-        format!("{order}×  {}", shortened(&self.label, LONGEST - 6))
+        format!("{order}×  {}", shortened(&self.label, LONGEST - 4))
     }
 
     fn at(&self, speed_rpm: f64) -> f64 {

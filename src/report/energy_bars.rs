@@ -156,8 +156,9 @@ impl Table<'_> {
         for (share, text) in [(0.03, "3 %"), (0.25, "25 %"), (1.0, "100 %")] {
             strain(canvas, (x, y), share);
             kinetic(canvas, (x + 20.0, y), share);
-            x += 34.0;
+            x += 33.0;
             say(canvas, &mut x, text);
+            x += 8.0;
         }
         if self.any_negative() {
             canvas.ring((x, y), FULL, ORANGE, 1.4);

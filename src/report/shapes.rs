@@ -106,7 +106,7 @@ struct Layout {
 const LEFT: f64 = 70.0;
 const RIGHT: f64 = 14.0;
 const BETWEEN: f64 = 50.0;
-const HEADING: f64 = 24.0;
+const HEADING: f64 = 30.0;
 
 impl Sheet<'_> {
     fn lateral(&self) -> bool {
@@ -445,7 +445,7 @@ fn name_places(canvas: &mut Canvas, panel: &Panel, places: &[f64], names: &[Stri
         if right < free_from {
             continue;
         }
-        free_from = right + SMALL + 2.0;
+        free_from = right + if places.len() > STEMS { 2.5 } else { 1.2 } * SMALL;
         canvas.line((right, below), (right, below + 3.0), FAINT, 0.8);
         canvas.upright(name, (right, below + 6.0), SMALL, BLACK, Anchor::End);
     }

@@ -374,7 +374,7 @@ pub fn shortened(name: &str, longest: usize) -> String {
 
 /// About how wide a text is.
 pub fn width_of(text: &str, size: f64) -> f64 {
-    const WIDE: f64 = 0.6; // of the size, per character: the mean of common sans-serif faces, rounded up
+    const WIDE: f64 = 0.57; // of the size, per character: wide sans-serif faces; narrow ones leave some room
     text.chars().count() as f64 * size * WIDE
 }
 
