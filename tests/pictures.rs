@@ -2,6 +2,8 @@
 //!
 //! `GEARDYN_PICTURES=DIR cargo test --test pictures` also writes them to DIR.
 
+#![allow(clippy::unwrap_used, clippy::panic)] // in helpers of tests, which lint settings for tests do not reach
+
 use std::path::Path;
 
 use geardyn::plan::prepared::Prepared;

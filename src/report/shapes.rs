@@ -83,6 +83,9 @@ fn sideways(machine: &Machine) -> Vec<usize> {
     of(false).chain(of(true)).collect()
 }
 
+/// Real or imaginary part.
+type Part = fn(&Complex) -> f64;
+
 /// What all panels share.
 struct Sheet<'a> {
     machine: &'a Machine,
@@ -256,7 +259,7 @@ impl Sheet<'_> {
         // One phase for both, so that signs can be compared across.
         let phase = phase_of_largest(&turns).or(phase_of_largest(&moves));
         if let Some(phase) = phase {
-            let turn_back = |z: &mut Complex| *z = *z / phase;
+            let turn_back = |z: &mut Complex| *z /= phase;
             turns.iter_mut().chain(&mut moves).for_each(turn_back);
         }
         (turns, moves)
@@ -282,9 +285,8 @@ impl Sheet<'_> {
 
     /// Stems and a line through them, black along shafts and grey over other joints.
     fn trace(&self, canvas: &mut Canvas, panel: &Panel, values: &[Complex]) {
-        let spot =
-            |i: usize, part: fn(&Complex) -> f64| panel.at(self.stops[i].x, part(&values[i]));
-        let (real, imaginary): (fn(&Complex) -> f64, fn(&Complex) -> f64) = (|z| z.re, |z| z.im);
+        let spot = |i: usize, part: Part| panel.at(self.stops[i].x, part(&values[i]));
+        let (real, imaginary): (Part, Part) = (|z| z.re, |z| z.im);
         let stems = self.stops.len() <= STEMS;
         if stems {
             for i in 0..values.len() {
@@ -387,7 +389,7 @@ impl Sheet<'_> {
             canvas.upright(label, (x, middle), SMALL, BLACK, Anchor::Middle);
         } else {
             let x = (LEFT + WIDTH - RIGHT) / 2.0;
-            let label = "node, in the order of the train; black: shafts, grey: other joints";
+            let label = "node, in the order of the train; black: shafts, grey: other joints, dotted: to a branch";
             canvas.text(label, (x, foot), SMALL, BLACK, Anchor::Middle);
         }
     }
