@@ -15,3 +15,18 @@ pub mod csv;
 /// Tables for a terminal.
 #[cfg(feature = "cli")]
 pub mod table;
+
+/// The surface of every picture.
+pub mod style;
+
+/// The order of nodes along a train.
+pub mod train;
+
+/// Pictures of mode shapes.
+pub mod shapes;
+
+/// Where the energy of each mode sits, as a picture.
+pub mod energy_bars;
+
+/// Frequencies over speed, as a picture.
+pub mod campbell_picture;
