@@ -3,6 +3,15 @@
 /// Columns of numbers.
 pub mod number;
 
+/// The surface of every picture.
+pub mod style;
+
+/// Frequencies over speed, as a picture.
+pub mod campbell_picture;
+
+/// Campbell diagrams.
+pub mod campbell;
+
 /// Modes in words.
 pub mod words;
 
@@ -16,9 +25,6 @@ pub mod csv;
 #[cfg(feature = "cli")]
 pub mod table;
 
-/// The surface of every picture.
-pub mod style;
-
 /// The order of nodes along a train.
 pub mod train;
 
@@ -27,6 +33,3 @@ pub mod shapes;
 
 /// Where the energy of each mode sits, as a picture.
 pub mod energy_bars;
-
-/// Frequencies over speed, as a picture.
-pub mod campbell_picture;
