@@ -3,40 +3,89 @@
 use serde_json::{Value, json};
 
 use super::campbell_picture::{self, Diagram};
-use crate::modes::campbell::Campbell;
-use crate::modes::orders::{Cause, Order};
+use crate::modes::campbell::{BranchLine, Campbell, Crossing};
+use crate::modes::orders::{Cause, Order, Source};
 use crate::modes::whirl::Whirl;
 
-/// The picture.
+/// Orders drawn: those whose parts take most part in the modes they meet.
+const ORDERS: usize = 12;
+
+/// Branches drawn whole; of more, those above what the drawn orders reach are left out.
+const BRANCHES: usize = 16;
+
+/// Crossings below this participation are not drawn on a crowded diagram.
+const FAINT: f64 = 0.01;
+
+/// The picture. A large machine has more orders and modes than a picture can show: it shows those that matter, and the table and
+/// the JSON document hold all.
 pub fn picture(found: &Campbell) -> String {
-    let branch = |(k, line): (usize, &crate::modes::campbell::BranchLine)| {
-        let whirl = line.whirl.iter().rev().flatten().next();
-        campbell_picture::BranchLine {
-            label: format!("mode {}", k + 1),
-            whirl: match whirl {
-                Some(Whirl::Forward) => campbell_picture::Whirl::Forward,
-                Some(Whirl::Backward) => campbell_picture::Whirl::Backward,
-                _ => campbell_picture::Whirl::None,
-            },
-            frequencies_hz: line.frequency_hz.clone(),
-        }
-    };
-    let order = |order: &Order| campbell_picture::OrderLine {
-        label: words(order),
-        order: order.value,
-    };
-    let crossings = found.crossings.iter().map(|c| campbell_picture::Crossing {
-        speed_rpm: c.speed_rpm,
-        frequency_hz: c.frequency_hz,
-        participation: c.participation,
+    let orders = strongest_orders(found);
+    let crowded = found.orders.len() > ORDERS || found.branches.len() > BRANCHES;
+    let drawn = |c: &&Crossing| orders.contains(&c.order) && (!crowded || c.participation >= FAINT);
+    let crossings: Vec<&Crossing> = found.crossings.iter().filter(drawn).collect();
+    let reach = crossings.iter().map(|c| c.frequency_hz).fold(0.0, f64::max);
+    let branches = (0..found.branches.len()).filter(|&k| {
+        let lowest = found.branches[k]
+            .frequency_hz
+            .iter()
+            .flatten()
+            .copied()
+            .fold(f64::INFINITY, f64::min);
+        found.branches.len() <= BRANCHES || reach == 0.0 || lowest <= 1.15 * reach
     });
+    let branches: Vec<usize> = branches.take(2 * BRANCHES).collect();
+    let crossings = crossings
+        .into_iter()
+        .filter(|c| branches.contains(&c.branch));
     campbell_picture::campbell(&Diagram {
         shaft: found.reference.clone(),
         speeds_rpm: found.speeds_rpm.clone(),
-        branches: found.branches.iter().enumerate().map(branch).collect(),
-        orders: found.orders.iter().map(order).collect(),
-        crossings: crossings.collect(),
+        branches: branches.iter().map(|&k| line(found, k)).collect(),
+        orders: orders.iter().map(|&k| ray(&found.orders[k])).collect(),
+        crossings: crossings.map(ring).collect(),
     })
+}
+
+/// The orders to draw, by number.
+fn strongest_orders(found: &Campbell) -> Vec<usize> {
+    let mut strength = vec![0.0f64; found.orders.len()];
+    for c in &found.crossings {
+        strength[c.order] = strength[c.order].max(c.participation);
+    }
+    let mut order: Vec<usize> = (0..found.orders.len()).collect();
+    order.sort_by(|&a, &b| strength[b].total_cmp(&strength[a]));
+    order.truncate(ORDERS);
+    order.retain(|&k| found.orders.len() <= ORDERS || strength[k] >= FAINT);
+    order.sort_unstable();
+    order
+}
+
+fn line(found: &Campbell, k: usize) -> campbell_picture::BranchLine {
+    let whirl = found.branches[k].whirl.iter().rev().flatten().next();
+    campbell_picture::BranchLine {
+        label: format!("branch {}", k + 1),
+        whirl: match whirl {
+            Some(Whirl::Forward) => campbell_picture::Whirl::Forward,
+            Some(Whirl::Backward) => campbell_picture::Whirl::Backward,
+            _ => campbell_picture::Whirl::None,
+        },
+        frequencies_hz: found.branches[k].frequency_hz.clone(),
+    }
+}
+
+fn ray(order: &Order) -> campbell_picture::OrderLine {
+    campbell_picture::OrderLine {
+        label: words(order),
+        order: order.value,
+    }
+}
+
+fn ring(c: &Crossing) -> campbell_picture::Crossing {
+    campbell_picture::Crossing {
+        speed_rpm: c.speed_rpm,
+        frequency_hz: c.frequency_hz,
+        participation: c.participation,
+    }
 }
 
 /// What excites an order: `wheel mesh`, `pinion, wheel`.
@@ -56,7 +105,7 @@ pub fn words(order: &Order) -> String {
 
 /// The diagram as the `campbell` block of a document.
 pub fn json(found: &Campbell) -> Value {
-    let branch = |line: &crate::modes::campbell::BranchLine| {
+    let branch = |line: &BranchLine| {
         json!({
             "frequency_hz": line.frequency_hz,
             "damping_ratio": line.damping_ratio,
@@ -65,7 +114,7 @@ pub fn json(found: &Campbell) -> Value {
         })
     };
     let order = |order: &Order| {
-        let source = |s: &crate::modes::orders::Source| {
+        let source = |s: &Source| {
             let cause = match s.cause {
                 Cause::Mesh => "mesh",
                 Cause::Rotation => "rotation",
@@ -78,7 +127,7 @@ pub fn json(found: &Campbell) -> Value {
             "sources": order.sources.iter().map(source).collect::<Vec<_>>(),
         })
     };
-    let crossing = |c: &crate::modes::campbell::Crossing| {
+    let crossing = |c: &Crossing| {
         json!({
             "speed_rpm": c.speed_rpm,
             "frequency_hz": c.frequency_hz,
