@@ -23,3 +23,9 @@ pub mod energy;
 
 /// What a frequency depends on.
 pub mod sensitivity;
+
+/// Equations of motion as dense matrices, over any coordinates.
+pub mod equations;
+
+/// The state-space form.
+pub mod state_space;
