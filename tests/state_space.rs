@@ -330,8 +330,7 @@ c = 20.0
     }
 }
 
-/// Two equal discs held alike and coupled: an input at both alike would not reach the mode against each other; one disc at
-/// a node of mode 2 is not seen by it.
+/// Three equal discs held at both ends: the middle one stands still in the second mode.
 #[test]
 fn exact_unreachable_mode() {
     let ready = written(
@@ -341,7 +340,7 @@ name = \"row\"
 count = 3
 J = 1.0
 k = 100.0
-held = [\"start\", \"end\"]
+held = \"both\"
 ",
     );
     let found = participation(&ready.case(), &names(&["row.2"]), &names(&["row.1", "row.2.acceleration"])).unwrap();
@@ -470,6 +469,15 @@ fn exact_mat_bytes() {
     assert_eq!((at, count), (bytes.len(), 9));
 }
 
+/// Equal but for the last digit, which serde_json's reader of numbers does not promise.
+fn alike(a: &Value, b: &Value) -> bool {
+    match (a.as_array(), b.as_array(), a.as_f64(), b.as_f64()) {
+        (Some(x), Some(y), _, _) => x.len() == y.len() && x.iter().zip(y).all(|(x, y)| alike(x, y)),
+        (_, _, Some(x), Some(y)) => (x - y).abs() <= 4.0 * f64::EPSILON * y.abs(),
+        _ => a == b,
+    }
+}
+
 /// scipy reads the file back; without python3 and scipy there is nothing to ask, and the bytes are tested above.
 #[test]
 fn ref_scipy_reads_mat() {
@@ -496,7 +504,7 @@ print(json.dumps(out))";
     let read: Value = serde_json::from_slice(&ran.stdout).unwrap();
     let own = found.to_json();
     for (theirs, ours) in [("A", "a"), ("B", "b"), ("C", "c"), ("D", "d"), ("states", "states"), ("inputs", "inputs"), ("outputs", "outputs")] {
-        assert_eq!(read[theirs], own[ours], "{theirs}");
+        assert!(alike(&read[theirs], &own[ours]), "{theirs}: {} {}", read[theirs], own[ours]);
     }
     assert_eq!((read["Ts"].as_f64(), read["hold"].as_str()), (Some(1e-4), Some("first-order")));
 }

@@ -5,7 +5,6 @@
 
 use super::basis::{Basis, column, seen};
 use super::modal;
-use crate::machine::direction::Direction;
 use crate::machine::linear::Linear;
 use crate::machine::parts::Machine;
 use crate::numeric::{Complex, ComplexMatrix, Matrix};
@@ -43,10 +42,13 @@ pub struct Equations {
 }
 
 impl Equations {
-    /// Over the coordinates that stay behind rigid joints, each a freedom of the machine.
+    /// Over the freedoms of [`independent`], as displacements of the machine.
     pub fn physical(case: &Case) -> Equations {
-        let names = case.linear.free.iter().map(|&freedom| case.machine.freedom_name(freedom)).collect();
-        Equations::over(case, Matrix::identity(case.linear.n, case.linear.n), names, 0)
+        let chosen = independent(case.linear);
+        let names = chosen.iter().map(|&(freedom, _)| case.machine.freedom_name(freedom)).collect();
+        let n = case.linear.n;
+        let transform = Matrix::from_fn(n, n, |i, j| if i == j { 1.0 / chosen[j].1 } else { 0.0 });
+        Equations::over(case, transform, names, 0)
     }
 
     /// Over mass-normalised modes, and what massless coordinates move beyond them. Small frequencies keep their digits.
@@ -181,9 +183,15 @@ impl Equations {
     }
 }
 
-/// The direction of one freedom over the coordinates that stay.
-pub fn freedom_row(linear: &Linear, freedom: usize) -> Direction {
-    Direction { scale: 1.0, terms: linear.transform[freedom].clone() }
+/// For each coordinate that stays the first freedom of the file that follows it alone, and `a` in `q = a p`: of a rigid gear
+/// pair the first gear.
+pub fn independent(linear: &Linear) -> Vec<(usize, f64)> {
+    let of = |j: usize| {
+        let alone = |row: &Vec<(usize, f64)>| matches!(row[..], [(i, _)] if i == j);
+        let first = linear.transform.iter().position(alone).unwrap_or(linear.free[j]);
+        (first, linear.transform[first].first().map_or(1.0, |t| t.1))
+    };
+    (0..linear.n).map(of).collect()
 }
 
 /// `A += value · u wᵀ`.

@@ -29,3 +29,6 @@ pub mod equations;
 
 /// The state-space form.
 pub mod state_space;
+
+/// Fewer coordinates, and what that costs.
+pub mod reduction;

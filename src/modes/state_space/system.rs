@@ -5,7 +5,7 @@ use super::first_order::{FirstOrder, first_order};
 use super::signals::{self, Output};
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::modes::equations::{Case, Equations};
+use crate::modes::equations::{Case, Equations, independent};
 use crate::numeric::{Complex, ComplexMatrix, Matrix, definite};
 
 /// A state-space form with names.
@@ -48,7 +48,7 @@ impl StateSpace {
     /// # Errors
     /// Those of [`StateSpace::physical`].
     pub fn modal(case: &Case, inputs: &[String], outputs: &[String]) -> Result<StateSpace, Error> {
-        let physical = || case.linear.free.iter().map(|&f| case.machine.freedom_name(f)).collect();
+        let physical = || independent(case.linear).iter().map(|&(f, _)| case.machine.freedom_name(f)).collect();
         let or_all = |names: &[String]| if names.is_empty() { physical() } else { names.to_vec() };
         StateSpace::of(case, &Equations::modal(case), &or_all(inputs), &or_all(outputs))
     }
