@@ -45,7 +45,10 @@ impl Equations {
     /// Over the freedoms of [`independent`], as displacements of the machine.
     pub fn physical(case: &Case) -> Equations {
         let chosen = independent(case.linear);
-        let names = chosen.iter().map(|&(freedom, _)| case.machine.freedom_name(freedom)).collect();
+        let names = chosen
+            .iter()
+            .map(|&(freedom, _)| case.machine.freedom_name(freedom))
+            .collect();
         let n = case.linear.n;
         let transform = Matrix::from_fn(n, n, |i, j| if i == j { 1.0 / chosen[j].1 } else { 0.0 });
         Equations::over(case, transform, names, 0)
@@ -55,14 +58,27 @@ impl Equations {
     pub fn modal(case: &Case) -> Equations {
         let modal = modal::project(case.machine, case.linear, case.basis, case.speeds, true);
         let n = modal.n_modes + modal.n_light;
-        let light = case.linear.massless.iter().map(|&j| case.machine.freedom_name(case.linear.free[j]));
+        let light = case
+            .linear
+            .massless
+            .iter()
+            .map(|&j| case.machine.freedom_name(case.linear.free[j]));
         Equations {
             transform: modal.shapes,
-            mass: Matrix::from_fn(n, n, |i, j| if i == j && i < modal.n_modes { 1.0 } else { 0.0 }),
+            mass: Matrix::from_fn(n, n, |i, j| {
+                if i == j && i < modal.n_modes {
+                    1.0
+                } else {
+                    0.0
+                }
+            }),
             damping: modal.damping,
             stiffness: modal.stiffness,
             hysteretic: modal.hysteretic,
-            names: (1..=modal.n_modes).map(|k| format!("mode {k}")).chain(light.map(|name| format!("{name} beyond modes"))).collect(),
+            names: (1..=modal.n_modes)
+                .map(|k| format!("mode {k}"))
+                .chain(light.map(|name| format!("{name} beyond modes")))
+                .collect(),
             massless: (modal.n_modes..n).collect(),
         }
     }
@@ -104,7 +120,8 @@ impl Equations {
     /// Something loses energy.
     pub fn is_dissipative(&self) -> bool {
         let n = self.len();
-        let braked = (0..n).any(|i| (0..n).any(|j| self.damping[(i, j)] + self.damping[(j, i)] != 0.0));
+        let braked =
+            (0..n).any(|i| (0..n).any(|j| self.damping[(i, j)] + self.damping[(j, i)] != 0.0));
         braked || self.hysteretic.is_some()
     }
 
@@ -113,19 +130,27 @@ impl Equations {
         let sign = if s.im == 0.0 { 0.0 } else { s.im.signum() };
         ComplexMatrix::from_fn(self.len(), self.len(), |i, j| {
             let lossy = self.hysteretic.as_ref().map_or(0.0, |h| sign * h[(i, j)]);
-            s * s * self.mass[(i, j)] + s * self.damping[(i, j)] + Complex::new(self.stiffness[(i, j)], lossy)
+            s * s * self.mass[(i, j)]
+                + s * self.damping[(i, j)]
+                + Complex::new(self.stiffness[(i, j)], lossy)
         })
     }
 
     /// A direction over the coordinates that stay, seen by the columns of T.
     pub fn sees(&self, p: &[(usize, f64)]) -> Vec<f64> {
-        (0..self.len()).map(|j| p.iter().map(|&(i, a)| a * self.transform[(i, j)]).sum()).collect()
+        (0..self.len())
+            .map(|j| p.iter().map(|&(i, a)| a * self.transform[(i, j)]).sum())
+            .collect()
     }
 
     fn add_branches(&mut self, case: &Case, n_rigid: usize) {
         for branch in &case.linear.branches {
             let mut along = seen(&branch.direction, &self.transform);
-            let still = if branch.stiffness != 0.0 { n_rigid } else { n_rigid.min(case.linear.n_undamped_rigid) };
+            let still = if branch.stiffness != 0.0 {
+                n_rigid
+            } else {
+                n_rigid.min(case.linear.n_undamped_rigid)
+            };
             along.iter_mut().take(still).for_each(|x| *x = 0.0);
             let acts = match &branch.force {
                 Some(force) => seen(force, &self.transform),
@@ -136,7 +161,12 @@ impl Equations {
             if branch.loss_factor != 0.0 {
                 let n = along.len();
                 let hysteretic = self.hysteretic.get_or_insert_with(|| Matrix::zeros(n, n));
-                add_outer(hysteretic, branch.loss_factor * branch.stiffness, &acts, &along);
+                add_outer(
+                    hysteretic,
+                    branch.loss_factor * branch.stiffness,
+                    &acts,
+                    &along,
+                );
             }
         }
     }
@@ -146,7 +176,10 @@ impl Equations {
         for spin in &case.machine.spins {
             let omega = speeds[spin.turning];
             for &(a, b, g) in &spin.gyroscopic {
-                let (a, b) = (self.sees(&case.linear.transform[a]), self.sees(&case.linear.transform[b]));
+                let (a, b) = (
+                    self.sees(&case.linear.transform[a]),
+                    self.sees(&case.linear.transform[b]),
+                );
                 add_outer(&mut self.damping, g * omega, &a, &b);
                 add_outer(&mut self.damping, -g * omega, &b, &a);
             }
@@ -164,11 +197,17 @@ impl Equations {
         for i in 0..n {
             for j in 0..n {
                 let symmetric = (self.stiffness[(i, j)] + self.stiffness[(j, i)]) / 2.0;
-                self.damping[(i, j)] += global.mass * self.mass[(i, j)] + global.stiffness * symmetric;
+                self.damping[(i, j)] +=
+                    global.mass * self.mass[(i, j)] + global.stiffness * symmetric;
             }
         }
         for (k, mode) in (case.basis.n_rigid..case.basis.omega.len()).enumerate() {
-            let zeta = global.modal.get(k).or(global.modal.last()).copied().unwrap_or(0.0);
+            let zeta = global
+                .modal
+                .get(k)
+                .or(global.modal.last())
+                .copied()
+                .unwrap_or(0.0);
             if zeta == 0.0 {
                 continue;
             }
@@ -176,9 +215,17 @@ impl Equations {
             let mut momentum = vec![0.0; n];
             for mass in &case.linear.masses {
                 let p = mass.value * mass.direction.dot(&shape);
-                momentum.iter_mut().zip(seen(&mass.direction, &self.transform)).for_each(|(m, v)| *m += p * v);
+                momentum
+                    .iter_mut()
+                    .zip(seen(&mass.direction, &self.transform))
+                    .for_each(|(m, v)| *m += p * v);
             }
-            add_outer(&mut self.damping, 2.0 * zeta * case.basis.omega[mode], &momentum, &momentum);
+            add_outer(
+                &mut self.damping,
+                2.0 * zeta * case.basis.omega[mode],
+                &momentum,
+                &momentum,
+            );
         }
     }
 }
@@ -188,7 +235,11 @@ impl Equations {
 pub fn independent(linear: &Linear) -> Vec<(usize, f64)> {
     let of = |j: usize| {
         let alone = |row: &Vec<(usize, f64)>| matches!(row[..], [(i, _)] if i == j);
-        let first = linear.transform.iter().position(alone).unwrap_or(linear.free[j]);
+        let first = linear
+            .transform
+            .iter()
+            .position(alone)
+            .unwrap_or(linear.free[j]);
         (first, linear.transform[first].first().map_or(1.0, |t| t.1))
     };
     (0..linear.n).map(of).collect()

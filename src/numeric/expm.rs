@@ -29,11 +29,30 @@ pub fn expm(a: &Matrix) -> Result<Matrix, Error> {
 /// Norms up to which degrees 3, 5, 7, 9 are exact to rounding.
 const SMALL: [(f64, &[f64]); 4] = [
     (1.495585217958292e-2, &[120.0, 60.0, 12.0, 1.0]),
-    (2.539398330063230e-1, &[30240.0, 15120.0, 3360.0, 420.0, 30.0, 1.0]),
-    (9.504178996162932e-1, &[17297280.0, 8648640.0, 1995840.0, 277200.0, 25200.0, 1512.0, 56.0, 1.0]),
+    (
+        2.539398330063230e-1,
+        &[30240.0, 15120.0, 3360.0, 420.0, 30.0, 1.0],
+    ),
+    (
+        9.504178996162932e-1,
+        &[
+            17297280.0, 8648640.0, 1995840.0, 277200.0, 25200.0, 1512.0, 56.0, 1.0,
+        ],
+    ),
     (
         2.097847961257068,
-        &[17643225600.0, 8821612800.0, 2075673600.0, 302702400.0, 30270240.0, 2162160.0, 110880.0, 3960.0, 90.0, 1.0],
+        &[
+            17643225600.0,
+            8821612800.0,
+            2075673600.0,
+            302702400.0,
+            30270240.0,
+            2162160.0,
+            110880.0,
+            3960.0,
+            90.0,
+            1.0,
+        ],
     ),
 ];
 
@@ -68,8 +87,11 @@ fn scaled_exponential(a: &Matrix) -> Result<Matrix, Error> {
     }
     let halvings = (norm / LARGEST).log2().ceil().max(0.0) as i32;
     if halvings > MOST_HALVINGS {
-        let message = format!("the exponential of a matrix of norm {norm:.1e} keeps no digit: the time step is too long");
-        return Err(Error::new(Code::Overflow, message).hint("choose a shorter sample time, or leave out the fastest states"));
+        let message = format!(
+            "the exponential of a matrix of norm {norm:.1e} keeps no digit: the time step is too long"
+        );
+        return Err(Error::new(Code::Overflow, message)
+            .hint("choose a shorter sample time, or leave out the fastest states"));
     }
     let factor = (-f64::from(halvings)).exp2();
     let small = Matrix::from_fn(a.nrows(), a.nrows(), |i, j| a[(i, j)] * factor);
@@ -90,8 +112,10 @@ fn pade(a: &Matrix, b: &[f64]) -> Result<Matrix, Error> {
         let a4 = &a2 * &a2;
         let a6 = &a2 * &a4;
         let three = |c: [f64; 3]| weigh(c[0], &a6) + weigh(c[1], &a4) + weigh(c[2], &a2);
-        let odd = &a6 * three([b[13], b[11], b[9]]) + three([b[7], b[5], b[3]]) + weigh(b[1], &identity);
-        let even = &a6 * three([b[12], b[10], b[8]]) + three([b[6], b[4], b[2]]) + weigh(b[0], &identity);
+        let odd =
+            &a6 * three([b[13], b[11], b[9]]) + three([b[7], b[5], b[3]]) + weigh(b[1], &identity);
+        let even =
+            &a6 * three([b[12], b[10], b[8]]) + three([b[6], b[4], b[2]]) + weigh(b[0], &identity);
         (odd, even)
     } else {
         let (mut odd, mut even) = (weigh(b[1], &identity), weigh(b[0], &identity));
@@ -108,7 +132,9 @@ fn pade(a: &Matrix, b: &[f64]) -> Result<Matrix, Error> {
 }
 
 fn one_norm(a: &Matrix) -> f64 {
-    (0..a.ncols()).map(|j| (0..a.nrows()).map(|i| a[(i, j)].abs()).sum()).fold(0.0, f64::max)
+    (0..a.ncols())
+        .map(|j| (0..a.nrows()).map(|i| a[(i, j)].abs()).sum())
+        .fold(0.0, f64::max)
 }
 
 /// `D⁻¹ A D` with rows and columns of like size, and the powers of two in D.
@@ -119,11 +145,16 @@ fn balance(a: &Matrix) -> (Matrix, Vec<f64>) {
         let mut settled = true;
         for i in 0..n {
             let others = || (0..n).filter(|&j| j != i);
-            let (column, row) = others().fold((0.0, 0.0), |(c, r): (f64, f64), j| (c + b[(j, i)].abs(), r + b[(i, j)].abs()));
+            let (column, row) = others().fold((0.0, 0.0), |(c, r): (f64, f64), j| {
+                (c + b[(j, i)].abs(), r + b[(i, j)].abs())
+            });
             if column == 0.0 || row == 0.0 {
                 continue;
             }
-            let f = (0.5 * (row.log2() - column.log2())).round().clamp(-500.0, 500.0).exp2();
+            let f = (0.5 * (row.log2() - column.log2()))
+                .round()
+                .clamp(-500.0, 500.0)
+                .exp2();
             if column * f + row / f < 0.95 * (column + row) {
                 settled = false;
                 scale[i] *= f;
@@ -172,15 +203,28 @@ mod tests {
         for angle in [1e-9, 0.01, 0.2, 0.9, 2.0, 5.0, 50.0, 1e4] {
             let found = expm(&matrix(&[&[0.0, -angle], &[angle, 0.0]])).unwrap();
             let (s, c) = f64::sin_cos(angle);
-            assert_near(&found, &matrix(&[&[c, -s], &[s, c]]), f64::EPSILON * (8.0 + 8.0 * angle));
+            assert_near(
+                &found,
+                &matrix(&[&[c, -s], &[s, c]]),
+                f64::EPSILON * (8.0 + 8.0 * angle),
+            );
         }
     }
 
     /// A nilpotent exponent: the series ends, whatever its size.
     #[test]
     fn exact_nilpotent() {
-        let found = expm(&matrix(&[&[0.0, 1e6, 0.0], &[0.0, 0.0, 1e6], &[0.0, 0.0, 0.0]])).unwrap();
-        assert_near(&found, &matrix(&[&[1.0, 1e6, 5e11], &[0.0, 1.0, 1e6], &[0.0, 0.0, 1.0]]), 1e-15);
+        let found = expm(&matrix(&[
+            &[0.0, 1e6, 0.0],
+            &[0.0, 0.0, 1e6],
+            &[0.0, 0.0, 0.0],
+        ]))
+        .unwrap();
+        assert_near(
+            &found,
+            &matrix(&[&[1.0, 1e6, 5e11], &[0.0, 1.0, 1e6], &[0.0, 0.0, 1.0]]),
+            1e-15,
+        );
     }
 
     /// An oscillator of 1e6 rad/s over one radian: ‖A h‖ = 1e6, and balanced 1; without balancing six digits are gone.
@@ -189,17 +233,32 @@ mod tests {
         let (omega, h) = (1e6, 1e-6);
         let found = expm(&matrix(&[&[0.0, h], &[-omega * omega * h, 0.0]])).unwrap();
         let (s, c) = 1f64.sin_cos();
-        for (at, exact) in [((0, 0), c), ((0, 1), s / omega), ((1, 0), -s * omega), ((1, 1), c)] {
-            assert!((found[at] / exact - 1.0).abs() < 1e-14, "{at:?}: {} {exact}", found[at]);
+        for (at, exact) in [
+            ((0, 0), c),
+            ((0, 1), s / omega),
+            ((1, 0), -s * omega),
+            ((1, 1), c),
+        ] {
+            assert!(
+                (found[at] / exact - 1.0).abs() < 1e-14,
+                "{at:?}: {} {exact}",
+                found[at]
+            );
         }
     }
 
     /// `eᴬ e⁻ᴬ = 1`.
     #[test]
     fn law_inverse() {
-        let a = Matrix::from_fn(7, 7, |i, j| ((5 * i + 3 * j * j + i * i * j) % 13) as f64 / 13.0 - 0.5);
+        let a = Matrix::from_fn(7, 7, |i, j| {
+            ((5 * i + 3 * j * j + i * i * j) % 13) as f64 / 13.0 - 0.5
+        });
         let back = Matrix::from_fn(7, 7, |i, j| -a[(i, j)]);
-        assert_near(&(expm(&a).unwrap() * expm(&back).unwrap()), &Matrix::identity(7, 7), 1e-14);
+        assert_near(
+            &(expm(&a).unwrap() * expm(&back).unwrap()),
+            &Matrix::identity(7, 7),
+            1e-14,
+        );
     }
 
     #[test]
@@ -209,7 +268,10 @@ mod tests {
 
     #[test]
     fn refuses_what_is_not_finite_or_hopeless() {
-        assert_eq!(expm(&matrix(&[&[f64::NAN]])).unwrap_err().code, Code::Overflow);
+        assert_eq!(
+            expm(&matrix(&[&[f64::NAN]])).unwrap_err().code,
+            Code::Overflow
+        );
         assert_eq!(expm(&matrix(&[&[1e30]])).unwrap_err().code, Code::Overflow);
     }
 }

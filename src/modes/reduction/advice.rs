@@ -41,8 +41,10 @@ const FAR: f64 = 1.5;
 /// `OutOfRange` for a frequency or tolerance that is not positive; those of a reduction.
 pub fn advise(case: &Case, f_max_hz: f64, tolerance: f64) -> Result<Advice, Error> {
     if !(f_max_hz > 0.0 && tolerance > 0.0) {
-        let message = format!("frequencies up to {f_max_hz} Hz within {tolerance} cannot be compared");
-        return Err(Error::new(Code::OutOfRange, message).hint("both are above zero, such as 500 Hz and 0.001"));
+        let message =
+            format!("frequencies up to {f_max_hz} Hz within {tolerance} cannot be compared");
+        return Err(Error::new(Code::OutOfRange, message)
+            .hint("both are above zero, such as 500 Hz and 0.001"));
     }
     let candidates = candidates(case, f_max_hz);
     // The most that passes: more left out means larger changes, so that halving finds it; each answer is a real comparison.
@@ -58,7 +60,11 @@ pub fn advise(case: &Case, f_max_hz: f64, tolerance: f64) -> Result<Advice, Erro
             _ => bad = middle,
         }
     }
-    Ok(Advice { leave_out: candidates[..good].to_vec(), compared: best.0, worst_change: best.1 })
+    Ok(Advice {
+        leave_out: candidates[..good].to_vec(),
+        compared: best.0,
+        worst_change: best.1,
+    })
 }
 
 fn candidates(case: &Case, f_max_hz: f64) -> Vec<LeftOut> {
@@ -66,10 +72,16 @@ fn candidates(case: &Case, f_max_hz: f64) -> Vec<LeftOut> {
     let k = squares_stiffness(linear);
     let mut inertia = vec![0.0; linear.n];
     for mass in &linear.masses {
-        mass.direction.scaled().for_each(|(j, a)| inertia[j] += mass.value * a * a);
+        mass.direction
+            .scaled()
+            .for_each(|(j, a)| inertia[j] += mass.value * a * a);
     }
     let own = |j: usize| (k[(j, j)] / inertia[j]).sqrt() / std::f64::consts::TAU;
-    let all = (0..linear.n).map(|j| LeftOut { coordinate: j, freedom: linear.free[j], own_hz: own(j) });
+    let all = (0..linear.n).map(|j| LeftOut {
+        coordinate: j,
+        freedom: linear.free[j],
+        own_hz: own(j),
+    });
     let mut far: Vec<LeftOut> = all.filter(|c| c.own_hz > FAR * f_max_hz).collect();
     far.sort_by(|a, b| b.own_hz.total_cmp(&a.own_hz));
     far
@@ -77,18 +89,30 @@ fn candidates(case: &Case, f_max_hz: f64) -> Vec<LeftOut> {
 
 /// How many frequencies were compared and how far the worst moved; `None` where the rest cannot stand for the machine.
 fn change(case: &Case, left_out: &[LeftOut], f_max_hz: f64) -> Result<Option<(usize, f64)>, Error> {
-    let masters: Vec<usize> = (0..case.linear.n).filter(|j| left_out.iter().all(|c| c.coordinate != *j)).collect();
-    let Ok(reduced) = Reduced::new(case, Method::Guyan { masters }) else { return Ok(None) };
+    let masters: Vec<usize> = (0..case.linear.n)
+        .filter(|j| left_out.iter().all(|c| c.coordinate != *j))
+        .collect();
+    let Ok(reduced) = Reduced::new(case, Method::Guyan { masters }) else {
+        return Ok(None);
+    };
     if !reduced.equations.massless.is_empty() {
         return Ok(None);
     }
     let found = frequencies(case.linear, &reduced.equations)?;
     let rigid = case.basis.n_rigid;
     let in_band = |w: &&f64| **w <= f_max_hz * std::f64::consts::TAU;
-    let exact: Vec<f64> = case.basis.omega[rigid..].iter().take_while(in_band).copied().collect();
+    let exact: Vec<f64> = case.basis.omega[rigid..]
+        .iter()
+        .take_while(in_band)
+        .copied()
+        .collect();
     if found.len() < rigid + exact.len() {
         return Ok(None);
     }
-    let worst = exact.iter().zip(&found[rigid..]).map(|(e, f)| (f / e - 1.0).abs()).fold(0.0, f64::max);
+    let worst = exact
+        .iter()
+        .zip(&found[rigid..])
+        .map(|(e, f)| (f / e - 1.0).abs())
+        .fold(0.0, f64::max);
     Ok(Some((exact.len(), worst)))
 }

@@ -30,7 +30,14 @@ pub struct Band {
 impl Band {
     /// Between freedoms, with 200 points, ζ = 0.01, floor 1e-3.
     pub fn new(f_max_hz: f64, inputs: Vec<usize>, outputs: Vec<usize>) -> Band {
-        Band { f_max_hz, inputs, outputs, points: 200, damping_ratio: 0.01, floor: 1e-3 }
+        Band {
+            f_max_hz,
+            inputs,
+            outputs,
+            points: 200,
+            damping_ratio: 0.01,
+            floor: 1e-3,
+        }
     }
 }
 
@@ -58,23 +65,58 @@ impl Reduced {
     /// # Errors
     /// `OutOfRange` for an empty band; `Hopeless` for a machine too large to be solved in full at every frequency.
     pub fn compare(&self, case: &Case, band: &Band) -> Result<BandError, Error> {
-        if !(band.f_max_hz > 0.0 && band.f_max_hz.is_finite()) || band.inputs.is_empty() || band.outputs.is_empty() {
-            let message = format!("a band to {} Hz with {} inputs and {} outputs is empty", band.f_max_hz, band.inputs.len(), band.outputs.len());
-            return Err(Error::new(Code::OutOfRange, message).hint("name at least one input and output, and a frequency above zero"));
+        if !(band.f_max_hz > 0.0 && band.f_max_hz.is_finite())
+            || band.inputs.is_empty()
+            || band.outputs.is_empty()
+        {
+            let message = format!(
+                "a band to {} Hz with {} inputs and {} outputs is empty",
+                band.f_max_hz,
+                band.inputs.len(),
+                band.outputs.len()
+            );
+            return Err(Error::new(Code::OutOfRange, message)
+                .hint("name at least one input and output, and a frequency above zero"));
         }
         if case.linear.n > MOST {
-            let message = format!("{} coordinates would have to be solved at {} frequencies", case.linear.n, band.points);
-            return Err(Error::new(Code::Hopeless, message).hint("measure the error on a part of the machine"));
+            let message = format!(
+                "{} coordinates would have to be solved at {} frequencies",
+                case.linear.n, band.points
+            );
+            return Err(Error::new(Code::Hopeless, message)
+                .hint("measure the error on a part of the machine"));
         }
-        let full = Equations::over(case, Matrix::identity(case.linear.n, case.linear.n), Vec::new(), 0);
-        let rows = |freedoms: &[usize]| -> Vec<Vec<f64>> { freedoms.iter().map(|&f| full.sees(&case.linear.transform[f])).collect() };
-        let comparison = Comparison { full: &full, reduced: self, inputs: rows(&band.inputs), outputs: rows(&band.outputs) };
-        let zeta = if full.is_dissipative() { 0.0 } else { band.damping_ratio };
+        let full = Equations::over(
+            case,
+            Matrix::identity(case.linear.n, case.linear.n),
+            Vec::new(),
+            0,
+        );
+        let rows = |freedoms: &[usize]| -> Vec<Vec<f64>> {
+            freedoms
+                .iter()
+                .map(|&f| full.sees(&case.linear.transform[f]))
+                .collect()
+        };
+        let comparison = Comparison {
+            full: &full,
+            reduced: self,
+            inputs: rows(&band.inputs),
+            outputs: rows(&band.outputs),
+        };
+        let zeta = if full.is_dissipative() {
+            0.0
+        } else {
+            band.damping_ratio
+        };
         let free = !case.linear.rigid.is_empty();
         let mut points = Vec::new();
         for omega in self.grid(case, band)? {
             let s = Complex::new(zeta * omega, omega);
-            points.push((omega, comparison.at(s, omega, if free { s.norm().powi(2) } else { 1.0 })?));
+            points.push((
+                omega,
+                comparison.at(s, omega, if free { s.norm().powi(2) } else { 1.0 })?,
+            ));
         }
         Ok(summary(&points, band.floor))
     }
@@ -83,14 +125,20 @@ impl Reduced {
     fn grid(&self, case: &Case, band: &Band) -> Result<Vec<f64>, Error> {
         let top = band.f_max_hz * std::f64::consts::TAU;
         let n = band.points.max(2);
-        let mut grid: Vec<f64> = (0..n).map(|k| top * 10f64.powf(-3.0 * (1.0 - k as f64 / (n - 1) as f64))).collect();
+        let mut grid: Vec<f64> = (0..n)
+            .map(|k| top * 10f64.powf(-3.0 * (1.0 - k as f64 / (n - 1) as f64)))
+            .collect();
         grid.extend(case.basis.omega.iter().filter(|&&w| w > 0.0 && w < top));
         // A reduced machine with massless coordinates left has no such list; the grid then goes without.
         if let Ok(own) = frequencies(case.linear, &self.equations) {
             grid.extend(own.iter().filter(|&&w| w > 0.0 && w < top));
         }
         if let Method::Dynamic { at_hz, .. } = self.method {
-            grid.extend([at_hz * std::f64::consts::TAU].iter().filter(|&&w| w > 0.0 && w < top));
+            grid.extend(
+                [at_hz * std::f64::consts::TAU]
+                    .iter()
+                    .filter(|&&w| w > 0.0 && w < top),
+            );
         }
         grid.sort_by(f64::total_cmp);
         Ok(grid)
@@ -127,10 +175,16 @@ impl Comparison<'_> {
         let primal = self.left_inside(&(&loads - &d * &x_r));
         let dual = self.left_inside(&(columns(&self.outputs, t.nrows()) - d.transpose() * &y_r));
         let beyond = self.amplification(omega);
-        let mut point = Point { full: Vec::new(), error: Vec::new(), estimate: Vec::new() };
+        let mut point = Point {
+            full: Vec::new(),
+            error: Vec::new(),
+            estimate: Vec::new(),
+        };
         for (o, row) in self.outputs.iter().enumerate() {
             for i in 0..self.inputs.len() {
-                let along = |x: &ComplexMatrix| -> Complex { row.iter().enumerate().map(|(k, &a)| x[(k, i)] * a).sum() };
+                let along = |x: &ComplexMatrix| -> Complex {
+                    row.iter().enumerate().map(|(k, &a)| x[(k, i)] * a).sum()
+                };
                 let (h, h_r) = (along(&x), along(&x_r));
                 point.full.push(weight * h.norm());
                 point.error.push(weight * (h - h_r).norm());
@@ -145,7 +199,12 @@ impl Comparison<'_> {
         let g = &self.reduced.flexibility;
         let of = |j: usize| {
             let energy: Complex = (0..r.nrows())
-                .map(|i| r[(i, j)].conj() * (0..r.nrows()).map(|k| r[(k, j)] * g[(i, k)]).sum::<Complex>())
+                .map(|i| {
+                    r[(i, j)].conj()
+                        * (0..r.nrows())
+                            .map(|k| r[(k, j)] * g[(i, k)])
+                            .sum::<Complex>()
+                })
                 .sum();
             energy.re.max(0.0).sqrt()
         };
@@ -168,7 +227,12 @@ fn columns(rows: &[Vec<f64>], n: usize) -> ComplexMatrix {
 
 fn summary(points: &[(f64, Point)], floor: f64) -> BandError {
     let pairs = points.first().map_or(0, |p| p.1.full.len());
-    let mut worst = BandError { estimate: 0.0, measured: 0.0, worst_at_hz: 0.0, pointwise: 0.0 };
+    let mut worst = BandError {
+        estimate: 0.0,
+        measured: 0.0,
+        worst_at_hz: 0.0,
+        pointwise: 0.0,
+    };
     for pair in 0..pairs {
         let largest = points.iter().map(|p| p.1.full[pair]).fold(0.0, f64::max);
         if largest == 0.0 {
@@ -181,7 +245,9 @@ fn summary(points: &[(f64, Point)], floor: f64) -> BandError {
                 worst.worst_at_hz = omega / std::f64::consts::TAU;
             }
             worst.estimate = worst.estimate.max(point.estimate[pair] / largest);
-            worst.pointwise = worst.pointwise.max(point.error[pair] / point.full[pair].max(floor * largest));
+            worst.pointwise = worst
+                .pointwise
+                .max(point.error[pair] / point.full[pair].max(floor * largest));
         }
     }
     worst

@@ -25,13 +25,21 @@ impl Interior {
         let mut is_master = vec![false; linear.n];
         for &j in masters {
             if j >= linear.n || is_master[j] {
-                let message = format!("coordinate {j} of {} is named twice or does not exist", linear.n);
-                return Err(Error::new(Code::OutOfRange, message).hint("name each kept coordinate once"));
+                let message = format!(
+                    "coordinate {j} of {} is named twice or does not exist",
+                    linear.n
+                );
+                return Err(
+                    Error::new(Code::OutOfRange, message).hint("name each kept coordinate once")
+                );
             }
             is_master[j] = true;
         }
         let slaves = (0..linear.n).filter(|&j| !is_master[j]).collect();
-        Ok(Interior { masters: masters.to_vec(), slaves })
+        Ok(Interior {
+            masters: masters.to_vec(),
+            slaves,
+        })
     }
 
     /// Ψ over all coordinates: unit motions of the kept ones, the others following statically. `K_ss` is never formed.
@@ -42,10 +50,17 @@ impl Interior {
         let order: Vec<usize> = self.slaves.iter().chain(&self.masters).copied().collect();
         let mut place = vec![0; linear.n];
         order.iter().enumerate().for_each(|(at, &j)| place[j] = at);
-        let squares: Vec<_> = linear.branches.iter().filter(|b| b.stiffness > 0.0 && b.force.is_none()).collect();
+        let squares: Vec<_> = linear
+            .branches
+            .iter()
+            .filter(|b| b.stiffness > 0.0 && b.force.is_none())
+            .collect();
         let mut rows = Matrix::zeros(squares.len().max(1), linear.n);
         for (i, branch) in squares.iter().enumerate() {
-            branch.direction.scaled().for_each(|(j, a)| rows[(i, place[j])] += branch.stiffness.sqrt() * a);
+            branch
+                .direction
+                .scaled()
+                .for_each(|(j, a)| rows[(i, place[j])] += branch.stiffness.sqrt() * a);
         }
         let follow = graded::eliminate(&rows, self.slaves.len())?;
         if let Some(loose) = follow.singular {
@@ -54,7 +69,10 @@ impl Interior {
         let mut psi = Matrix::zeros(linear.n, self.masters.len());
         for k in 0..self.masters.len() {
             psi[(self.masters[k], k)] = 1.0;
-            self.slaves.iter().enumerate().for_each(|(i, &j)| psi[(j, k)] = follow.recovery[(i, k)]);
+            self.slaves
+                .iter()
+                .enumerate()
+                .for_each(|(i, &j)| psi[(j, k)] = follow.recovery[(i, k)]);
         }
         Ok(psi)
     }
@@ -67,7 +85,13 @@ impl Interior {
         let fixed = self.fixed(linear);
         if fixed.n == fixed.massless.len() {
             let shapes = Matrix::zeros(fixed.n, 0);
-            return Ok(Basis { omega: Vec::new(), n_rigid: 0, shapes, digits: Vec::new(), solver: Solver::Factored });
+            return Ok(Basis {
+                omega: Vec::new(),
+                n_rigid: 0,
+                shapes,
+                digits: Vec::new(),
+                solver: Solver::Factored,
+            });
         }
         let basis = basis::solve(&fixed, Solver::Factored)?;
         match basis.omega.first() {
@@ -93,17 +117,33 @@ impl Interior {
     /// The machine with the kept coordinates at rest.
     fn fixed(&self, linear: &Linear) -> Linear {
         let mut place = vec![None; linear.n];
-        self.slaves.iter().enumerate().for_each(|(at, &j)| place[j] = Some(at));
+        self.slaves
+            .iter()
+            .enumerate()
+            .for_each(|(at, &j)| place[j] = Some(at));
         let cut = |d: &Direction| {
-            let terms = d.terms.iter().filter_map(|&(j, a)| place[j].map(|at| (at, a))).collect();
-            Direction { scale: d.scale, terms }
+            let terms = d
+                .terms
+                .iter()
+                .filter_map(|&(j, a)| place[j].map(|at| (at, a)))
+                .collect();
+            Direction {
+                scale: d.scale,
+                terms,
+            }
         };
         let branches = linear.branches.iter().filter(|b| b.force.is_none());
         let mut branches: Vec<_> = branches
-            .map(|b| crate::machine::linear::LinearBranch { direction: cut(&b.direction), ..b.clone() })
+            .map(|b| crate::machine::linear::LinearBranch {
+                direction: cut(&b.direction),
+                ..b.clone()
+            })
             .collect();
         branches.retain(|b| !b.direction.terms.is_empty());
-        let masses = linear.masses.iter().map(|m| Mass { direction: cut(&m.direction), ..m.clone() });
+        let masses = linear.masses.iter().map(|m| Mass {
+            direction: cut(&m.direction),
+            ..m.clone()
+        });
         Linear {
             n: self.slaves.len(),
             free: self.slaves.iter().map(|&j| linear.free[j]).collect(),
@@ -120,9 +160,16 @@ impl Interior {
 /// `Σ k w wᵀ` over the springs.
 pub fn squares_stiffness(linear: &Linear) -> Matrix {
     let mut k = Matrix::zeros(linear.n, linear.n);
-    for branch in linear.branches.iter().filter(|b| b.stiffness > 0.0 && b.force.is_none()) {
+    for branch in linear
+        .branches
+        .iter()
+        .filter(|b| b.stiffness > 0.0 && b.force.is_none())
+    {
         for (i, a) in branch.direction.scaled() {
-            branch.direction.scaled().for_each(|(j, b)| k[(i, j)] += branch.stiffness * a * b);
+            branch
+                .direction
+                .scaled()
+                .for_each(|(j, b)| k[(i, j)] += branch.stiffness * a * b);
         }
     }
     k
@@ -130,5 +177,6 @@ pub fn squares_stiffness(linear: &Linear) -> Matrix {
 
 fn loose_error(coordinate: usize) -> Error {
     let message = format!("coordinate {coordinate} is still free to move when the kept ones stand");
-    Error::new(Code::Disconnected, message).hint("keep at least one coordinate of every part that moves freely")
+    Error::new(Code::Disconnected, message)
+        .hint("keep at least one coordinate of every part that moves freely")
 }

@@ -56,7 +56,10 @@ pub enum Keep {
 impl Keep {
     fn of(self, omega: &[f64]) -> usize {
         match self {
-            Keep::Below(hz) => omega.iter().filter(|&&w| w < hz * std::f64::consts::TAU).count(),
+            Keep::Below(hz) => omega
+                .iter()
+                .filter(|&&w| w < hz * std::f64::consts::TAU)
+                .count(),
             Keep::Count(n) => n.min(omega.len()),
         }
     }
@@ -85,11 +88,19 @@ impl Reduced {
     /// `Indefinite` for a condensation at an interior resonance.
     pub fn new(case: &Case, method: Method) -> Result<Reduced, Error> {
         match &method {
-            Method::Guyan { masters } => with_interior(case, masters, Keep::Count(0), None, method.clone()),
-            Method::Dynamic { masters, at_hz } => {
-                with_interior(case, masters, Keep::Count(0), Some(at_hz * std::f64::consts::TAU), method.clone())
+            Method::Guyan { masters } => {
+                with_interior(case, masters, Keep::Count(0), None, method.clone())
             }
-            Method::CraigBampton { boundary, keep } => with_interior(case, boundary, *keep, None, method.clone()),
+            Method::Dynamic { masters, at_hz } => with_interior(
+                case,
+                masters,
+                Keep::Count(0),
+                Some(at_hz * std::f64::consts::TAU),
+                method.clone(),
+            ),
+            Method::CraigBampton { boundary, keep } => {
+                with_interior(case, boundary, *keep, None, method.clone())
+            }
             Method::Modal { keep, ports } => modal(case, *keep, ports, method.clone()),
         }
     }
@@ -104,7 +115,8 @@ pub fn coordinate(machine: &Machine, linear: &Linear, name: &str) -> Result<usiz
     match linear.transform[freedom][..] {
         [(j, _)] => Ok(j),
         _ => {
-            let message = format!("`{name}` follows several other freedoms, or none, through rigid joints");
+            let message =
+                format!("`{name}` follows several other freedoms, or none, through rigid joints");
             Err(Error::new(Code::Conflict, message).hint("name a freedom beside the rigid joints"))
         }
     }
@@ -115,17 +127,32 @@ pub fn coordinate(machine: &Machine, linear: &Linear, name: &str) -> Result<usiz
 /// # Errors
 /// `Indefinite` where the reduced mass is.
 pub fn frequencies(linear: &Linear, equations: &Equations) -> Result<Vec<f64>, Error> {
-    let squares: Vec<_> = linear.branches.iter().filter(|b| b.stiffness > 0.0 && b.force.is_none()).collect();
-    let rows: Vec<Vec<f64>> = squares.iter().map(|b| seen(&b.direction, &equations.transform)).collect();
+    let squares: Vec<_> = linear
+        .branches
+        .iter()
+        .filter(|b| b.stiffness > 0.0 && b.force.is_none())
+        .collect();
+    let rows: Vec<Vec<f64>> = squares
+        .iter()
+        .map(|b| seen(&b.direction, &equations.transform))
+        .collect();
     let n = equations.len();
-    let turned = Matrix::from_fn(n, rows.len(), |j, i| squares[i].stiffness.sqrt() * rows[i][j]);
+    let turned = Matrix::from_fn(n, rows.len(), |j, i| {
+        squares[i].stiffness.sqrt() * rows[i][j]
+    });
     let l = definite::cholesky(&equations.mass)?;
     let scaled = definite::solve_lower(&l, &turned).transpose().to_owned();
     let rank = n.saturating_sub(linear.rigid.len());
     Ok(graded::svd(&scaled, Some(rank))?.values)
 }
 
-fn with_interior(case: &Case, masters: &[usize], keep: Keep, at: Option<f64>, method: Method) -> Result<Reduced, Error> {
+fn with_interior(
+    case: &Case,
+    masters: &[usize],
+    keep: Keep,
+    at: Option<f64>,
+    method: Method,
+) -> Result<Reduced, Error> {
     let linear = case.linear;
     let interior = Interior::new(linear, masters)?;
     let static_modes = interior.constraint_modes(linear)?;
@@ -137,28 +164,58 @@ fn with_interior(case: &Case, masters: &[usize], keep: Keep, at: Option<f64>, me
     }
     for k in 0..n_kept {
         let place = masters.len() + k;
-        interior.slaves.iter().enumerate().for_each(|(i, &j)| transform[(j, place)] = fixed.shapes[(i, k)]);
+        interior
+            .slaves
+            .iter()
+            .enumerate()
+            .for_each(|(i, &j)| transform[(j, place)] = fixed.shapes[(i, k)]);
     }
     if let Some(omega) = at {
         follow_at(case, &interior, omega, &mut transform)?;
     }
-    let of_masters = masters.iter().map(|&j| case.machine.freedom_name(linear.free[j]));
-    let names = of_masters.chain((1..=n_kept).map(|k| format!("interior mode {k}"))).collect();
+    let of_masters = masters
+        .iter()
+        .map(|&j| case.machine.freedom_name(linear.free[j]));
+    let names = of_masters
+        .chain((1..=n_kept).map(|k| format!("interior mode {k}")))
+        .collect();
     let dropped = fixed.omega[n_kept..].to_vec();
     let flexibility = interior.flexibility(linear)?;
     let equations = Equations::over(case, transform, names, 0);
-    Ok(Reduced { method, equations, lowest_dropped: dropped.first().copied(), flexibility, dropped })
+    Ok(Reduced {
+        method,
+        equations,
+        lowest_dropped: dropped.first().copied(),
+        flexibility,
+        dropped,
+    })
 }
 
 /// The others follow as `−(K_ss − ω²M_ss)⁻¹ (K_sm − ω²M_sm)`.
-fn follow_at(case: &Case, interior: &Interior, omega: f64, transform: &mut Matrix) -> Result<(), Error> {
-    let full = Equations::over(case, Matrix::identity(case.linear.n, case.linear.n), Vec::new(), 0);
+fn follow_at(
+    case: &Case,
+    interior: &Interior,
+    omega: f64,
+    transform: &mut Matrix,
+) -> Result<(), Error> {
+    let full = Equations::over(
+        case,
+        Matrix::identity(case.linear.n, case.linear.n),
+        Vec::new(),
+        0,
+    );
     let (s, m) = (&interior.slaves, &interior.masters);
-    let at = |i: usize, j: usize| (full.stiffness[(i, j)] + full.stiffness[(j, i)]) / 2.0 - omega * omega * full.mass[(i, j)];
+    let at = |i: usize, j: usize| {
+        (full.stiffness[(i, j)] + full.stiffness[(j, i)]) / 2.0 - omega * omega * full.mass[(i, j)]
+    };
     let inner = Matrix::from_fn(s.len(), s.len(), |i, j| at(s[i], s[j]));
     let side = Matrix::from_fn(s.len(), m.len(), |i, j| -at(s[i], m[j]));
     let follow = definite::solve(&inner, &side)?;
-    (0..m.len()).for_each(|k| s.iter().enumerate().for_each(|(i, &j)| transform[(j, k)] = follow[(i, k)]));
+    (0..m.len()).for_each(|k| {
+        s.iter()
+            .enumerate()
+            .for_each(|(i, &j)| transform[(j, k)] = follow[(i, k)])
+    });
     Ok(())
 }
 
@@ -173,7 +230,8 @@ fn modal(case: &Case, keep: Keep, ports: &[usize], method: Method) -> Result<Red
     for (k, omega) in dropped.iter().enumerate() {
         let shape = column(&basis.shapes, n_kept + k);
         for j in 0..linear.n {
-            (0..linear.n).for_each(|i| flexibility[(i, j)] += shape[i] * shape[j] / (omega * omega));
+            (0..linear.n)
+                .for_each(|i| flexibility[(i, j)] += shape[i] * shape[j] / (omega * omega));
         }
     }
     let attachments = independent_columns(&flexibility, ports);
@@ -185,9 +243,18 @@ fn modal(case: &Case, keep: Keep, ports: &[usize], method: Method) -> Result<Red
         (0..linear.n).for_each(|i| transform[(i, n_kept + k)] = shape[i]);
     }
     let of_ports = (1..=attachments.len()).map(|k| format!("attachment {k}"));
-    let names = (1..=n_kept).map(|k| format!("mode {k}")).chain(of_ports).collect();
+    let names = (1..=n_kept)
+        .map(|k| format!("mode {k}"))
+        .chain(of_ports)
+        .collect();
     let equations = Equations::over(case, transform, names, basis.n_rigid);
-    Ok(Reduced { method, equations, lowest_dropped: dropped.first().copied(), flexibility, dropped })
+    Ok(Reduced {
+        method,
+        equations,
+        lowest_dropped: dropped.first().copied(),
+        flexibility,
+        dropped,
+    })
 }
 
 /// `E K₀₀⁻¹ Eᵀ` of the massless coordinates.
@@ -198,7 +265,9 @@ fn light_flexibility(linear: &Linear) -> Result<Matrix, Error> {
         let k = squares_stiffness(linear);
         let inner = Matrix::from_fn(light.len(), light.len(), |i, j| k[(light[i], light[j])]);
         let inverse = definite::solve(&inner, &Matrix::identity(light.len(), light.len()))?;
-        (0..light.len()).for_each(|j| (0..light.len()).for_each(|i| all[(light[i], light[j])] = inverse[(i, j)]));
+        (0..light.len()).for_each(|j| {
+            (0..light.len()).for_each(|i| all[(light[i], light[j])] = inverse[(i, j)])
+        });
     }
     Ok(all)
 }
@@ -207,11 +276,14 @@ fn light_flexibility(linear: &Linear) -> Result<Matrix, Error> {
 ///
 /// The energy product of columns i and j is `G_ij`, so that this is a Cholesky factorisation with pivots.
 fn independent_columns(flexibility: &Matrix, ports: &[usize]) -> Vec<Vec<f64>> {
-    let mut rest: Vec<(Vec<f64>, usize)> = ports.iter().map(|&j| (column(flexibility, j), j)).collect();
+    let mut rest: Vec<(Vec<f64>, usize)> =
+        ports.iter().map(|&j| (column(flexibility, j), j)).collect();
     let first: Vec<f64> = ports.iter().map(|&j| flexibility[(j, j)]).collect();
     let largest = first.iter().copied().fold(0.0, f64::max);
     let mut found = Vec::new();
-    while let Some(at) = (0..rest.len()).max_by(|&a, &b| rest[a].0[rest[a].1].total_cmp(&rest[b].0[rest[b].1])) {
+    while let Some(at) =
+        (0..rest.len()).max_by(|&a, &b| rest[a].0[rest[a].1].total_cmp(&rest[b].0[rest[b].1]))
+    {
         let (shape, port) = rest.swap_remove(at);
         let energy = shape[port];
         // Of the largest flexibility: the rest of a port that follows the others is rounding.
@@ -221,7 +293,10 @@ fn independent_columns(flexibility: &Matrix, ports: &[usize]) -> Vec<Vec<f64>> {
         let unit: Vec<f64> = shape.iter().map(|x| x / energy.sqrt()).collect();
         for (other, _) in &mut rest {
             let share = other[port] / energy.sqrt();
-            other.iter_mut().zip(&unit).for_each(|(x, u)| *x -= share * u);
+            other
+                .iter_mut()
+                .zip(&unit)
+                .for_each(|(x, u)| *x -= share * u);
         }
         found.push(unit);
     }

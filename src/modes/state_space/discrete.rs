@@ -44,21 +44,35 @@ impl StateSpace {
         }
         if !(sample_time > 0.0 && sample_time.is_finite()) {
             let message = format!("a sample time of {sample_time} s is not positive");
-            return Err(Error::new(Code::OutOfRange, message).hint("a tenth of the shortest period of interest is a start"));
+            return Err(Error::new(Code::OutOfRange, message)
+                .hint("a tenth of the shortest period of interest is a start"));
         }
         let [a, b, c, d] = match hold {
             Hold::Zero => self.zero_order(sample_time)?,
             Hold::First => self.first_order(sample_time)?,
             Hold::Bilinear => self.bilinear(sample_time)?,
         };
-        Ok(StateSpace { a, b, c, d, sample_time: Some(sample_time), hold: Some(hold), ..self.clone() })
+        Ok(StateSpace {
+            a,
+            b,
+            c,
+            d,
+            sample_time: Some(sample_time),
+            hold: Some(hold),
+            ..self.clone()
+        })
     }
 
     /// `exp [A B; 0 0] h = [A_d B_d; 0 1]`.
     fn zero_order(&self, h: f64) -> Result<[Matrix; 4], Error> {
         let (n, m) = (self.a.nrows(), self.b.ncols());
         let exponential = expm(&self.augmented(h, n + m))?;
-        Ok([part(&exponential, 0, n, n), part(&exponential, n, n, m), self.c.clone(), self.d.clone()])
+        Ok([
+            part(&exponential, 0, n, n),
+            part(&exponential, n, n, m),
+            self.c.clone(),
+            self.d.clone(),
+        ])
     }
 
     /// `exp [A B 0; 0 0 1/h; 0 0 0] h = [Φ Γ₁ Γ₂; …]`: `ξ = x − Γ₂ u` is the state, `B_d = Γ₁ − Γ₂ + Φ Γ₂`, `D_d = D + C Γ₂`.
@@ -78,14 +92,23 @@ impl StateSpace {
     fn bilinear(&self, h: f64) -> Result<[Matrix; 4], Error> {
         let n = self.a.nrows();
         let step = |sign: f64| {
-            Matrix::from_fn(n, n, |i, j| f64::from(u8::from(i == j)) + sign * 0.5 * h * self.a[(i, j)])
+            Matrix::from_fn(n, n, |i, j| {
+                f64::from(u8::from(i == j)) + sign * 0.5 * h * self.a[(i, j)]
+            })
         };
         let back = step(-1.0);
         let a = definite::solve(&back, &step(1.0))?;
-        let b = definite::solve(&back, &Matrix::from_fn(n, self.b.ncols(), |i, j| h * self.b[(i, j)]))?;
-        let c = definite::solve(&back.transpose().to_owned(), &self.c.transpose().to_owned())?.transpose().to_owned();
+        let b = definite::solve(
+            &back,
+            &Matrix::from_fn(n, self.b.ncols(), |i, j| h * self.b[(i, j)]),
+        )?;
+        let c = definite::solve(&back.transpose().to_owned(), &self.c.transpose().to_owned())?
+            .transpose()
+            .to_owned();
         let through = &self.c * &b;
-        let d = Matrix::from_fn(self.d.nrows(), self.d.ncols(), |i, j| self.d[(i, j)] + 0.5 * through[(i, j)]);
+        let d = Matrix::from_fn(self.d.nrows(), self.d.ncols(), |i, j| {
+            self.d[(i, j)] + 0.5 * through[(i, j)]
+        });
         Ok([a, b, c, d])
     }
 

@@ -13,7 +13,9 @@ impl StateSpace {
     /// `a`, `b`, `c`, `d` by rows, `states`, `inputs`, `outputs`, `sample_time_s` and `hold` (null where continuous).
     pub fn to_json(&self) -> Value {
         let rows = |m: &Matrix| -> Vec<Vec<f64>> {
-            (0..m.nrows()).map(|i| (0..m.ncols()).map(|j| m[(i, j)]).collect()).collect()
+            (0..m.nrows())
+                .map(|i| (0..m.ncols()).map(|j| m[(i, j)]).collect())
+                .collect()
         };
         json!({
             "a": rows(&self.a), "b": rows(&self.b), "c": rows(&self.c), "d": rows(&self.d),
@@ -43,10 +45,24 @@ impl StateSpace {
                 writeln!(to)?;
             }
             let heading: Vec<String> = columns.iter().map(|c| quoted(c)).collect();
-            writeln!(to, "{}", std::iter::once(name.to_string()).chain(heading).collect::<Vec<_>>().join(","))?;
+            writeln!(
+                to,
+                "{}",
+                std::iter::once(name.to_string())
+                    .chain(heading)
+                    .collect::<Vec<_>>()
+                    .join(",")
+            )?;
             for (i, row) in rows.iter().enumerate() {
                 let values = (0..matrix.ncols()).map(|j| format!("{:?}", matrix[(i, j)]));
-                writeln!(to, "{}", std::iter::once(quoted(row)).chain(values).collect::<Vec<_>>().join(","))?;
+                writeln!(
+                    to,
+                    "{}",
+                    std::iter::once(quoted(row))
+                        .chain(values)
+                        .collect::<Vec<_>>()
+                        .join(",")
+                )?;
             }
         }
         Ok(())
@@ -58,18 +74,34 @@ impl StateSpace {
     /// # Errors
     /// Those of the writer; a matrix beyond 4 GB, which the format cannot hold.
     pub fn write_mat(&self, to: &mut impl Write) -> io::Result<()> {
-        let mut header = format!("{:116}", "MATLAB 5.0 MAT-file, written by geardyn: state space, SI units").into_bytes();
+        let mut header = format!(
+            "{:116}",
+            "MATLAB 5.0 MAT-file, written by geardyn: state space, SI units"
+        )
+        .into_bytes();
         header.extend([0; 8]); // no subsystem data
         header.extend(0x0100u16.to_le_bytes());
         header.extend(b"IM");
         to.write_all(&header)?;
-        for (name, matrix) in [("A", &self.a), ("B", &self.b), ("C", &self.c), ("D", &self.d)] {
+        for (name, matrix) in [
+            ("A", &self.a),
+            ("B", &self.b),
+            ("C", &self.c),
+            ("D", &self.d),
+        ] {
             to.write_all(&numbers(name, matrix)?)?;
         }
         let sample_time = self.sample_time.unwrap_or(0.0);
         to.write_all(&numbers("Ts", &Matrix::from_fn(1, 1, |_, _| sample_time))?)?;
-        to.write_all(&text("hold", self.hold.map_or("continuous", |hold| hold.name()))?)?;
-        for (name, list) in [("states", &self.states), ("inputs", &self.inputs), ("outputs", &self.outputs)] {
+        to.write_all(&text(
+            "hold",
+            self.hold.map_or("continuous", |hold| hold.name()),
+        )?)?;
+        for (name, list) in [
+            ("states", &self.states),
+            ("inputs", &self.inputs),
+            ("outputs", &self.outputs),
+        ] {
             to.write_all(&cells(name, list)?)?;
         }
         Ok(())
@@ -96,7 +128,8 @@ const MX_DOUBLE: u32 = 6;
 
 /// A tag and its data, filled up to eight bytes.
 fn element(kind: u32, data: &[u8]) -> io::Result<Vec<u8>> {
-    let length = u32::try_from(data.len()).map_err(|_| io::Error::other("a MATLAB level 5 file holds arrays up to 4 GB"))?;
+    let length = u32::try_from(data.len())
+        .map_err(|_| io::Error::other("a MATLAB level 5 file holds arrays up to 4 GB"))?;
     let mut bytes = Vec::with_capacity(data.len() + 16);
     bytes.extend(kind.to_le_bytes());
     bytes.extend(length.to_le_bytes());
@@ -119,13 +152,23 @@ fn numbers(name: &str, matrix: &Matrix) -> io::Result<Vec<u8>> {
     let (rows, columns) = (matrix.nrows(), matrix.ncols());
     let by_column = (0..columns).flat_map(|j| (0..rows).map(move |i| (i, j)));
     let bytes: Vec<u8> = by_column.flat_map(|at| matrix[at].to_le_bytes()).collect();
-    array(name, MX_DOUBLE, [rows, columns], &element(MI_DOUBLE, &bytes)?)
+    array(
+        name,
+        MX_DOUBLE,
+        [rows, columns],
+        &element(MI_DOUBLE, &bytes)?,
+    )
 }
 
 fn text(name: &str, value: &str) -> io::Result<Vec<u8>> {
     let units: Vec<u16> = value.encode_utf16().collect();
     let bytes: Vec<u8> = units.iter().flat_map(|u| u.to_le_bytes()).collect();
-    array(name, MX_CHAR, [1, units.len()], &element(MI_UINT16, &bytes)?)
+    array(
+        name,
+        MX_CHAR,
+        [1, units.len()],
+        &element(MI_UINT16, &bytes)?,
+    )
 }
 
 fn cells(name: &str, values: &[String]) -> io::Result<Vec<u8>> {

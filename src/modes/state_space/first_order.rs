@@ -28,7 +28,8 @@ pub struct FirstOrder {
 /// `Conflict` with loss factors; `Indefinite` where M is, or where a massless coordinate is held by nothing.
 pub fn first_order(equations: &Equations, forces: &Matrix) -> Result<FirstOrder, Error> {
     if equations.hysteretic.is_some() {
-        let message = "a loss factor has no state-space form: its force would have to know the future";
+        let message =
+            "a loss factor has no state-space form: its force would have to know the future";
         let hint = "give the branches damping_ratio (half the loss factor, the same at resonance) or c instead";
         return Err(Error::new(Code::Conflict, message).hint(hint));
     }
@@ -51,13 +52,16 @@ pub fn first_order(equations: &Equations, forces: &Matrix) -> Result<FirstOrder,
         (0..y).for_each(|j| acts[(i, 2 * h + j)] = -k[(i, h + j)]);
         (0..m).for_each(|j| acts[(i, states + j)] = f[(i, j)]);
     }
-    let rows = |a: &Matrix, from: usize, count: usize| Matrix::from_fn(count, a.ncols(), |i, j| a[(from + i, j)]);
+    let rows = |a: &Matrix, from: usize, count: usize| {
+        Matrix::from_fn(count, a.ncols(), |i, j| a[(from + i, j)])
+    };
     let block = |a: &Matrix, i0: usize, rows: usize, j0: usize, columns: usize| {
         Matrix::from_fn(rows, columns, |i, j| a[(i0 + i, j0 + j)])
     };
     let z = n - from_z;
     let follows = if z > 0 {
-        let held = definite::solve(&block(&k, from_z, z, from_z, z), &rows(&acts, from_z, z)).map_err(loose)?;
+        let held = definite::solve(&block(&k, from_z, z, from_z, z), &rows(&acts, from_z, z))
+            .map_err(loose)?;
         acts -= block(&k, 0, n, from_z, z) * &held;
         held
     } else {
@@ -94,18 +98,26 @@ pub fn first_order(equations: &Equations, forces: &Matrix) -> Result<FirstOrder,
 
 fn loose(_: Error) -> Error {
     let message = "a massless coordinate is held by neither a stiffness nor a damper";
-    Error::new(Code::Indefinite, message).hint("give its node an inertia, or join it by a branch with k")
+    Error::new(Code::Indefinite, message)
+        .hint("give its node an inertia, or join it by a branch with k")
 }
 
 /// `M_hh⁻¹ B`, entry by entry where M is diagonal.
 fn divide_by_mass(equations: &Equations, heavy: &[usize], b: &Matrix) -> Result<Matrix, Error> {
-    let m = Matrix::from_fn(heavy.len(), heavy.len(), |i, j| equations.mass[(heavy[i], heavy[j])]);
+    let m = Matrix::from_fn(heavy.len(), heavy.len(), |i, j| {
+        equations.mass[(heavy[i], heavy[j])]
+    });
     let diagonal = (0..heavy.len()).all(|i| (0..heavy.len()).all(|j| i == j || m[(i, j)] == 0.0));
     if diagonal {
-        return Ok(Matrix::from_fn(heavy.len(), b.ncols(), |i, j| b[(i, j)] / m[(i, i)]));
+        return Ok(Matrix::from_fn(heavy.len(), b.ncols(), |i, j| {
+            b[(i, j)] / m[(i, i)]
+        }));
     }
     let l = definite::cholesky(&m)?;
-    Ok(definite::solve_lower_transposed(&l, &definite::solve_lower(&l, b)))
+    Ok(definite::solve_lower_transposed(
+        &l,
+        &definite::solve_lower(&l, b),
+    ))
 }
 
 /// Coordinates as (heavy, y, z): `r = right · (r_h, y, z)`, and the equations taken as `leftᵀ (…)`.
@@ -122,7 +134,9 @@ impl Split {
     fn new(equations: &Equations) -> Split {
         let (n, light) = (equations.len(), &equations.massless);
         let heavy: Vec<usize> = (0..n).filter(|i| !light.contains(i)).collect();
-        let c = Matrix::from_fn(light.len(), light.len(), |i, j| equations.damping[(light[i], light[j])]);
+        let c = Matrix::from_fn(light.len(), light.len(), |i, j| {
+            equations.damping[(light[i], light[j])]
+        });
         let (seen, acted) = (Echelon::new(&c), Echelon::new(&c.transpose().to_owned()));
         let braked = seen.pivots.len();
         let arrange = |echelon: &Echelon| {
@@ -142,8 +156,19 @@ impl Split {
             a
         };
         let (right, left) = (arrange(&seen), arrange(&acted));
-        let combination = |k: usize| (0..light.len()).map(|j| (light[j], seen.rows[(k, j)])).filter(|t| t.1 != 0.0).collect();
-        Split { braked, right, left, combinations: (0..braked).map(combination).collect(), heavy }
+        let combination = |k: usize| {
+            (0..light.len())
+                .map(|j| (light[j], seen.rows[(k, j)]))
+                .filter(|t| t.1 != 0.0)
+                .collect()
+        };
+        Split {
+            braked,
+            right,
+            left,
+            combinations: (0..braked).map(combination).collect(),
+            heavy,
+        }
     }
 
     /// The rate of z must act on nothing: dampers that are squares never let it.
@@ -151,10 +176,14 @@ impl Split {
         let from = self.heavy.len() + self.braked;
         let n = c.nrows();
         let largest = c.norm_max();
-        let acts = (0..from).flat_map(|i| (from..n).map(move |j| (i, j))).any(|at| c[at].abs() > 1e-12 * largest);
+        let acts = (0..from)
+            .flat_map(|i| (from..n).map(move |j| (i, j)))
+            .any(|at| c[at].abs() > 1e-12 * largest);
         if acts {
-            let message = "a damper's force follows the rate of a massless coordinate that it does not brake";
-            return Err(Error::new(Code::Indefinite, message).hint("give the massless nodes at that damper an inertia"));
+            let message =
+                "a damper's force follows the rate of a massless coordinate that it does not brake";
+            return Err(Error::new(Code::Indefinite, message)
+                .hint("give the massless nodes at that damper an inertia"));
         }
         Ok(())
     }
@@ -164,13 +193,24 @@ impl Split {
         let braked = self.combinations.iter().map(|terms| {
             let text = terms.iter().enumerate().map(|(at, &(i, a))| {
                 let sign = if a < 0.0 { "-" } else { "+" };
-                let lead = if at == 0 { sign.trim_start_matches('+').to_string() } else { format!(" {sign} ") };
-                let size = if a.abs() == 1.0 { String::new() } else { format!("{} ", a.abs()) };
+                let lead = if at == 0 {
+                    sign.trim_start_matches('+').to_string()
+                } else {
+                    format!(" {sign} ")
+                };
+                let size = if a.abs() == 1.0 {
+                    String::new()
+                } else {
+                    format!("{} ", a.abs())
+                };
                 format!("{lead}{size}{}", equations.names[i])
             });
             text.collect::<String>()
         });
-        heavy().chain(heavy().map(|name| format!("{name}.speed"))).chain(braked).collect()
+        heavy()
+            .chain(heavy().map(|name| format!("{name}.speed")))
+            .chain(braked)
+            .collect()
     }
 }
 
@@ -184,18 +224,38 @@ impl Echelon {
     fn new(c: &Matrix) -> Echelon {
         let n = c.nrows();
         // Unit size first, so that rotations and displacements count alike.
-        let size = |j: usize| (0..n).map(|i| c[(i, j)].abs().max(c[(j, i)].abs())).fold(0.0, f64::max);
-        let unit: Vec<f64> = (0..n).map(|j| if size(j) > 0.0 { size(j).sqrt().recip() } else { 1.0 }).collect();
+        let size = |j: usize| {
+            (0..n)
+                .map(|i| c[(i, j)].abs().max(c[(j, i)].abs()))
+                .fold(0.0, f64::max)
+        };
+        let unit: Vec<f64> = (0..n)
+            .map(|j| {
+                if size(j) > 0.0 {
+                    size(j).sqrt().recip()
+                } else {
+                    1.0
+                }
+            })
+            .collect();
         let mut a = Matrix::from_fn(n, n, |i, j| c[(i, j)] * unit[i] * unit[j]);
         let (mut pivots, mut taken): (Vec<usize>, Vec<usize>) = (Vec::new(), Vec::new());
         loop {
             let rows = (0..n).filter(|i| !taken.contains(i));
-            let free = rows.flat_map(|i| (0..n).map(move |j| (i, j))).filter(|at| !pivots.contains(&at.1));
+            let free = rows
+                .flat_map(|i| (0..n).map(move |j| (i, j)))
+                .filter(|at| !pivots.contains(&at.1));
             let better = |best: (usize, usize), at: (usize, usize)| {
                 let (x, y) = (a[best].abs(), a[at].abs());
-                if y > x || (y == x && at.0 == at.1 && best.0 != best.1) { at } else { best }
+                if y > x || (y == x && at.0 == at.1 && best.0 != best.1) {
+                    at
+                } else {
+                    best
+                }
             };
-            let Some((row, column)) = free.reduce(better) else { break };
+            let Some((row, column)) = free.reduce(better) else {
+                break;
+            };
             if !(a[(row, column)].abs() > 1e-13) {
                 break; // rounding of the rank-one sums a damper matrix is made of
             }
@@ -211,7 +271,11 @@ impl Echelon {
         }
         let coefficient = |k: usize, j: usize| {
             let value: f64 = a[(taken[k], j)];
-            if value.abs() > 1e-13 { value * unit[pivots[k]] / unit[j] } else { 0.0 }
+            if value.abs() > 1e-13 {
+                value * unit[pivots[k]] / unit[j]
+            } else {
+                0.0
+            }
         };
         let rows = Matrix::from_fn(pivots.len(), n, coefficient);
         Echelon { rows, pivots }

@@ -38,22 +38,45 @@ const SAME: f64 = 1e-8;
 ///
 /// # Errors
 /// Those of [`StateSpace::modal`] and of the eigenvalue iteration.
-pub fn participation(case: &Case, inputs: &[String], outputs: &[String]) -> Result<Vec<Participation>, Error> {
-    let speeds = outputs.iter().map(|name| spoken_as_speed(case, name)).collect::<Result<Vec<String>, Error>>()?;
+pub fn participation(
+    case: &Case,
+    inputs: &[String],
+    outputs: &[String],
+) -> Result<Vec<Participation>, Error> {
+    let speeds = outputs
+        .iter()
+        .map(|name| spoken_as_speed(case, name))
+        .collect::<Result<Vec<String>, Error>>()?;
     let space = StateSpace::modal(case, inputs, &speeds)?;
     let basis = case.basis;
     let (m, n) = (basis.omega.len(), space.a.nrows());
     let free = |j: usize| basis.omega[j] == 0.0 && (0..n).all(|i| space.a[(i, j)] == 0.0);
-    let unbraked = |j: usize| (0..n).all(|i| i == j || (space.a[(i, m + j)] == 0.0 && space.a[(m + j, i)] == 0.0));
+    let unbraked = |j: usize| {
+        (0..n).all(|i| i == j || (space.a[(i, m + j)] == 0.0 && space.a[(m + j, i)] == 0.0))
+    };
     let alone = |j: usize| free(j) && unbraked(j);
-    let kept: Vec<usize> = (0..n).filter(|&s| if s < m { !free(s) } else { s >= 2 * m || !alone(s - m) }).collect();
+    let kept: Vec<usize> = (0..n)
+        .filter(|&s| {
+            if s < m {
+                !free(s)
+            } else {
+                s >= 2 * m || !alone(s - m)
+            }
+        })
+        .collect();
     let units = energy_units(&space.a, &basis.omega);
     let unit = |s: usize| units[s];
-    let a = Matrix::from_fn(kept.len(), kept.len(), |i, j| space.a[(kept[i], kept[j])] * unit(kept[i]) / unit(kept[j]));
+    let a = Matrix::from_fn(kept.len(), kept.len(), |i, j| {
+        space.a[(kept[i], kept[j])] * unit(kept[i]) / unit(kept[j])
+    });
     let b = Matrix::from_fn(n, space.b.ncols(), |i, j| unit(i) * space.b[(i, j)]);
     let c = Matrix::from_fn(space.c.nrows(), n, |i, j| space.c[(i, j)] / unit(j));
-    let b_size: Vec<f64> = (0..b.ncols()).map(|j| norm((0..n).map(|i| b[(i, j)]))).collect();
-    let c_size: Vec<f64> = (0..c.nrows()).map(|i| norm((0..n).map(|j| c[(i, j)]))).collect();
+    let b_size: Vec<f64> = (0..b.ncols())
+        .map(|j| norm((0..n).map(|i| b[(i, j)])))
+        .collect();
+    let c_size: Vec<f64> = (0..c.nrows())
+        .map(|i| norm((0..n).map(|j| c[(i, j)])))
+        .collect();
     let share = |value: f64, size: f64| if size > 0.0 { value / size } else { 0.0 };
 
     let mut seen: Vec<Seen> = Vec::new();
@@ -61,23 +84,48 @@ pub fn participation(case: &Case, inputs: &[String], outputs: &[String]) -> Resu
         let by = |x: f64, size: f64| Complex::new(share(x, size), 0.0);
         seen.push(Seen {
             eigenvalue: Complex::new(0.0, 0.0),
-            inputs: (0..b.ncols()).map(|k| by(b[(m + j, k)], b_size[k])).collect(),
-            outputs: (0..c.nrows()).map(|k| by(c[(k, m + j)], c_size[k])).collect(),
+            inputs: (0..b.ncols())
+                .map(|k| by(b[(m + j, k)], b_size[k]))
+                .collect(),
+            outputs: (0..c.nrows())
+                .map(|k| by(c[(k, m + j)], c_size[k]))
+                .collect(),
         });
     }
     let rigid = seen.len();
     if !kept.is_empty() {
         let eigen = general::eigen(&a)?;
-        for (k, &lambda) in eigen.values.iter().enumerate().filter(|(_, value)| value.im >= 0.0) {
-            let pair = if lambda.im > 0.0 { std::f64::consts::SQRT_2 } else { 1.0 };
+        for (k, &lambda) in eigen
+            .values
+            .iter()
+            .enumerate()
+            .filter(|(_, value)| value.im >= 0.0)
+        {
+            let pair = if lambda.im > 0.0 {
+                std::f64::consts::SQRT_2
+            } else {
+                1.0
+            };
             let left = norm((0..kept.len()).map(|i| eigen.left[(i, k)].norm()));
             let right = norm((0..kept.len()).map(|i| eigen.right[(i, k)].norm()));
-            let reach = |j: usize| -> Complex { (0..kept.len()).map(|i| eigen.left[(i, k)].conj() * b[(kept[i], j)]).sum() };
-            let show = |i: usize| -> Complex { (0..kept.len()).map(|j| eigen.right[(j, k)] * c[(i, kept[j])]).sum() };
+            let reach = |j: usize| -> Complex {
+                (0..kept.len())
+                    .map(|i| eigen.left[(i, k)].conj() * b[(kept[i], j)])
+                    .sum()
+            };
+            let show = |i: usize| -> Complex {
+                (0..kept.len())
+                    .map(|j| eigen.right[(j, k)] * c[(i, kept[j])])
+                    .sum()
+            };
             seen.push(Seen {
                 eigenvalue: lambda,
-                inputs: (0..b.ncols()).map(|j| reach(j) * share(pair, left * b_size[j])).collect(),
-                outputs: (0..c.nrows()).map(|i| show(i) * share(pair, right * c_size[i])).collect(),
+                inputs: (0..b.ncols())
+                    .map(|j| reach(j) * share(pair, left * b_size[j]))
+                    .collect(),
+                outputs: (0..c.nrows())
+                    .map(|i| show(i) * share(pair, right * c_size[i]))
+                    .collect(),
             });
         }
     }
@@ -88,12 +136,19 @@ pub fn participation(case: &Case, inputs: &[String], outputs: &[String]) -> Resu
 /// they act on it, as energy coordinates of a reciprocal machine do.
 fn energy_units(a: &Matrix, omega: &[f64]) -> Vec<f64> {
     let m = omega.len();
-    let mut units: Vec<f64> = omega.iter().map(|&w| if w > 0.0 { w } else { 1.0 }).collect();
+    let mut units: Vec<f64> = omega
+        .iter()
+        .map(|&w| if w > 0.0 { w } else { 1.0 })
+        .collect();
     units.resize(2 * m, 1.0);
     for y in 2 * m..a.nrows() {
         let acted = norm((0..2 * m).map(|j| a[(j, y)] * units[j]));
         let acts = norm((0..2 * m).map(|j| a[(y, j)] / units[j]));
-        units.push(if acted > 0.0 && acts > 0.0 { (acted / acts).sqrt() } else { 1.0 });
+        units.push(if acted > 0.0 && acts > 0.0 {
+            (acted / acts).sqrt()
+        } else {
+            1.0
+        });
     }
     units
 }
@@ -112,8 +167,12 @@ fn judged(seen: Vec<Seen>, rigid: usize) -> Vec<Participation> {
         (a < rigid) == (b < rigid) && (x - y).norm() <= SAME * x.norm().max(f64::EPSILON * largest)
     };
     let judge = |k: usize| {
-        let group: Vec<usize> = (0..seen.len()).filter(|&other| together(k, other)).collect();
-        let all = |of: fn(&Seen) -> &Vec<Complex>| rank(group.iter().map(|&g| of(&seen[g]).clone()).collect()) == group.len();
+        let group: Vec<usize> = (0..seen.len())
+            .filter(|&other| together(k, other))
+            .collect();
+        let all = |of: fn(&Seen) -> &Vec<Complex>| {
+            rank(group.iter().map(|&g| of(&seen[g]).clone()).collect()) == group.len()
+        };
         Participation {
             eigenvalue: seen[k].eigenvalue,
             controllability: seen[k].inputs.iter().map(|z| z.norm().min(1.0)).collect(),
@@ -130,7 +189,8 @@ fn judged(seen: Vec<Seen>, rigid: usize) -> Vec<Participation> {
 fn rank(mut rows: Vec<Vec<Complex>>) -> usize {
     let size = |row: &Vec<Complex>| norm(row.iter().map(|z| z.norm()));
     let mut rank = 0;
-    while let Some(at) = (0..rows.len()).max_by(|&i, &j| size(&rows[i]).total_cmp(&size(&rows[j]))) {
+    while let Some(at) = (0..rows.len()).max_by(|&i, &j| size(&rows[i]).total_cmp(&size(&rows[j])))
+    {
         let lead = rows.swap_remove(at);
         let length = size(&lead);
         if !(length > NOTHING) {
@@ -138,8 +198,14 @@ fn rank(mut rows: Vec<Vec<Complex>>) -> usize {
         }
         rank += 1;
         for row in &mut rows {
-            let along = lead.iter().zip(row.iter()).map(|(l, r)| l.conj() * r).fold(Complex::new(0.0, 0.0), |s, t| s + t);
-            row.iter_mut().zip(&lead).for_each(|(r, l)| *r -= l * along / (length * length));
+            let along = lead
+                .iter()
+                .zip(row.iter())
+                .map(|(l, r)| l.conj() * r)
+                .fold(Complex::new(0.0, 0.0), |s, t| s + t);
+            row.iter_mut()
+                .zip(&lead)
+                .for_each(|(r, l)| *r -= l * along / (length * length));
         }
     }
     rank
