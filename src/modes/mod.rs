@@ -41,3 +41,12 @@ pub mod energy;
 
 /// What a frequency depends on.
 pub mod sensitivity;
+
+/// Equations of motion as dense matrices, over any coordinates.
+pub mod equations;
+
+/// The state-space form.
+pub mod state_space;
+
+/// Fewer coordinates, and what that costs.
+pub mod reduction;

@@ -36,6 +36,9 @@ pub mod definite;
 /// Nonsymmetric eigenproblems with the condition of every eigenvalue.
 pub mod general;
 
+/// The matrix exponential.
+pub mod expm;
+
 /// Polishing of damped modes.
 pub mod quadratic;
 

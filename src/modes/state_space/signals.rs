@@ -1,0 +1,129 @@
+//! Signals by name: `motor.theta` (or `motor`), `motor.theta.speed`, `motor.theta.acceleration`, `first_pair.force`.
+//!
+//! An input is a freedom's name: the torque (N·m) or force (N) that acts along it. As an output the same name is the
+//! displacement (rad or m). `rate` and `velocity` mean `speed`, `torque` means `force`.
+
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::base::words::{listed, suggestion};
+use crate::machine::parts::{Law, Machine};
+
+/// What an output measures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Output {
+    /// A freedom, differentiated so many times: 0, 1 or 2. rad or m, per second or per second squared.
+    Freedom(usize, u8),
+    /// The force or torque in a branch, `k δ + c δ̇`; N or N·m.
+    Force(usize),
+}
+
+/// The freedom an input acts on.
+///
+/// # Errors
+/// `UnknownNode`, `NoSuchFreedom` with the nearest names; `Conflict` where the name is of something measured.
+pub fn input(machine: &Machine, name: &str) -> Result<usize, Error> {
+    if let Some(freedom) = machine.freedom(name) {
+        return Ok(freedom);
+    }
+    if output(machine, name).is_ok() {
+        let message = format!(
+            "`{name}` can be measured but not driven: an input is a torque or force at a freedom"
+        );
+        return Err(Error::new(Code::Conflict, message)
+            .hint("name the freedom alone, such as `motor.theta`"));
+    }
+    Err(unknown(machine, name))
+}
+
+/// What an output's name means.
+///
+/// # Errors
+/// `UnknownNode`, `NoSuchFreedom` with the nearest names; `Conflict` for the force in a rigid joint.
+pub fn output(machine: &Machine, name: &str) -> Result<Output, Error> {
+    if let Some(freedom) = machine.freedom(name) {
+        return Ok(Output::Freedom(freedom, 0));
+    }
+    let Some((stem, word)) = name.rsplit_once('.') else {
+        return Err(unknown(machine, name));
+    };
+    match word {
+        "speed" | "rate" | "velocity" | "acceleration" => {
+            let times = if word == "acceleration" { 2 } else { 1 };
+            let freedom = machine
+                .freedom(stem)
+                .ok_or_else(|| unknown(machine, stem))?;
+            Ok(Output::Freedom(freedom, times))
+        }
+        "force" | "torque" => force(machine, stem, name),
+        _ => Err(unknown(machine, name)),
+    }
+}
+
+fn force(machine: &Machine, stem: &str, name: &str) -> Result<Output, Error> {
+    let names: Vec<String> = (0..machine.branches.len())
+        .map(|b| machine.branch_name(b))
+        .collect();
+    let of_element = |b: &usize| machine.elements[machine.branches[*b].element].name == stem;
+    let several: Vec<usize> = (0..names.len()).filter(of_element).collect();
+    let found = names
+        .iter()
+        .position(|n| n == stem)
+        .or(if several.len() == 1 {
+            Some(several[0])
+        } else {
+            None
+        });
+    let Some(branch) = found else {
+        if let Some(first) = several.first() {
+            let message = format!(
+                "`{stem}` has {} branches, and `{name}` does not say which",
+                several.len()
+            );
+            let hint = format!("say for example `{}.force`", names[*first]);
+            return Err(Error::new(Code::UnknownNode, message).hint(hint));
+        }
+        let error = Error::new(Code::UnknownNode, format!("no branch is called `{stem}`"));
+        let near = suggestion(stem, names.iter().map(String::as_str));
+        return Err(match near {
+            Some(near) => error.hint(format!("did you mean `{near}.force`?")),
+            None => error.hint("a branch goes by the name of its shaft, gear pair, coupling, belt, bearing or damper"),
+        });
+    };
+    if machine.branches[branch].law == Law::Rigid {
+        let message =
+            format!("`{stem}` is rigid: the force in it does not follow from its deformation");
+        return Err(Error::new(Code::Conflict, message)
+            .hint("give it a stiffness k, or measure a shaft beside it"));
+    }
+    Ok(Output::Force(branch))
+}
+
+/// A name that is no freedom: its node is unknown, or has no such axis.
+fn unknown(machine: &Machine, name: &str) -> Error {
+    let has = |node: &str| machine.nodes.iter().any(|n| n.name == node);
+    let freedoms: Vec<String> = (0..machine.freedoms.len())
+        .map(|f| machine.freedom_name(f))
+        .collect();
+    if let Some((node, axis)) = name.rsplit_once('.').filter(|(node, _)| has(node)) {
+        let own: Vec<&str> = freedoms
+            .iter()
+            .map(String::as_str)
+            .filter(|f| f.rsplit_once('.').is_some_and(|x| x.0 == node))
+            .collect();
+        let message = format!("`{node}` has no freedom `{axis}`");
+        let hint = match suggestion(axis, ["speed", "acceleration"].into_iter()) {
+            Some(word) => format!("did you mean `{}.{word}`?", own.first().unwrap_or(&node)),
+            None => format!("it has {}", listed(own.into_iter())),
+        };
+        return Error::new(Code::NoSuchFreedom, message).hint(hint);
+    }
+    let stem = name.rsplit_once('.').map_or(name, |x| x.0);
+    let error = Error::new(Code::UnknownNode, format!("there is no node `{name}`"));
+    let nodes = || machine.nodes.iter().map(|n| n.name.as_str());
+    match suggestion(name, nodes().chain(freedoms.iter().map(String::as_str)))
+        .or_else(|| suggestion(stem, nodes()))
+    {
+        Some(near) => error.hint(format!("did you mean `{near}`?")),
+        None => error.hint(format!("its nodes are {}", listed(nodes()))),
+    }
+}
