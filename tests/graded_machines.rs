@@ -115,7 +115,10 @@ fn law_stiff_meshes_tend_to_rigid_ones() {
         let solved = solve(&geared(&format!("k = 1e{power}\n"), "0.002"), &plain());
         let error = distance(&solved.omega(), &rigid.omega());
         println!("k = 1e{power} N/m: {error:.1e}");
-        assert!(error < 0.5 * last || error < 1e-12, "{error:.1e} after {last:.1e}");
+        assert!(
+            error < 0.5 * last || error < 1e-12,
+            "{error:.1e} after {last:.1e}"
+        );
         last = error;
     }
     within("rigid limit", last, 1e-13);
@@ -132,7 +135,10 @@ fn law_light_nodes_tend_to_massless_ones() {
         assert_eq!(solved.answer.modes.len(), 6);
         let error = distance(&solved.omega(), &massless.omega());
         println!("J = 1e-{power} kg·m²: {error:.1e}");
-        assert!(error < 0.5 * last || error < 1e-12, "{error:.1e} after {last:.1e}");
+        assert!(
+            error < 0.5 * last || error < 1e-12,
+            "{error:.1e} after {last:.1e}"
+        );
         last = error;
     }
     within("massless limit", last, 1e-13);

@@ -297,7 +297,13 @@ fn geared(family: &'static str, seed: u64, loops: usize) -> Description {
     for l in 0..loops {
         let one = random.below(n);
         let two = (one + 1 + random.below(n - 1)) % n;
-        link(&mut d, format!("l{l}"), [one, two], &speeds, Some(&mut *random));
+        link(
+            &mut d,
+            format!("l{l}"),
+            [one, two],
+            &speeds,
+            Some(&mut *random),
+        );
     }
     d.add(body("light", 0.0));
     for (name, node) in [("to_light", "n0"), ("from_light", "n1")] {
@@ -387,13 +393,11 @@ pub fn planetary_lateral(seed: u64) -> Description {
     } else {
         stage.words("positions", "[\"0 deg\", \"121 deg\", \"239 deg\"]")
     });
-    d.add(
-        join("coupling", "housing", "ring", "ground").number(
-            "k",
-            random.between(1e5, 1e7),
-            Unit::Torsion,
-        ),
-    );
+    d.add(join("coupling", "housing", "ring", "ground").number(
+        "k",
+        random.between(1e5, 1e7),
+        Unit::Torsion,
+    ));
     d
 }
 
