@@ -9,6 +9,7 @@ mod support;
 use std::f64::consts::{PI, TAU};
 
 use geardyn::numeric::Complex;
+use geardyn::scene::study::ModesStudy;
 use serde_json::Value;
 use support::{
     Solved, damped, lowest, number, numbers, plain, reference, solve, solve_file, within, worst,
@@ -259,6 +260,50 @@ fn exact_drill_pipe_with_collar() {
         let (first, second) = (once(a, b), once(b, c));
         let twice = second + (second - first) / 15.0;
         within("pipe with collar", (twice / exact - 1.0).abs(), 1e-8);
+    }
+}
+
+/// A gear generator with forty bodies, belts, bevels, worms, sleeves; a helical pair in bearings; a rotor at rest: another assembly,
+/// `tools/assembly.py`, in 60 digits.
+#[test]
+fn ref_mpmath_shipped_machines() {
+    for name in ["y2250", "helical_lateral", "overhung_rotor"] {
+        assert_eq!(check_file(name).n_rigid(), 1, "{name}");
+    }
+}
+
+/// The rotor at 3000 rpm, gyroscopic moments from the same assembly.
+#[test]
+fn ref_mpmath_rotor_at_3000_rpm() {
+    let study = ModesStudy {
+        speed: Some(3000.0 * TAU / 60.0),
+        ..plain()
+    };
+    let solved = solve_file("overhung_rotor", &study);
+    assert!(solved.answer.complex && solved.n_rigid() == 1);
+    let exact = numbers(&reference("overhung_rotor")["at_3000_rpm_hz"]);
+    within(
+        "overhung rotor at 3000 rpm",
+        worst(&solved.hertz(), &exact),
+        1e-10,
+    );
+    for mode in &solved.answer.modes {
+        assert!(mode.eigenvalue.re.abs() <= 1e-12 * mode.omega());
+    }
+}
+
+/// Gyroscopic moments lose no energy: a spinning rotor without dampers once had damping ratios of rounding size.
+#[test]
+fn exact_spinning_rotor_without_dampers_has_no_damping_ratio() {
+    let study = ModesStudy {
+        speed: Some(100.0),
+        damped: true,
+        ..plain()
+    };
+    let solved = solve_file("overhung_rotor", &study);
+    assert!(solved.answer.complex);
+    for mode in &solved.answer.modes {
+        assert_eq!(mode.damping_ratio, None);
     }
 }
 
