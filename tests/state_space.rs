@@ -8,9 +8,10 @@ use geardyn::machine::{
 };
 use geardyn::modes::basis::{self, Basis, Solver};
 use geardyn::modes::equations::{Case, Equations};
+use geardyn::modes::state_space::StateSpace;
 use geardyn::modes::state_space::participation::participation;
-use geardyn::modes::state_space::{Hold, StateSpace};
 use geardyn::numeric::{Complex, Matrix};
+use geardyn::scene::study::Hold;
 use serde_json::Value;
 
 /// A machine with what its equations need.

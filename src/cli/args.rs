@@ -93,9 +93,73 @@ pub struct StudyArgs {
     /// Only the lowest N modes
     #[arg(long, value_name = "N")]
     pub lowest: Option<u32>,
+    /// Also the state-space form A, B, C, D, written to FILE (.json, .csv or .mat)
+    #[arg(long, value_name = "FILE")]
+    pub state_space: Option<PathBuf>,
+    /// Inputs of it: freedoms such as motor.theta; all where left out
+    #[arg(
+        long,
+        value_name = "NAMES",
+        value_delimiter = ',',
+        requires = "state_space"
+    )]
+    pub input: Vec<String>,
+    /// Outputs of it: motor.theta, motor.theta.speed, motor.theta.acceleration, belt.force
+    #[arg(
+        long,
+        value_name = "NAMES",
+        value_delimiter = ',',
+        requires = "state_space"
+    )]
+    pub output: Vec<String>,
+    /// Sample it (s where bare)
+    #[arg(long, value_name = "TIME", requires = "state_space")]
+    pub sample_time: Option<String>,
+    /// What inputs do between samples
+    #[arg(long, value_enum, requires = "sample_time", default_value_t = HoldWord::Zero)]
+    pub hold: HoldWord,
+    /// Also a reduced machine that keeps --keep, compared with the full one up to --below
+    #[arg(long, value_enum, value_name = "METHOD", requires_all = ["keep", "below"])]
+    pub reduce: Option<ReduceWord>,
+    /// Freedoms kept, loaded and measured
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "reduce")]
+    pub keep: Vec<String>,
+    /// The band that matters reaches up to here (Hz where bare)
+    #[arg(long, value_name = "FREQUENCY", requires = "reduce")]
+    pub below: Option<String>,
+    /// Where `--reduce dynamic` condenses (Hz where bare)
+    #[arg(long, value_name = "FREQUENCY", requires = "reduce")]
+    pub condense_at: Option<String>,
+    /// Modes kept by craig-bampton and modal; those below twice the band where left out
+    #[arg(long, value_name = "N", requires = "reduce")]
+    pub keep_modes: Option<u32>,
     /// The modes nearest a frequency (Hz where bare); as many as --lowest says, 20 otherwise
     #[arg(long, value_name = "FREQUENCY", allow_hyphen_values = true)]
     pub near: Option<String>,
+}
+
+/// Words for holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum HoldWord {
+    /// They stay
+    Zero,
+    /// They go straight to the next sample
+    First,
+    /// Tustin's rule
+    Bilinear,
+}
+
+/// Words for reductions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum ReduceWord {
+    /// Static condensation
+    Guyan,
+    /// Condensation at --condense-at
+    Dynamic,
+    /// Static condensation and fixed-interface modes
+    CraigBampton,
+    /// Modes with a static residual
+    Modal,
 }
 
 /// Arguments of `modes`.

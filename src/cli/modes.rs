@@ -1,11 +1,13 @@
 //! `geardyn modes`: the natural modes of a machine.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use super::args::ModesArgs;
 use super::{diagnostic, output, study};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
+use crate::modes::state_space::StateSpace;
 use crate::plan::prepared::Prepared;
 use crate::plan::run::{self, Answer};
 use crate::plan::stages::{Plan, Verdict};
@@ -35,6 +37,10 @@ pub fn run(args: &ModesArgs) -> Result<u8, Errors> {
             written.push(path.display().to_string());
         }
     }
+    if let (Some(path), Some((space, _))) = (&args.study.state_space, &answer.state_space) {
+        output::write(path, &state_space(path, space)?)?;
+        written.push(path.display().to_string());
+    }
     if args.json {
         let document =
             report::json::modes(&scene.sources, &prepared, &answer, Detail { top: args.top });
@@ -46,11 +52,39 @@ pub fn run(args: &ModesArgs) -> Result<u8, Errors> {
         (None, Some(found)) => report::table::crossings(found),
         (None, None) => report::table::modes(&prepared, &answer),
     };
+    let mut text = text;
+    if let Some((space, parts)) = &answer.state_space {
+        text += &report::system_tables::participation(space, parts);
+    }
+    if let Some(reduction) = &answer.reduction {
+        text += &report::system_tables::reduction(reduction);
+    }
     output::print(&text)?;
     if !args.quiet {
         eprint!("{}", epilogue(&plan, &answer, &written));
     }
     Ok(0)
+}
+
+/// The state-space form in the format that the file's name asks for.
+fn state_space(path: &Path, space: &StateSpace) -> Result<Vec<u8>, Error> {
+    let mut bytes = Vec::new();
+    let written = match path.extension().and_then(|e| e.to_str()) {
+        Some("json") => write!(bytes, "{:#}", space.to_json()),
+        Some("csv") => space.write_csv(&mut bytes),
+        Some("mat") => space.write_mat(&mut bytes),
+        _ => {
+            let message = format!("{} does not say its format", path.display());
+            return Err(Error::new(Code::Usage, message).hint("end it in .json, .csv or .mat"));
+        }
+    };
+    let failed = |e| {
+        Error::new(
+            Code::OutputFailed,
+            format!("{} could not be written: {e}", path.display()),
+        )
+    };
+    written.map(|()| bytes).map_err(failed)
 }
 
 fn chosen(args: &ModesArgs, answer: &Answer) -> Result<Option<usize>, Error> {

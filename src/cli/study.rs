@@ -1,11 +1,13 @@
 //! Arguments as meant: flags become a study, in SI.
 
-use super::args::StudyArgs;
+use super::args::{HoldWord, ReduceWord, StudyArgs};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::kind::Kind;
 use crate::base::units;
-use crate::scene::study::{ModesStudy, SpeedRange};
+use crate::scene::study::{
+    Hold, ModesStudy, ReduceMethod, ReduceStudy, SpeedRange, StateSpaceStudy,
+};
 
 /// The study that the flags ask for.
 ///
@@ -38,5 +40,69 @@ pub fn of(args: &StudyArgs) -> Result<ModesStudy, Error> {
             .transpose()?,
         lowest: args.lowest,
         near: hertz,
+        state_space: state_space(args)?,
+        reduce: reduce(args)?,
     })
+}
+
+fn state_space(args: &StudyArgs) -> Result<Option<StateSpaceStudy>, Error> {
+    if args.state_space.is_none() {
+        return Ok(None);
+    }
+    let time = args.sample_time.as_deref();
+    let sample_time = time
+        .map(|t| units::parse_or_bare(t, Kind::Time, "s", "--sample-time"))
+        .transpose()?;
+    let hold = match args.hold {
+        HoldWord::Zero => Hold::Zero,
+        HoldWord::First => Hold::First,
+        HoldWord::Bilinear => Hold::Bilinear,
+    };
+    let (inputs, outputs) = (args.input.clone(), args.output.clone());
+    Ok(Some(StateSpaceStudy {
+        inputs,
+        outputs,
+        sample_time,
+        hold,
+    }))
+}
+
+fn reduce(args: &StudyArgs) -> Result<Option<ReduceStudy>, Error> {
+    let (Some(word), Some(below)) = (args.reduce, &args.below) else {
+        return Ok(None);
+    };
+    let hertz = |text: &str, flag| -> Result<f64, Error> {
+        Ok(units::parse_or_bare(text, Kind::Frequency, "Hz", flag)? / std::f64::consts::TAU)
+    };
+    let at = args
+        .condense_at
+        .as_deref()
+        .map(|text| hertz(text, "--condense-at"))
+        .transpose()?;
+    let method = match (word, at) {
+        (ReduceWord::Guyan, None) => ReduceMethod::Guyan,
+        (ReduceWord::Dynamic, Some(hz)) => ReduceMethod::Dynamic(hz),
+        (ReduceWord::CraigBampton, None) => ReduceMethod::CraigBampton,
+        (ReduceWord::Modal, None) => ReduceMethod::Modal,
+        (ReduceWord::Dynamic, None) => {
+            return Err(Error::new(
+                Code::Usage,
+                "--reduce dynamic takes the frequency it condenses at",
+            )
+            .hint("add --condense-at 100"));
+        }
+        _ => {
+            return Err(Error::new(
+                Code::Usage,
+                "--condense-at belongs to --reduce dynamic",
+            ));
+        }
+    };
+    let below_hz = hertz(below, "--below")?;
+    Ok(Some(ReduceStudy {
+        method,
+        keep: args.keep.clone(),
+        below_hz,
+        modes: args.keep_modes,
+    }))
 }

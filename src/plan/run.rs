@@ -10,13 +10,17 @@ use crate::machine::kinematics::mean_speeds;
 use crate::modes::basis::{self, Basis, Solver};
 use crate::modes::campbell::{self, Campbell, CampbellOptions};
 use crate::modes::energy::{Energies, energies};
+use crate::modes::equations::Case;
 use crate::modes::lowest::{self, Wanted};
 use crate::modes::mode::Mode;
 use crate::modes::orders::OrderOptions;
+use crate::modes::reduction::{self, Band, BandError, Keep, Method, Reduced};
 use crate::modes::sensitivity::{Sensitivity, sensitivities};
+use crate::modes::state_space::StateSpace;
+use crate::modes::state_space::participation::{Participation, participation};
 use crate::modes::tracking::TrackingOptions;
 use crate::modes::{damped, modal, undamped};
-use crate::scene::study::ModesStudy;
+use crate::scene::study::{ModesStudy, ReduceMethod};
 
 /// The answer to a study of modes.
 pub struct Answer {
@@ -30,12 +34,28 @@ pub struct Answer {
     pub speeds: Option<Vec<f64>>,
     /// Modes over speed, where asked for.
     pub campbell: Option<Campbell>,
+    /// The state-space form, where asked for, and how far each mode takes part in it.
+    pub state_space: Option<(StateSpace, Vec<Participation>)>,
+    /// The reduced machine, where asked for.
+    pub reduction: Option<Reduction>,
     /// The modes are complex: shapes have phases.
     pub complex: bool,
     /// Stages that ran, with seconds.
     pub trace: Vec<(Stage, &'static str, f64)>,
     /// Doubts.
     pub warnings: Vec<Warning>,
+}
+
+/// A reduced machine beside the full one.
+pub struct Reduction {
+    /// The machine.
+    pub reduced: Reduced,
+    /// Its undamped frequencies, rad/s.
+    pub omega: Vec<f64>,
+    /// Those of the full machine, as many.
+    pub full: Vec<f64>,
+    /// Error of the response between the kept freedoms.
+    pub error: BandError,
 }
 
 /// The next solver where one leaves too few digits: dearer and more exact.
@@ -89,6 +109,8 @@ impl Answer {
             sensitivities: None,
             speeds: None,
             campbell: None,
+            state_space: None,
+            reduction: None,
             complex: false,
             trace: Vec::new(),
             warnings,
@@ -133,6 +155,8 @@ impl Run<'_> {
                 Ok(())
             }
             Stage::Campbell => self.campbell(),
+            Stage::StateSpace => self.state_space(),
+            Stage::Reduction => self.reduction(),
         }
     }
 
@@ -257,6 +281,92 @@ impl Run<'_> {
             });
         }
         self.answer.campbell = Some(found);
+        Ok(())
+    }
+
+    fn case(&self) -> Result<Case<'_>, Error> {
+        let Prepared {
+            machine, linear, ..
+        } = self.prepared;
+        let Some(basis) = &self.basis else {
+            let message = format!("this needs all modes of {} freedoms", linear.n);
+            return Err(Error::new(Code::Hopeless, message));
+        };
+        Ok(Case {
+            machine,
+            linear,
+            basis,
+            speeds: self.answer.speeds.as_deref(),
+        })
+    }
+
+    fn state_space(&mut self) -> Result<(), Error> {
+        let Some(wanted) = &self.study.state_space else {
+            return Ok(());
+        };
+        let case = self.case()?;
+        if case.linear.n > COMPLEX {
+            let message = format!(
+                "the state-space form of {} freedoms is a dense matrix of twice that order",
+                case.linear.n
+            );
+            return Err(Error::new(Code::Hopeless, message).hint("reduce the machine first"));
+        }
+        let space = StateSpace::physical(&case, &wanted.inputs, &wanted.outputs)?;
+        let parts = participation(&case, &space.inputs, &space.outputs)?;
+        let space = match wanted.sample_time {
+            Some(h) => space.sampled(h, wanted.hold)?,
+            None => space,
+        };
+        self.answer.state_space = Some((space, parts));
+        Ok(())
+    }
+
+    fn reduction(&mut self) -> Result<(), Error> {
+        let Some(wanted) = &self.study.reduce else {
+            return Ok(());
+        };
+        let case = self.case()?;
+        let coordinate = |name: &String| reduction::coordinate(case.machine, case.linear, name);
+        let kept = wanted
+            .keep
+            .iter()
+            .map(coordinate)
+            .collect::<Result<Vec<usize>, Error>>()?;
+        // Modes up to twice the band: what is left out is then far from resonance in it.
+        let keep = wanted
+            .modes
+            .map_or(Keep::Below(2.0 * wanted.below_hz), |n| {
+                Keep::Count(n as usize)
+            });
+        let freedoms: Vec<usize> = kept.iter().map(|&j| case.linear.free[j]).collect();
+        let reduced = Reduced::new(
+            &case,
+            match wanted.method {
+                ReduceMethod::Guyan => Method::Guyan { masters: kept },
+                ReduceMethod::Dynamic(at_hz) => Method::Dynamic {
+                    masters: kept,
+                    at_hz,
+                },
+                ReduceMethod::CraigBampton => Method::CraigBampton {
+                    boundary: kept,
+                    keep,
+                },
+                ReduceMethod::Modal => Method::Modal { keep, ports: kept },
+            },
+        )?;
+        let error = reduced.compare(
+            &case,
+            &Band::new(wanted.below_hz, freedoms.clone(), freedoms),
+        )?;
+        let omega = reduction::frequencies(case.linear, &reduced.equations)?;
+        let full = case.basis.omega.iter().copied().take(omega.len()).collect();
+        self.answer.reduction = Some(Reduction {
+            reduced,
+            omega,
+            full,
+            error,
+        });
         Ok(())
     }
 }

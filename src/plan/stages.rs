@@ -4,7 +4,7 @@
 
 use super::prepared::Prepared;
 use crate::modes::basis::Solver;
-use crate::scene::study::ModesStudy;
+use crate::scene::study::{ModesStudy, ReduceMethod};
 
 /// One stage of a study.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,6 +29,10 @@ pub enum Stage {
     Sensitivities,
     /// Modes over speed.
     Campbell,
+    /// A, B, C, D.
+    StateSpace,
+    /// A smaller machine.
+    Reduction,
 }
 
 /// Whether a stage runs, and why.
@@ -102,6 +106,16 @@ pub const STAGES: &[Row] = &[
         name: "Campbell diagram",
         decide: campbell,
     },
+    Row {
+        stage: Stage::StateSpace,
+        name: "state space",
+        decide: state_space,
+    },
+    Row {
+        stage: Stage::Reduction,
+        name: "reduction",
+        decide: reduction,
+    },
 ];
 
 /// The plan of one study: every stage with its verdict.
@@ -165,7 +179,9 @@ pub fn solver(n: usize) -> Solver {
 fn iterates(prepared: &Prepared, study: &ModesStudy) -> bool {
     let n = prepared.linear.n;
     let few = study.lowest.is_some() || study.near.is_some();
-    let all_needed = !prepared.linear.is_sum_of_squares();
+    let all_needed = !prepared.linear.is_sum_of_squares()
+        || study.state_space.is_some()
+        || study.reduce.is_some();
     !all_needed && ((few && n > SMALL) || n > DENSE)
 }
 
@@ -290,4 +306,37 @@ fn campbell(prepared: &Prepared, study: &ModesStudy) -> Verdict {
         );
     }
     Verdict::Runs(format!("{} speeds, branches followed by MAC", range.count))
+}
+
+fn state_space(_: &Prepared, study: &ModesStudy) -> Verdict {
+    let Some(wanted) = &study.state_space else {
+        return Verdict::LeftOut("not asked for".to_string());
+    };
+    let count = |names: &[String]| match names.len() {
+        0 => "all".to_string(),
+        n => n.to_string(),
+    };
+    let sampled = match wanted.sample_time {
+        None => "continuous".to_string(),
+        Some(h) => format!("sampled every {h} s with {} hold", wanted.hold.name()),
+    };
+    let (inputs, outputs) = (count(&wanted.inputs), count(&wanted.outputs));
+    Verdict::Runs(format!("{sampled}, {inputs} inputs, {outputs} outputs"))
+}
+
+fn reduction(prepared: &Prepared, study: &ModesStudy) -> Verdict {
+    let Some(wanted) = &study.reduce else {
+        return Verdict::LeftOut("not asked for".to_string());
+    };
+    let method = match wanted.method {
+        ReduceMethod::Guyan => "Guyan's condensation".to_string(),
+        ReduceMethod::Dynamic(hz) => format!("condensation at {hz} Hz"),
+        ReduceMethod::CraigBampton => "Craig–Bampton".to_string(),
+        ReduceMethod::Modal => "modes with a static residual".to_string(),
+    };
+    let n = prepared.linear.n;
+    Verdict::Runs(format!(
+        "{method} of {n} freedoms, compared with all of them up to {} Hz",
+        wanted.below_hz
+    ))
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde_json::{Map, Value, json};
 
-use super::campbell;
+use super::{campbell, systems};
 use crate::base::error::Warning;
 use crate::base::place::Source;
 use crate::machine::parts::Machine;
@@ -53,6 +53,8 @@ pub fn modes(
         "geardyn": header(sources, &trace),
         "modes": list,
         "campbell": answer.campbell.as_ref().map(campbell::json),
+        "state_space": answer.state_space.as_ref().map(|(space, parts)| systems::state_space_json(space, parts)),
+        "reduction": answer.reduction.as_ref().map(systems::reduction_json),
         "effort": answer.trace.iter().map(|t| json!({ "stage": t.1, "time_s": t.2 })).collect::<Vec<_>>(),
         "warnings": warnings(&answer.warnings),
     })

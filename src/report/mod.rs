@@ -15,6 +15,9 @@ pub mod campbell;
 /// Modes in words.
 pub mod words;
 
+/// State-space forms and reduced machines.
+pub mod systems;
+
 /// JSON documents.
 pub mod json;
 
@@ -24,6 +27,10 @@ pub mod csv;
 /// Tables for a terminal.
 #[cfg(feature = "cli")]
 pub mod table;
+
+/// Tables of state-space forms and reduced machines.
+#[cfg(feature = "cli")]
+pub mod system_tables;
 
 /// The order of nodes along a train.
 pub mod train;

@@ -265,7 +265,7 @@ pub fn plan(plan: &Plan) -> String {
     text
 }
 
-fn plain() -> Table {
+pub(super) fn plain() -> Table {
     let mut table = Table::new();
     table
         .load_preset(NOTHING)
@@ -295,7 +295,7 @@ fn right_but_first(table: &mut Table) {
 }
 
 /// The table's text without blanks at line ends.
-fn finish(table: &Table) -> String {
+pub(super) fn finish(table: &Table) -> String {
     table
         .to_string()
         .lines()

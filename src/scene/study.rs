@@ -38,6 +38,72 @@ pub struct ModesStudy {
     pub lowest: Option<u32>,
     /// The modes nearest to this frequency, rad/s.
     pub near: Option<f64>,
+    /// The state-space form.
+    pub state_space: Option<StateSpaceStudy>,
+    /// A reduced machine.
+    pub reduce: Option<ReduceStudy>,
+}
+
+/// Which state-space form is wanted.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct StateSpaceStudy {
+    /// `node.axis` each; all freedoms where none is named.
+    pub inputs: Vec<String>,
+    /// `node.axis`, `node.axis.speed`, `node.axis.acceleration` or `branch.force` each; all freedoms where none is named.
+    pub outputs: Vec<String>,
+    /// Between samples, s; absent: continuous.
+    pub sample_time: Option<f64>,
+    /// What inputs do between samples.
+    pub hold: Hold,
+}
+
+/// What an input is taken to do between samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Hold {
+    /// It stays: exact for steps at samples.
+    #[default]
+    Zero,
+    /// It goes straight to the next sample: exact for ramps. States are shifted by what the coming sample adds, outputs not.
+    First,
+    /// Tustin's rule: the trapezoidal rule in time. Stable forms stay stable; frequencies are warped, states are not the continuous ones.
+    Bilinear,
+}
+
+impl Hold {
+    /// The word for it in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Hold::Zero => "zero-order",
+            Hold::First => "first-order",
+            Hold::Bilinear => "bilinear",
+        }
+    }
+}
+
+/// Which reduced machine is wanted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReduceStudy {
+    /// How.
+    pub method: ReduceMethod,
+    /// Freedoms kept, loaded and measured, `node.axis` each.
+    pub keep: Vec<String>,
+    /// The response matters up to here, Hz.
+    pub below_hz: f64,
+    /// Modes kept; absent: those below twice the band.
+    pub modes: Option<u32>,
+}
+
+/// How a machine is reduced.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ReduceMethod {
+    /// Static condensation.
+    Guyan,
+    /// Condensation at a frequency, Hz.
+    Dynamic(f64),
+    /// Static condensation and fixed-interface modes.
+    CraigBampton,
+    /// Modes with a static residual.
+    Modal,
 }
 
 /// Equally spaced speeds.
@@ -99,6 +165,7 @@ pub fn read(f: &mut Fields) -> Option<Study> {
             campbell,
             lowest,
             near,
+            ..ModesStudy::default()
         }),
         place: f.place.clone(),
     })

@@ -8,28 +8,7 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::expm::expm;
 use crate::numeric::{Matrix, definite};
-
-/// What the input is taken to do between samples.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Hold {
-    /// It stays: exact for steps at samples.
-    Zero,
-    /// It goes straight to the next sample: exact for ramps. States are shifted by what the coming sample adds, outputs not.
-    First,
-    /// Tustin's rule: the trapezoidal rule in time. Stable forms stay stable; frequencies are warped, states are not the continuous ones.
-    Bilinear,
-}
-
-impl Hold {
-    /// The word for it in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Hold::Zero => "zero-order",
-            Hold::First => "first-order",
-            Hold::Bilinear => "bilinear",
-        }
-    }
-}
+use crate::scene::study::Hold;
 
 impl StateSpace {
     /// The same, sampled every `sample_time` seconds.

@@ -1,12 +1,12 @@
 //! `ẋ = A x + B u`, `y = C x + D u`; discrete, where it has a sample time: `x⁺ = A x + B u`.
 
-use super::discrete::Hold;
 use super::first_order::{FirstOrder, first_order};
 use super::signals::{self, Output};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::modes::equations::{Case, Equations, independent};
 use crate::numeric::{Complex, ComplexMatrix, Matrix, definite};
+use crate::scene::study::Hold;
 
 /// A state-space form with names.
 #[derive(Debug, Clone)]

@@ -1,0 +1,122 @@
+//! State-space forms and reduced machines as tables for a terminal.
+
+use comfy_table::CellAlignment;
+
+use super::number::{column, percent};
+use super::table::{finish, plain};
+use crate::modes::state_space::StateSpace;
+use crate::modes::state_space::participation::Participation;
+use crate::numeric::Complex;
+use crate::plan::run::Reduction;
+
+const TURN: f64 = std::f64::consts::TAU;
+
+/// How far each input reaches each mode, and each output shows it, for few inputs and outputs.
+pub fn participation(space: &StateSpace, parts: &[Participation]) -> String {
+    const SHOWN: usize = 4;
+    let (inputs, outputs) = (
+        space.inputs.len().min(SHOWN),
+        space.outputs.len().min(SHOWN),
+    );
+    let mut heads = vec!["frequency".to_string()];
+    heads.extend(
+        space.inputs[..inputs]
+            .iter()
+            .map(|name| format!("from {name}")),
+    );
+    heads.extend(
+        space.outputs[..outputs]
+            .iter()
+            .map(|name| format!("in {name}")),
+    );
+    let mut units = vec!["Hz".to_string()];
+    units.resize(heads.len(), "%".to_string());
+    let frequencies = column(
+        &parts
+            .iter()
+            .map(|p| size(p.eigenvalue) / TURN)
+            .collect::<Vec<_>>(),
+    );
+    let row = |(p, frequency): (&Participation, String)| {
+        let shares = p.controllability[..inputs]
+            .iter()
+            .chain(&p.observability[..outputs]);
+        std::iter::once(frequency)
+            .chain(shares.map(|&x| percent(x)))
+            .collect()
+    };
+    let rows: Vec<Vec<String>> = parts.iter().zip(frequencies).map(row).collect();
+    let mut text = format!(
+        "\nstate space: {} states, {} inputs, {} outputs; ",
+        space.states.len(),
+        space.inputs.len(),
+        space.outputs.len()
+    );
+    text += &match space.sample_time {
+        Some(h) => format!(
+            "sampled every {h} s, {} hold\n",
+            space.hold.map_or("", |hold| hold.name())
+        ),
+        None => "continuous\n".to_string(),
+    };
+    for p in parts.iter().filter(|p| !p.reachable || !p.visible) {
+        let what = match (p.reachable, p.visible) {
+            (false, false) => "neither reached by the inputs nor seen in the outputs",
+            (false, true) => "not reached by the inputs",
+            _ => "not seen in the outputs",
+        };
+        text += &format!(
+            "the mode at {:.4} Hz is {what}\n",
+            size(p.eigenvalue) / TURN
+        );
+    }
+    text + &aligned(&heads, &units, &rows)
+}
+
+/// The reduced machine beside the full one.
+pub fn reduction(found: &Reduction) -> String {
+    let hertz = |omega: &[f64]| column(&omega.iter().map(|w| w / TURN).collect::<Vec<_>>());
+    let rows = hertz(&found.omega)
+        .into_iter()
+        .zip(hertz(&found.full))
+        .zip(found.omega.iter().zip(&found.full));
+    let row = |((reduced, full), (r, f)): ((String, String), (&f64, &f64))| {
+        let change = if *f > 0.0 {
+            format!("{:.1e}", (r / f - 1.0).abs())
+        } else {
+            "–".to_string()
+        };
+        vec![reduced, full, change]
+    };
+    let rows: Vec<Vec<String>> = rows.map(row).collect();
+    let heads = ["reduced", "full", "relative error"].map(str::to_string);
+    let units = ["Hz", "Hz", ""].map(str::to_string);
+    let e = &found.error;
+    let mut text = format!(
+        "\nreduction: {} of {} freedoms\n",
+        found.omega.len(),
+        found.reduced.equations.transform.nrows()
+    );
+    text += &aligned(&heads, &units, &rows);
+    text + &format!(
+        "response between the kept freedoms: error {:.1e} measured, {:.1e} estimated (of the largest response; worst at {:.4} Hz)\n",
+        e.measured, e.estimate, e.worst_at_hz
+    )
+}
+
+fn aligned(heads: &[String], units: &[String], rows: &[Vec<String>]) -> String {
+    let mut table = plain();
+    table.add_row(heads);
+    table.add_row(units);
+    for row in rows {
+        table.add_row(row);
+    }
+    for column in table.column_iter_mut() {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    finish(&table)
+}
+
+fn size(z: Complex) -> f64 {
+    z.re.hypot(z.im)
+}
