@@ -1,35 +1,13 @@
 //! `x⁺ = A_d x + B_d u` at a sample time h.
 //!
 //! Zero- and first-order hold by one exponential: Van Loan, IEEE Trans. Automat. Control 23 (1978), pp. 395–404; Franklin,
-//! Powell & Workman, Digital Control of Dynamic Systems, 3rd ed. (1998), sec. 6.3.2, for the ramp. Bilinear: `s = (2/h) (z − 1)/(z + 1)`.
+//! Powell & Workman, Digital Control of Dynamic Systems, 3rd ed. (1998), pp. 204–206, for the ramp. Bilinear: `s = (2/h) (z − 1)/(z + 1)`.
 
-use super::system::StateSpace;
+use super::system::{Hold, StateSpace};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::expm::expm;
 use crate::numeric::{Matrix, definite};
-
-/// What the input is taken to do between samples.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Hold {
-    /// It stays: exact for steps at samples.
-    Zero,
-    /// It goes straight to the next sample: exact for ramps. States are shifted by what the coming sample adds, outputs not.
-    First,
-    /// Tustin's rule: the trapezoidal rule in time. Stable forms stay stable; frequencies are warped, states are not the continuous ones.
-    Bilinear,
-}
-
-impl Hold {
-    /// The word for it in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Hold::Zero => "zero-order",
-            Hold::First => "first-order",
-            Hold::Bilinear => "bilinear",
-        }
-    }
-}
 
 impl StateSpace {
     /// The same, sampled every `sample_time` seconds.

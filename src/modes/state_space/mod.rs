@@ -18,5 +18,4 @@ pub mod participation;
 /// JSON, CSV and MATLAB files.
 mod export;
 
-pub use discrete::Hold;
-pub use system::StateSpace;
+pub use system::{Hold, StateSpace};

@@ -1,12 +1,33 @@
 //! `ẋ = A x + B u`, `y = C x + D u`; discrete, where it has a sample time: `x⁺ = A x + B u`.
 
-use super::discrete::Hold;
 use super::first_order::{FirstOrder, first_order};
 use super::signals::{self, Output};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::modes::equations::{Case, Equations, independent};
 use crate::numeric::{Complex, ComplexMatrix, Matrix, definite};
+
+/// What the input is taken to do between samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Hold {
+    /// It stays: exact for steps at samples.
+    Zero,
+    /// It goes straight to the next sample: exact for ramps. States are shifted by what the coming sample adds, outputs not.
+    First,
+    /// Tustin's rule: the trapezoidal rule in time. Stable forms stay stable; frequencies are warped, states are not the continuous ones.
+    Bilinear,
+}
+
+impl Hold {
+    /// The word for it in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Hold::Zero => "zero-order",
+            Hold::First => "first-order",
+            Hold::Bilinear => "bilinear",
+        }
+    }
+}
 
 /// A state-space form with names.
 #[derive(Debug, Clone)]
