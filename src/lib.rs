@@ -2,6 +2,8 @@
 //!
 //! The modules are floors: each imports only from those above it in this list.
 
+#![warn(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
 /// Errors with places and hints; units; TOML with places.
 pub mod base;
 

@@ -4,7 +4,8 @@
     reason = "a helper of tests may fail as a test does"
 )]
 
-use geardyn::numeric::{Complex, Matrix, general, graded, quadratic};
+use geardyn::numeric::quadratic::Quadratic;
+use geardyn::numeric::{Complex, Matrix, general, graded};
 use serde_json::Value;
 
 /// `λ² I + λ C + Ω²` in the modal coordinates of an undamped machine, and its exact eigenvalues.
@@ -129,10 +130,14 @@ fn ref_mpmath_polished() {
         let n = p.omega.len();
         let found = general::eigen(&companion(&p)).unwrap();
         let start = |i: usize| (0..n).map(|j| found.right[(n + j, i)]).collect::<Vec<_>>();
-        let squares: Vec<f64> = p.omega.iter().map(|w| w * w).collect();
-        let polish = |i: usize| {
-            quadratic::quadratic_refine(&p.c, &squares, found.values[i], &start(i)).unwrap()
+        let square = |i: usize, j: usize| if i == j { p.omega[i] * p.omega[i] } else { 0.0 };
+        let quadratic = Quadratic {
+            inertial: n,
+            damping: p.c.clone(),
+            stiffness: Matrix::from_fn(n, n, square),
+            hysteretic: None,
         };
+        let polish = |i: usize| quadratic.polish(found.values[i], &start(i)).unwrap();
         let polished: Vec<_> = (0..2 * n).map(polish).collect();
         let values: Vec<Complex> = polished.iter().map(|m| m.value).collect();
         let worst = |found: &[Complex]| {

@@ -118,6 +118,9 @@ pub struct ModesArgs {
     /// Write the table of modes with their shapes
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
+    /// Draw the mode shapes, and the energies beside (FILE-energies.svg); with --campbell the diagram
+    #[arg(long, value_name = "FILE")]
+    pub svg: Option<PathBuf>,
     /// No warnings, no word about what was left out
     #[arg(long)]
     pub quiet: bool,

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde_json::{Value, json};
 
 use super::{diagnostic, output};
-use crate::base::error::{Error, Errors, Warning};
+use crate::base::error::{Errors, Warning};
 use crate::plan::prepared::Prepared;
 use crate::report;
 use crate::scene;
@@ -67,7 +67,7 @@ struct Found {
 
 fn check(path: &std::path::Path) -> Result<Found, Errors> {
     let scene = scene::read(path)?;
-    let prepared = Prepared::new(&scene.model).map_err(Error::from)?;
+    let prepared = Prepared::new(&scene.model)?;
     Ok(Found {
         header: report::json::header(&scene.sources, &[]),
         path: path.display().to_string(),

@@ -1,5 +1,7 @@
 //! `geardyn modes`: the natural modes of a machine.
 
+use std::path::{Path, PathBuf};
+
 use super::args::ModesArgs;
 use super::{diagnostic, output, study};
 use crate::base::code::Code;
@@ -18,7 +20,7 @@ use crate::scene;
 pub fn run(args: &ModesArgs) -> Result<u8, Errors> {
     let study = study::of(&args.study)?;
     let scene = scene::read(&args.model)?;
-    let prepared = Prepared::new(&scene.model).map_err(Error::from)?;
+    let prepared = Prepared::new(&scene.model)?;
     let plan = Plan::modes(&prepared, &study);
     let answer = run::run(&prepared, &study, &plan)?;
     let chosen = chosen(args, &answer)?;
@@ -27,15 +29,22 @@ pub fn run(args: &ModesArgs) -> Result<u8, Errors> {
         output::write(path, report::csv::modes(&prepared, &answer).as_bytes())?;
         written.push(path.display().to_string());
     }
+    if let Some(path) = &args.svg {
+        for (path, picture) in pictures(path, &prepared, &answer) {
+            output::write(&path, picture.as_bytes())?;
+            written.push(path.display().to_string());
+        }
+    }
     if args.json {
         let document =
             report::json::modes(&scene.sources, &prepared, &answer, Detail { top: args.top });
         output::print(&format!("{document:#}\n"))?;
         return Ok(0);
     }
-    let text = match chosen {
-        Some(k) => report::table::mode(&prepared, &answer, k),
-        None => report::table::modes(&prepared, &answer),
+    let text = match (chosen, &answer.campbell) {
+        (Some(k), _) => report::table::mode(&prepared, &answer, k),
+        (None, Some(found)) => report::table::crossings(found),
+        (None, None) => report::table::modes(&prepared, &answer),
     };
     output::print(&text)?;
     if !args.quiet {
@@ -56,6 +65,31 @@ fn chosen(args: &ModesArgs, answer: &Answer) -> Result<Option<usize>, Error> {
         answer.modes.len()
     );
     Err(Error::new(Code::OutOfRange, message))
+}
+
+/// Modes drawn at once.
+const PANELS: usize = 8;
+
+/// Rows of the picture of energies.
+const ROWS: usize = 20;
+
+/// The pictures of an answer and where each goes.
+fn pictures(path: &Path, prepared: &Prepared, answer: &Answer) -> Vec<(PathBuf, String)> {
+    if let Some(found) = &answer.campbell {
+        return vec![(path.to_path_buf(), report::campbell::picture(found))];
+    }
+    let mut name = path.file_stem().unwrap_or_default().to_os_string();
+    name.push("-energies.svg");
+    vec![
+        (
+            path.to_path_buf(),
+            report::shapes::mode_shapes(prepared, answer, PANELS),
+        ),
+        (
+            path.with_file_name(name),
+            report::energy_bars::energy_matrix(prepared, answer, ROWS),
+        ),
+    ]
 }
 
 /// What was done and left out, doubts, and what was written.

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::args::StudyArgs;
 use super::{output, study};
-use crate::base::error::{Error, Errors};
+use crate::base::error::Errors;
 use crate::plan::prepared::Prepared;
 use crate::plan::stages::Plan;
 use crate::report;
@@ -17,7 +17,7 @@ use crate::scene;
 pub fn run(model: &Path, args: &StudyArgs, as_json: bool) -> Result<u8, Errors> {
     let study = study::of(args)?;
     let scene = scene::read(model)?;
-    let prepared = Prepared::new(&scene.model).map_err(Error::from)?;
+    let prepared = Prepared::new(&scene.model)?;
     let plan = Plan::modes(&prepared, &study);
     if as_json {
         let document = report::json::plan(&scene.sources, &plan, &prepared.warnings());

@@ -16,7 +16,7 @@ use crate::scene::model::{Axis, End, Model};
 /// # Errors
 /// A machine without bodies, an unknown node, an axis whose mass is not stated.
 pub fn build(model: &Model) -> Result<Machine, Error> {
-    let mut builder = Builder::new();
+    let mut builder = Builder::default();
     let numbers = declare(&mut builder, model)?;
     if builder.machine.nodes.is_empty() {
         let hint = "add an [[inertia]]; `geardyn new` writes a model to start from";

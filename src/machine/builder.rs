@@ -9,6 +9,7 @@ use crate::base::error::Error;
 use crate::scene::model::{Axis, Contact, End, Loss, Name};
 
 /// Collects a machine. Freedoms are numbered once, when every node and axis is known.
+#[derive(Default)]
 pub struct Builder {
     /// The machine so far.
     pub machine: Machine,
@@ -18,16 +19,6 @@ pub struct Builder {
 }
 
 impl Builder {
-    /// An empty machine.
-    pub fn new() -> Builder {
-        Builder {
-            machine: Machine::default(),
-            nodes: HashMap::new(),
-            axes: Vec::new(),
-            numbers: HashMap::new(),
-        }
-    }
-
     /// Registers an element; its number.
     pub fn element(&mut self, name: &Name, kind: &'static str) -> usize {
         self.machine.elements.push(Element {

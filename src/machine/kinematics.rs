@@ -1,6 +1,6 @@
 //! What can turn: rigid joints eliminated in exact fractions, and the motions that strain nothing.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use super::parts::{Branch, Law, Machine};
 use crate::base::code::Code;
@@ -111,33 +111,74 @@ impl Motions {
     /// # Errors
     /// The freedom whose speed does not follow from those stated, or a stated one that contradicts the others.
     pub fn speeds(&self, n: usize, stated: &[(usize, f64)]) -> Result<Vec<f64>, usize> {
-        let mut value: HashMap<usize, f64> = HashMap::new();
+        let fastest = stated.iter().fold(0.0f64, |m, s| m.max(s.1.abs()));
+        let mut solved: Vec<Solved> = Vec::new();
         for &(freedom, speed) in stated {
-            let terms = self.constraints.combination(freedom);
-            let unknown: Vec<&(usize, f64)> = terms
+            let mut row = Solved {
+                terms: self.constraints.combination(freedom).into_iter().collect(),
+                value: speed,
+                pivot: freedom,
+            };
+            let size = row.size();
+            solved.iter().for_each(|other| row.take_out(other));
+            // Coefficients are fractions of tooth numbers: what cancels leaves rounding.
+            let lead = row
+                .terms
                 .iter()
-                .filter(|(j, _)| !value.contains_key(j))
-                .collect();
-            let known: f64 = terms
-                .iter()
-                .filter_map(|(j, a)| value.get(j).map(|x| a * x))
-                .sum();
-            match unknown.as_slice() {
-                [(j, a)] => {
-                    value.insert(*j, (speed - known) / a);
+                .map(|(&j, &a)| (j, a))
+                .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+            let Some((pivot, a)) = lead.filter(|(_, a)| a.abs() > 1e-12 * size) else {
+                if row.value.abs() <= 1e-9 * fastest {
+                    continue;
                 }
-                [] if (speed - known).abs() <= 1e-9 * speed.abs().max(known.abs()) => {}
-                _ => return Err(freedom),
-            }
+                return Err(freedom);
+            };
+            row.terms.values_mut().for_each(|b| *b /= a);
+            row.value /= a;
+            row.pivot = pivot;
+            solved.iter_mut().for_each(|other| other.take_out(&row));
+            solved.push(row);
         }
+        let known: HashMap<usize, f64> = solved
+            .iter()
+            .filter(|row| row.terms.len() == 1)
+            .map(|row| (row.pivot, row.value))
+            .collect();
         let speed_of = |i: usize| -> Option<f64> {
             self.constraints
                 .combination(i)
                 .iter()
-                .map(|(j, a)| value.get(j).map(|x| a * x))
+                .map(|(j, a)| known.get(j).map(|x| a * x))
                 .sum()
         };
         (0..n).map(|i| speed_of(i).ok_or(i)).collect()
+    }
+}
+
+/// `x_pivot + Σ a x = value`, of a system brought to reduced form.
+struct Solved {
+    pivot: usize,
+    terms: BTreeMap<usize, f64>,
+    value: f64,
+}
+
+impl Solved {
+    fn size(&self) -> f64 {
+        self.terms.values().fold(0.0, |m, a| m.max(a.abs()))
+    }
+
+    /// Subtracts what the other row says of its pivot.
+    fn take_out(&mut self, other: &Solved) {
+        let Some(share) = self.terms.remove(&other.pivot) else {
+            return;
+        };
+        let size = self.size();
+        for (&j, a) in other.terms.iter().filter(|(j, _)| **j != other.pivot) {
+            *self.terms.entry(j).or_insert(0.0) -= share * a;
+        }
+        self.terms
+            .retain(|_, a| a.abs() > 1e-12 * size.max(share.abs()));
+        self.value -= share * other.value;
     }
 }
 

@@ -258,7 +258,11 @@ fn rigid_motions(machine: &Machine, kinematics: &Kinematics, branches: &[LinearB
             elastic = geometric;
         }
     }
-    let mut motions = free_of(&|b| strained(b) || b.damping != 0.0 || b.loss_factor != 0.0);
+    let damped = |b: &LinearBranch| b.damping != 0.0 || b.loss_factor != 0.0;
+    let mut motions = match branches.iter().any(|b| damped(b) && !strained(b)) {
+        true => free_of(&|b| strained(b) || damped(b)),
+        false => elastic.clone(),
+    };
     let braked_by_all = machine.damping.mass != 0.0;
     if braked_by_all {
         motions.clear();

@@ -14,7 +14,9 @@ use crate::numeric::{Matrix, definite, graded};
 pub enum Solver {
     /// Singular values of the factored form: row-sorted QR, then one-sided Jacobi.
     Factored,
-    /// The definite pencil, formed and solved by tridiagonal reduction.
+    /// Singular values by bidiagonal reduction: small ones to ε of the largest.
+    Singular,
+    /// The definite pencil, formed and solved by tridiagonal reduction: small ω to ε of the largest ω² over theirs.
     Pencil,
 }
 
@@ -48,8 +50,7 @@ pub fn solve(linear: &Linear, solver: Solver) -> Result<Basis, Error> {
         .filter(|b| b.stiffness > 0.0 && b.force.is_none())
         .collect();
     let order = Order::new(linear);
-    let rows = Matrix::from_fn(squares.len(), linear.n, |_, _| 0.0);
-    let mut rows = rows;
+    let mut rows = Matrix::zeros(squares.len(), linear.n);
     for (i, branch) in squares.iter().enumerate() {
         let root = branch.stiffness.sqrt();
         for (j, a) in branch.direction.scaled() {
@@ -67,6 +68,23 @@ pub fn solve(linear: &Linear, solver: Solver) -> Result<Basis, Error> {
         Solver::Factored => {
             let found = graded::svd(&scaled, Some(n - n_rigid))?;
             (found.values, found.vectors)
+        }
+        Solver::Singular => {
+            let (mut values, vectors) = definite::singular_values(&scaled)?;
+            let found = values.len();
+            values.resize(n, 0.0);
+            values.reverse();
+            let from = |j: usize| n - 1 - j;
+            (
+                values,
+                Matrix::from_fn(n, n, |i, j| {
+                    if from(j) < found {
+                        vectors[(i, from(j))]
+                    } else {
+                        0.0
+                    }
+                }),
+            )
         }
         Solver::Pencil => {
             let found = definite::symmetric(&(scaled.transpose() * &scaled))?;
@@ -119,10 +137,10 @@ fn digits(solver: Solver, omega: f64, largest: f64) -> f64 {
         _ if omega == 0.0 => f64::INFINITY,
         Solver::Factored => FACTORED_DIGITS,
         // Backward error of the pencil: ε λ_max in every λ, half of it relative in ω.
-        Solver::Pencil => -(f64::EPSILON * (largest / omega).powi(2) * 4.0)
-            .log10()
-            .min(0.0)
-            .max(-16.0),
+        Solver::Singular => (-(4.0 * f64::EPSILON * largest / omega).log10()).clamp(0.0, 16.0),
+        Solver::Pencil => {
+            (-(4.0 * f64::EPSILON * (largest / omega).powi(2)).log10()).clamp(0.0, 16.0)
+        }
     }
 }
 

@@ -1,15 +1,17 @@
 //! Complex modes of `λ² I + λ C̃ + K̃ + i sgn(Im λ) H̃` over modal coordinates.
 //!
 //! First-order form over `(Ω η, η̇, d)`: the positions of rigid motions are left out, since their root is exactly zero, as
-//! are the rates of those that nothing brakes. Each root is then polished by Newton's method on the quadratic (Ruhe 1973,
-//! SIAM J. Numer. Anal. 10, 674, sec. 3), which gives small roots beside large ones their digits back and takes loss factors in.
+//! are the rates of those that nothing brakes. Each root is then polished on the quadratic itself, which gives small roots beside
+//! large ones their digits back and takes loss factors in.
 
 use super::basis::Basis;
+use super::gyroscopic::{self, Swing};
 use super::modal::Modal;
 use super::mode::{Mode, modulus, orient};
 use crate::base::error::Error;
 use crate::machine::linear::Linear;
-use crate::numeric::{Complex, ComplexMatrix, Matrix, definite, general};
+use crate::numeric::quadratic::Quadratic;
+use crate::numeric::{Complex, Matrix, definite, general};
 
 /// Complex modes, sorted by |λ|: rigid ones first, then each pair once, overdamped roots singly.
 ///
@@ -19,25 +21,26 @@ pub fn modes(linear: &Linear, basis: &Basis, modal: &Modal) -> Result<Vec<Mode>,
     let light = Light::new(modal)?;
     let quadratic = light.condense(modal)?;
     let state = State::new(&quadratic, basis, linear.n_undamped_rigid);
-    let mut found = Vec::new();
-    if !state.is_empty() {
-        let eigen = general::eigen(&state.matrix(&quadratic)?)?;
-        for k in 0..eigen.values.len() {
-            let lambda = eigen.values[k];
-            if lambda.im < 0.0 {
-                continue;
-            }
-            let right: Vec<Complex> = (0..state.len()).map(|i| eigen.right[(i, k)]).collect();
-            let start = Root {
-                lambda,
-                x: state.positions(&quadratic, basis, lambda, &right),
-            };
-            let error = f64::EPSILON * eigen.norm * eigen.condition[k];
-            found.push(polish(&quadratic, start, error));
-        }
-    }
-    found.sort_by(|a, b| modulus(a.root.lambda).total_cmp(&modulus(b.root.lambda)));
-    let rigid = (0..basis.n_rigid).filter(|&j| quadratic.is_free(j));
+    let symmetric = linear
+        .branches
+        .iter()
+        .all(|b| b.force.is_none() || b.stiffness == 0.0);
+    let lossless = symmetric && !modal.is_dissipative() && state.n_braked == 0;
+    let swings = match lossless {
+        true => gyroscopic::swings(
+            &quadratic.damping,
+            &quadratic.stiffness,
+            &state.positions,
+            &state.rates,
+        )?,
+        false => None,
+    };
+    let mut found = match swings {
+        Some((swings, error)) => on_the_axis(&quadratic, swings, error),
+        None => in_the_plane(&quadratic, &state, basis)?,
+    };
+    found.sort_by(|a, b| modulus(a.value).total_cmp(&modulus(b.value)));
+    let rigid = (0..basis.n_rigid).filter(|&j| is_free(&quadratic, j));
     let rigid = rigid.map(|j| {
         let mut shape: Vec<Complex> = linear
             .recover(&super::basis::column(&basis.shapes, j))
@@ -57,7 +60,7 @@ pub fn modes(linear: &Linear, basis: &Basis, modal: &Modal) -> Result<Vec<Mode>,
     });
     let damped = modal.is_dissipative();
     let elastic = found.iter().map(|polished| {
-        let z = light.expand(&polished.root.x);
+        let z = light.expand(&polished.x);
         let p: Vec<Complex> = (0..modal.shapes.nrows())
             .map(|i| {
                 z.iter()
@@ -68,7 +71,7 @@ pub fn modes(linear: &Linear, basis: &Basis, modal: &Modal) -> Result<Vec<Mode>,
             .collect();
         let mut shape = recover(linear, &p);
         orient(&mut shape);
-        let lambda = polished.root.lambda;
+        let lambda = polished.value;
         let damping_ratio = (damped && lambda.im != 0.0).then(|| -lambda.re / modulus(lambda));
         Mode {
             eigenvalue: lambda,
@@ -80,6 +83,67 @@ pub fn modes(linear: &Linear, basis: &Basis, modal: &Modal) -> Result<Vec<Mode>,
         }
     });
     Ok(rigid.chain(elastic).collect())
+}
+
+/// Roots without losses: Newton only where the small ones want digits back, and never off the imaginary axis.
+fn on_the_axis(quadratic: &Quadratic, swings: Vec<Swing>, error: f64) -> Vec<Polished> {
+    let omega: Vec<Complex> = swings
+        .iter()
+        .map(|swing| Complex::new(0.0, swing.omega))
+        .collect();
+    let swings = swings.into_iter().enumerate().map(|(k, swing)| {
+        let wants = alone(k, &omega) && error > ENOUGH * swing.omega;
+        let start = Start {
+            value: omega[k],
+            vector: swing.shape,
+            error,
+        };
+        polish(quadratic, start, wants, Root::OnAxis)
+    });
+    swings.collect()
+}
+
+/// Roots of the first-order form.
+fn in_the_plane(
+    quadratic: &Quadratic,
+    state: &State,
+    basis: &Basis,
+) -> Result<Vec<Polished>, Error> {
+    let mut found = Vec::new();
+    if state.is_empty() {
+        return Ok(found);
+    }
+    let eigen = general::eigen(&state.matrix(quadratic)?)?;
+    for k in (0..eigen.values.len()).filter(|&k| eigen.values[k].im >= 0.0) {
+        let value = eigen.values[k];
+        let right: Vec<Complex> = (0..state.len()).map(|i| eigen.right[(i, k)]).collect();
+        let vector = state.positions(quadratic, basis, value, &right);
+        let error = f64::EPSILON * eigen.norm * eigen.condition[k];
+        let wants = alone(k, &eigen.values) || quadratic.hysteretic.is_some();
+        found.push(polish(
+            quadratic,
+            Start {
+                value,
+                vector,
+                error,
+            },
+            wants,
+            Root::Anywhere,
+        ));
+    }
+    Ok(found)
+}
+
+/// Relative error of a root that needs no polishing.
+const ENOUGH: f64 = 1e-13;
+
+/// No other root is so near that polishing would mix their shapes.
+fn alone(k: usize, roots: &[Complex]) -> bool {
+    const REPEATED: f64 = 1e-8; // relative: √ε, where the shapes of a pair keep half their digits
+    roots
+        .iter()
+        .enumerate()
+        .all(|(i, &root)| i == k || modulus(root - roots[k]) > REPEATED * modulus(roots[k]))
 }
 
 const ZERO: Complex = Complex::new(0.0, 0.0);
@@ -100,14 +164,6 @@ struct Light {
     n_braked: usize,
     /// `z = follow · (η, y)`.
     follow: Matrix,
-}
-
-/// `λ² I_η + λ C + K + i sgn H` over (η, y).
-struct Quadratic {
-    n_modes: usize,
-    damping: Matrix,
-    stiffness: Matrix,
-    hysteretic: Option<Matrix>,
 }
 
 impl Light {
@@ -156,7 +212,7 @@ impl Light {
         let (damping, stiffness) = (turned(&modal.damping), turned(&modal.stiffness));
         let cut = |a: &Matrix| Matrix::from_fn(keep, keep, |i, j| a[(i, j)]);
         let mut quadratic = Quadratic {
-            n_modes: m,
+            inertial: m,
             damping: cut(&damping),
             stiffness: cut(&stiffness),
             hysteretic: modal.hysteretic.as_ref().map(|h| cut(&turned(h))),
@@ -195,50 +251,10 @@ impl Light {
     }
 }
 
-impl Quadratic {
-    fn len(&self) -> usize {
-        self.damping.nrows()
-    }
-
-    /// A mode that no stiffness holds, so that zero is its root.
-    fn is_free(&self, j: usize) -> bool {
-        (0..self.len()).all(|i| self.stiffness[(i, j)] == 0.0 && self.stiffness[(j, i)] == 0.0)
-    }
-
-    /// `λ² I_η + λ C + K + i sgn(Im λ) H`.
-    fn at(&self, lambda: Complex) -> ComplexMatrix {
-        let sign = if lambda.im == 0.0 {
-            0.0
-        } else {
-            lambda.im.signum()
-        };
-        ComplexMatrix::from_fn(self.len(), self.len(), |i, j| {
-            let mut value = lambda * self.damping[(i, j)] + self.stiffness[(i, j)];
-            if let Some(h) = &self.hysteretic {
-                value += Complex::new(0.0, sign * h[(i, j)]);
-            }
-            if i == j && i < self.n_modes {
-                value += lambda * lambda;
-            }
-            value
-        })
-    }
-
-    /// `(2λ I_η + C) x`.
-    fn slope(&self, lambda: Complex, x: &[Complex]) -> Vec<Complex> {
-        (0..self.len())
-            .map(|i| {
-                let damped = (0..self.len())
-                    .map(|j| x[j] * self.damping[(i, j)])
-                    .fold(ZERO, |s, t| s + t);
-                if i < self.n_modes {
-                    damped + lambda * x[i] * 2.0
-                } else {
-                    damped
-                }
-            })
-            .collect()
-    }
+/// A mode that no stiffness holds, so that zero is its root.
+fn is_free(quadratic: &Quadratic, j: usize) -> bool {
+    let k = &quadratic.stiffness;
+    (0..quadratic.len()).all(|i| k[(i, j)] == 0.0 && k[(j, i)] == 0.0)
 }
 
 /// Which components the first-order form has: positions of some modes, rates of some, and y.
@@ -252,11 +268,11 @@ struct State {
 
 impl State {
     fn new(quadratic: &Quadratic, basis: &Basis, n_undamped_rigid: usize) -> State {
-        let m = quadratic.n_modes;
-        let positions: Vec<usize> = (0..m).filter(|&j| !quadratic.is_free(j)).collect();
+        let m = quadratic.inertial;
+        let positions: Vec<usize> = (0..m).filter(|&j| !is_free(quadratic, j)).collect();
         let alone = |j: usize| {
             j < n_undamped_rigid
-                && quadratic.is_free(j)
+                && is_free(quadratic, j)
                 && (0..quadratic.len())
                     .all(|i| quadratic.damping[(i, j)] == 0.0 && quadratic.damping[(j, i)] == 0.0)
         };
@@ -359,154 +375,88 @@ impl State {
     }
 }
 
-struct Root {
-    lambda: Complex,
-    x: Vec<Complex>,
-}
-
 struct Polished {
-    root: Root,
+    value: Complex,
+    x: Vec<Complex>,
     residual: f64,
     digits: f64,
+}
+
+/// A root as the first solution left it, with its absolute error.
+struct Start {
+    value: Complex,
+    vector: Vec<Complex>,
+    error: f64,
+}
+
+/// What is known of a root.
+#[derive(Clone, Copy, PartialEq)]
+enum Root {
+    /// Nothing.
+    Anywhere,
+    /// It is imaginary: nothing loses energy.
+    OnAxis,
 }
 
 /// Largest order for which every root is polished: a step is a complex LU of that order.
 const POLISH: usize = 160;
 
-/// Newton's method on `(Q(λ) x, eᵀx − 1)`; keeps the start where it does not lower the residual.
-fn polish(quadratic: &Quadratic, start: Root, error: f64) -> Polished {
-    let size = modulus(start.lambda);
-    let mut best_residual = backward_error(quadratic, &start);
-    let mut best = start;
-    let mut polished = false;
-    if quadratic.len() <= POLISH {
-        for _ in 0..4 {
-            let Some(next) = newton(quadratic, &best) else {
-                break;
-            };
-            let near = modulus(next.lambda - best.lambda)
-                <= 1e3 * error + 0.5 * hysteretic_size(quadratic, size);
-            let residual = backward_error(quadratic, &next);
-            if !near || !residual.is_finite() || residual >= best_residual {
-                polished |= near && residual <= 4.0 * best_residual;
-                break;
-            }
-            (best, best_residual, polished) = (next, residual, true);
-        }
-    }
-    normalise(quadratic, &mut best);
-    let lost = if polished {
-        f64::EPSILON * componentwise_condition(quadratic, &best)
-    } else {
-        error / modulus(best.lambda)
-    };
-    let digits = (-lost.log10()).clamp(0.0, 15.0);
-    Polished {
-        root: best,
-        residual: best_residual,
-        digits: if lost.is_nan() { 0.0 } else { digits },
-    }
-}
+/// What a polished root keeps, with a margin: ε times its condition times this.
+const MARGIN: f64 = 10.0;
 
-fn hysteretic_size(quadratic: &Quadratic, size: f64) -> f64 {
-    if quadratic.hysteretic.is_some() {
-        size
-    } else {
+/// Polishes a root where that is wanted; keeps the start where polishing leads elsewhere.
+fn polish(quadratic: &Quadratic, start: Start, wanted: bool, known: Root) -> Polished {
+    // A loss factor is not in the first-order form, so polishing must bring it in and moves farther.
+    let reach = match quadratic.hysteretic.is_some() {
+        true => 0.5 * modulus(start.value),
+        false => 1e3 * start.error,
+    };
+    let tries = wanted && quadratic.len() <= POLISH;
+    let polished = tries
+        .then(|| quadratic.polish(start.value, &start.vector).ok())
+        .flatten();
+    let near = polished.filter(|root| modulus(root.value - start.value) <= reach);
+    let (mut value, mut x, residual, lost) = match near {
+        Some(root) => {
+            let lost = MARGIN * f64::EPSILON * quadratic.condition(&root);
+            (root.value, root.right, root.residual, lost)
+        }
+        None => {
+            let residual = quadratic.residual(start.value, &start.vector);
+            (
+                start.value,
+                start.vector,
+                residual,
+                MARGIN * start.error / modulus(start.value),
+            )
+        }
+    };
+    if known == Root::OnAxis {
+        value = Complex::new(0.0, value.im);
+    }
+    normalise(quadratic, value, &mut x);
+    let digits = if lost.is_nan() {
         0.0
-    }
-}
-
-fn newton(quadratic: &Quadratic, root: &Root) -> Option<Root> {
-    let n = quadratic.len();
-    let lead = (0..n).max_by(|&a, &b| modulus(root.x[a]).total_cmp(&modulus(root.x[b])))?;
-    let slope = quadratic.slope(root.lambda, &root.x);
-    // y = Q⁻¹ Q′ x; then λ ← λ − x_lead / y_lead and x ← y.
-    let right = ComplexMatrix::from_fn(n, 1, |i, _| slope[i]);
-    let y = definite::solve_complex(&quadratic.at(root.lambda), &right).ok()?;
-    let lead_y = y[(lead, 0)];
-    if !(modulus(lead_y) > 0.0) {
-        return None;
-    }
-    let lambda = root.lambda - root.x[lead] / lead_y;
-    let lambda = if root.lambda.im == 0.0 {
-        Complex::new(lambda.re, 0.0)
     } else {
-        lambda
+        (-lost.log10()).clamp(0.0, 15.0)
     };
-    let x: Vec<Complex> = (0..n).map(|i| y[(i, 0)] / lead_y).collect();
-    (lambda.re.is_finite() && lambda.im.is_finite()).then_some(Root { lambda, x })
-}
-
-/// `‖Q(λ) x‖∞ / ‖|Q|(|λ|) |x|‖∞`.
-fn backward_error(quadratic: &Quadratic, root: &Root) -> f64 {
-    let q = quadratic.at(root.lambda);
-    let size = modulus(root.lambda);
-    let (mut worst, mut scale) = (0.0f64, 0.0f64);
-    for i in 0..quadratic.len() {
-        let (mut sum, mut bound) = (ZERO, 0.0);
-        for j in 0..quadratic.len() {
-            sum += q[(i, j)] * root.x[j];
-            let mut entry =
-                size * quadratic.damping[(i, j)].abs() + quadratic.stiffness[(i, j)].abs();
-            if i == j && i < quadratic.n_modes {
-                entry += size * size;
-            }
-            bound += entry * modulus(root.x[j]);
-        }
-        worst = worst.max(modulus(sum));
-        scale = scale.max(bound);
+    Polished {
+        value,
+        x,
+        residual,
+        digits,
     }
-    if scale > 0.0 { worst / scale } else { 0.0 }
-}
-
-/// Relative change of λ per relative change of every entry: `|yᵀ| |Q| |x| / (|λ| |yᵀ Q′ x|)`, y the left vector.
-fn componentwise_condition(quadratic: &Quadratic, root: &Root) -> f64 {
-    let n = quadratic.len();
-    // The left vector: one step of inverse iteration on the transpose.
-    let q = quadratic.at(root.lambda);
-    let nudge = Complex::new(1.0 + 4.0 * f64::EPSILON, 0.0);
-    let transposed =
-        ComplexMatrix::from_fn(
-            n,
-            n,
-            |i, j| if i == j { q[(i, j)] * nudge } else { q[(j, i)] },
-        );
-    let right = ComplexMatrix::from_fn(n, 1, |i, _| root.x[i]);
-    let Ok(y) = definite::solve_complex(&transposed, &right) else {
-        return f64::INFINITY;
-    };
-    let slope = quadratic.slope(root.lambda, &root.x);
-    let size = modulus(root.lambda);
-    let bottom = modulus(
-        (0..n)
-            .map(|i| y[(i, 0)] * slope[i])
-            .fold(ZERO, |s, t| s + t),
-    );
-    let mut top = 0.0;
-    for i in 0..n {
-        for j in 0..n {
-            let mut entry =
-                size * quadratic.damping[(i, j)].abs() + quadratic.stiffness[(i, j)].abs();
-            if i == j && i < quadratic.n_modes {
-                entry += size * size;
-            }
-            top += modulus(y[(i, 0)]) * entry * modulus(root.x[j]);
-        }
-    }
-    top / (size * bottom)
 }
 
 /// `xᵀ (2λ I_η + C) x = 1`; where that product vanishes (defective, or with gyroscopic terms) `xᴴx = 1`.
-fn normalise(quadratic: &Quadratic, root: &mut Root) {
-    let slope = quadratic.slope(root.lambda, &root.x);
-    let product = root
-        .x
+fn normalise(quadratic: &Quadratic, value: Complex, x: &mut [Complex]) {
+    let slope = quadratic.slope(value, x, false);
+    let product = x
         .iter()
         .zip(&slope)
         .map(|(x, s)| x * s)
         .fold(ZERO, |s, t| s + t);
-    let size: f64 = root
-        .x
+    let size: f64 = x
         .iter()
         .zip(&slope)
         .map(|(x, s)| modulus(*x) * modulus(*s))
@@ -515,15 +465,11 @@ fn normalise(quadratic: &Quadratic, root: &mut Root) {
         product.sqrt()
     } else {
         Complex::new(
-            root.x
-                .iter()
-                .map(|x| modulus(*x).powi(2))
-                .sum::<f64>()
-                .sqrt(),
+            x.iter().map(|x| modulus(*x).powi(2)).sum::<f64>().sqrt(),
             0.0,
         )
     };
     if modulus(factor) > 0.0 {
-        root.x.iter_mut().for_each(|x| *x /= factor);
+        x.iter_mut().for_each(|x| *x /= factor);
     }
 }

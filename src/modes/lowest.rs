@@ -99,13 +99,19 @@ pub fn find(linear: &Linear, forest: Option<&Forest>, wanted: Wanted) -> Result<
         None => wanted.count.saturating_sub(rigid.len()),
         Some(_) => wanted.count,
     };
-    let sigma = wanted.near.map_or(0.0, |omega| omega * omega);
-    let (ritz, route) = match forest {
-        Some(forest) => (
-            on_forest(linear, forest, &rigid, sigma, elastic)?,
-            Route::Forest,
-        ),
-        None => (on_sparse(linear, &rigid, sigma, elastic)?, Route::Sparse),
+    let (ritz, route) = match wanted.near {
+        None => around(linear, forest, &rigid, 0.0, elastic)?,
+        Some(omega) => {
+            // From above the spectrum all modes look alike; from its upper end the highest are as near.
+            let omega = omega.min(ceiling(linear));
+            near(linear, forest, &rigid, omega, elastic).map_err(|error| {
+                let far = "from too far away many modes look alike: name a frequency nearer to those meant";
+                match error.code {
+                    Code::NoConvergence => error.hint(far),
+                    _ => error,
+                }
+            })?
+        }
     };
     let largest = stiffest(linear);
     let digits = |lambda: f64| match route {
@@ -136,6 +142,68 @@ pub fn find(linear: &Linear, forest: Option<&Forest>, wanted: Wanted) -> Result<
         solves: ritz.steps,
         counted: ritz.counted,
     })
+}
+
+/// Modes whose λ is nearest σ.
+fn around(
+    linear: &Linear,
+    forest: Option<&Forest>,
+    rigid: &[Vec<f64>],
+    sigma: f64,
+    count: usize,
+) -> Result<(Ritz, Route), Error> {
+    Ok(match forest {
+        Some(forest) => (
+            on_forest(linear, forest, rigid, sigma, count)?,
+            Route::Forest,
+        ),
+        None => (on_sparse(linear, rigid, sigma, count)?, Route::Sparse),
+    })
+}
+
+/// How many more modes are looked at than wanted: what is nearest in λ is not always nearest in ω.
+const BESIDE: usize = 2;
+
+/// Modes whose ω is nearest.
+///
+/// Those within D of ω have λ within D (2ω + D) of ω²: more are looked for until that far all are known.
+fn near(
+    linear: &Linear,
+    forest: Option<&Forest>,
+    rigid: &[Vec<f64>],
+    omega: f64,
+    count: usize,
+) -> Result<(Ritz, Route), Error> {
+    let most = linear.n.saturating_sub(rigid.len() + linear.massless.len());
+    let count = count.min(most);
+    let mut ask = (count + BESIDE).min(most);
+    loop {
+        let (mut ritz, route) = around(linear, forest, rigid, omega * omega, ask)?;
+        let apart = |value: &f64| (value.max(0.0).sqrt() - omega).abs();
+        let mut order: Vec<usize> = (0..ritz.values.len()).collect();
+        order.sort_by(|&a, &b| apart(&ritz.values[a]).total_cmp(&apart(&ritz.values[b])));
+        let reach = ritz
+            .values
+            .iter()
+            .map(|value| (value - omega * omega).abs())
+            .fold(0.0, f64::max);
+        let farthest = order
+            .get(count.saturating_sub(1))
+            .map_or(0.0, |&at| apart(&ritz.values[at]));
+        if ask < most && reach < farthest * (2.0 * omega + farthest) {
+            ask = (2 * ask).min(most);
+            continue;
+        }
+        order.truncate(count);
+        order.sort_unstable();
+        ritz.values = order.iter().map(|&at| ritz.values[at]).collect();
+        ritz.residuals = order.iter().map(|&at| ritz.residuals[at]).collect();
+        ritz.vectors = order
+            .iter()
+            .map(|&at| std::mem::take(&mut ritz.vectors[at]))
+            .collect();
+        return Ok((ritz, route));
+    }
 }
 
 fn on_forest(
@@ -220,7 +288,15 @@ fn outer(
     }
 }
 
-/// A bound of the largest λ: of each coordinate, `Σ k a² / m`.
+/// Above every frequency, rad/s: `(wᵀp)² ≤ m Σ a² p²` for a branch of m terms.
+fn ceiling(linear: &Linear) -> f64 {
+    let terms = linear.branches.iter().map(|b| b.direction.terms.len());
+    let most = terms.max().unwrap_or(0) as f64;
+    // A hair more, so that a bound that is met is no eigenvalue.
+    (most * stiffest(linear)).sqrt() * (1.0 + 1e-6)
+}
+
+/// The largest `Σ k a² / m` of a coordinate.
 fn stiffest(linear: &Linear) -> f64 {
     let (mut k, mut m) = (vec![0.0; linear.n], vec![0.0; linear.n]);
     for branch in &linear.branches {

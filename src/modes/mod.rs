@@ -15,8 +15,26 @@ pub mod lowest;
 /// The machine in modal coordinates.
 pub mod modal;
 
+/// Modes that gyrate and lose nothing.
+pub mod gyroscopic;
+
 /// Complex modes.
 pub mod damped;
+
+/// Orders of excitation.
+pub mod orders;
+
+/// Following modes from speed to speed.
+pub mod tracking;
+
+/// Forward and backward whirl.
+pub mod whirl;
+
+/// Where modes meet orders.
+pub mod crossings;
+
+/// Campbell diagrams.
+pub mod campbell;
 
 /// Energy shares.
 pub mod energy;

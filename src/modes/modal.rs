@@ -134,8 +134,7 @@ impl Modal {
                 .map(|&(a, m)| (sees(a), m))
                 .collect();
             for (a, b, g) in gyroscopic {
-                add_outer(&mut self.damping, g * omega, &a, &b, 0);
-                add_outer(&mut self.damping, -g * omega, &b, &a, 0);
+                add_skew(&mut self.damping, g * omega, &a, &b);
             }
             for (a, m) in centrifugal {
                 add_outer(&mut self.stiffness, -m * omega * omega, &a, &a, 0);
@@ -174,6 +173,17 @@ fn add_outer(a: &mut Matrix, value: f64, u: &[f64], w: &[f64], from: usize) {
             for i in from..u.len() {
                 a[(i, j)] += value * u[i] * w[j];
             }
+        }
+    }
+}
+
+/// `A += value · (a bᵀ − b aᵀ)`, skew to the last bit: what gyrates loses no energy.
+fn add_skew(matrix: &mut Matrix, value: f64, a: &[f64], b: &[f64]) {
+    for j in 0..a.len() {
+        for i in 0..j {
+            let entry = value * (a[i] * b[j] - b[i] * a[j]);
+            matrix[(i, j)] += entry;
+            matrix[(j, i)] -= entry;
         }
     }
 }

@@ -46,6 +46,37 @@ pub fn symmetric(a: &Matrix) -> Result<SymmetricEigen, Error> {
     })
 }
 
+/// `A x = λ x` for A equal to its conjugate transpose: real values, ascending, and orthonormal columns; the lower triangle is read.
+///
+/// Errors: `Overflow` where an entry is not finite; `NoConvergence`.
+pub fn hermitian(a: &ComplexMatrix) -> Result<(Vec<f64>, ComplexMatrix), Error> {
+    let n = a.nrows();
+    if n == 0 {
+        return Ok((Vec::new(), a.clone())); // faer 0.24 subtracts one from n
+    }
+    if !(0..n).all(|j| (0..n).all(|i| a[(i, j)].re.is_finite() && a[(i, j)].im.is_finite())) {
+        return Err(Error::new(
+            Code::Overflow,
+            format!("an entry of a Hermitian {n}×{n} matrix is not finite"),
+        ));
+    }
+    let found = a.self_adjoint_eigen(Side::Lower).map_err(|_| {
+        Error::new(
+            Code::NoConvergence,
+            format!("the eigenvalues of a Hermitian {n}×{n} matrix did not settle"),
+        )
+    })?;
+    Ok((
+        found
+            .S()
+            .column_vector()
+            .iter()
+            .map(|value| value.re)
+            .collect(),
+        found.U().to_owned(),
+    ))
+}
+
 /// `K x = λ M x` with M positive definite: `L⁻¹ K L⁻ᵀ y = λ y`, `x = L⁻ᵀ y`. K may be indefinite.
 ///
 /// Errors: as [`symmetric`] and [`cholesky`].
@@ -118,6 +149,26 @@ fn check_pivots(pivots: impl Iterator<Item = f64>) -> Result<(), Error> {
         }
     }
     Ok(())
+}
+
+/// Singular values of `a`, descending, and their right vectors as columns; small values to ε of the largest.
+///
+/// # Errors
+/// `NoConvergence`; `Overflow` where an entry is not finite.
+pub fn singular_values(a: &Matrix) -> Result<(Vec<f64>, Matrix), Error> {
+    check_finite(a, "a matrix")?;
+    let found = a.thin_svd().map_err(|_| {
+        let (m, n) = (a.nrows(), a.ncols());
+        Error::new(
+            Code::NoConvergence,
+            format!("the singular values of a {m}×{n} matrix did not settle"),
+        )
+    })?;
+    let values = found.S().column_vector();
+    Ok((
+        (0..values.nrows()).map(|i| values[i]).collect(),
+        found.V().to_owned(),
+    ))
 }
 
 /// A solution of `K x = f` for a symmetric `K` without negative eigenvalues, which may be singular; `f` must be in its range.

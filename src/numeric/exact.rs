@@ -2,18 +2,22 @@
 //!
 //! Every coefficient is taken as the fraction that the double is (tooth numbers are integers and stay so).
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 use num_rational::BigRational;
 use num_traits::{One, ToPrimitive, Zero};
 
-/// Unknowns under constraints imposed one after the other; each unknown is a combination of those still free.
+/// A combination of free unknowns, none twice, none zero.
+type Combination = BTreeMap<usize, BigRational>;
+
+/// Unknowns under constraints imposed one after the other; each unknown is free or a combination of those still free.
 #[derive(Debug, Clone)]
 pub struct Constraints {
-    /// Of each unknown: which free unknowns it is made of, and how much of each. Empty: held at zero.
-    made_of: Vec<BTreeMap<usize, BigRational>>,
-    /// Of each free unknown: which unknowns contain it.
-    contained_in: Vec<Vec<usize>>,
+    n: usize,
+    /// Of each unknown that is no longer free: what it is made of. Empty: held at zero.
+    made_of: HashMap<usize, Combination>,
+    /// Of each free unknown: which others contain it.
+    contained_in: HashMap<usize, Vec<usize>>,
 }
 
 /// What one more constraint did.
@@ -31,10 +35,9 @@ impl Constraints {
     /// `n` unknowns, all free.
     pub fn new(n: usize) -> Constraints {
         Constraints {
-            made_of: (0..n)
-                .map(|i| BTreeMap::from([(i, BigRational::one())]))
-                .collect(),
-            contained_in: (0..n).map(|i| vec![i]).collect(),
+            n,
+            made_of: HashMap::new(),
+            contained_in: HashMap::new(),
         }
     }
 
@@ -44,7 +47,7 @@ impl Constraints {
         let Some(pivot) = sum
             .keys()
             .copied()
-            .min_by_key(|&j| self.contained_in[j].len())
+            .min_by_key(|j| self.contained_in.get(j).map_or(0, Vec::len))
         else {
             return Outcome::Redundant;
         };
@@ -53,14 +56,19 @@ impl Constraints {
         for a in sum.values_mut() {
             *a = -(&*a / &lead);
         }
-        for i in std::mem::take(&mut self.contained_in[pivot]) {
-            let Some(share) = self.made_of[i].remove(&pivot) else {
-                continue;
-            };
-            for (&j, a) in &sum {
-                self.add(i, j, a * &share);
+        for i in self.contained_in.remove(&pivot).unwrap_or_default() {
+            let share = self
+                .made_of
+                .get_mut(&i)
+                .and_then(|made_of| made_of.remove(&pivot));
+            if let Some(share) = share {
+                sum.iter().for_each(|(&j, a)| self.add(i, j, a * &share));
             }
         }
+        for &j in sum.keys() {
+            self.contained_in.entry(j).or_default().push(pivot);
+        }
+        self.made_of.insert(pivot, sum);
         if joined {
             Outcome::Joined
         } else {
@@ -70,71 +78,91 @@ impl Constraints {
 
     /// The unknowns still free.
     pub fn free(&self) -> Vec<usize> {
-        (0..self.made_of.len())
-            .filter(|&j| self.is_free(j))
+        (0..self.n)
+            .filter(|j| !self.made_of.contains_key(j))
             .collect()
     }
 
     /// Whether the constraints so far leave this unknown no value but zero.
     pub fn is_held(&self, i: usize) -> bool {
-        self.made_of[i].is_empty()
+        self.made_of.get(&i).is_some_and(BTreeMap::is_empty)
     }
 
     /// Unknown `i` as a combination of free ones.
     pub fn combination(&self, i: usize) -> Vec<(usize, f64)> {
-        self.made_of[i]
-            .iter()
-            .map(|(&j, a)| (j, a.to_f64().unwrap_or(f64::NAN)))
-            .collect()
+        match self.made_of.get(&i) {
+            None => vec![(i, 1.0)],
+            Some(made_of) => made_of.iter().map(|(&j, a)| (j, double(a))).collect(),
+        }
     }
 
     /// `Σ coefficient · x` in the unknowns still free; terms that cancel are gone, not small.
     pub fn reduced(&self, row: &[(usize, f64)]) -> Vec<(usize, f64)> {
+        if row.iter().all(|(i, _)| !self.made_of.contains_key(i)) {
+            return row.to_vec();
+        }
         self.reduce(row)
             .into_iter()
-            .map(|(j, a)| (j, a.to_f64().unwrap_or(f64::NAN)))
+            .map(|(j, a)| (j, double(&a)))
             .collect()
     }
 
     /// The exact ratio `x_a / x_b` as text, such as `-37/12`, where both follow from one and the same free unknown.
     pub fn ratio(&self, a: usize, b: usize) -> Option<String> {
-        let (mut of_a, mut of_b) = (self.made_of[a].iter(), self.made_of[b].iter());
-        match (of_a.next(), of_a.next(), of_b.next(), of_b.next()) {
-            (Some((i, p)), None, Some((j, q)), None) if i == j => Some((p / q).to_string()),
+        let ((i, p), (j, q)) = (self.single(a)?, self.single(b)?);
+        (i == j).then(|| (p / q).to_string())
+    }
+
+    /// The one free unknown that unknown `i` follows, and by how much.
+    fn single(&self, i: usize) -> Option<(usize, BigRational)> {
+        let Some(made_of) = self.made_of.get(&i) else {
+            return Some((i, BigRational::one()));
+        };
+        let mut terms = made_of.iter();
+        match (terms.next(), terms.next()) {
+            (Some((&j, a)), None) => Some((j, a.clone())),
             _ => None,
         }
     }
 
-    fn is_free(&self, j: usize) -> bool {
-        self.made_of[j].len() == 1 && self.made_of[j].get(&j).is_some_and(One::is_one)
-    }
-
-    fn reduce(&self, row: &[(usize, f64)]) -> BTreeMap<usize, BigRational> {
-        let mut sum: BTreeMap<usize, BigRational> = BTreeMap::new();
+    fn reduce(&self, row: &[(usize, f64)]) -> Combination {
+        let mut sum = Combination::new();
         for &(i, coefficient) in row {
             let Some(c) = BigRational::from_float(coefficient) else {
                 continue;
             };
-            for (&j, a) in &self.made_of[i] {
-                let entry = sum.entry(j).or_insert_with(BigRational::zero);
-                *entry += a * &c;
+            match self.made_of.get(&i) {
+                None => *sum.entry(i).or_insert_with(BigRational::zero) += c,
+                Some(made_of) => {
+                    for (&j, a) in made_of {
+                        *sum.entry(j).or_insert_with(BigRational::zero) += a * &c;
+                    }
+                }
             }
         }
         sum.retain(|_, a| !a.is_zero());
         sum
     }
 
+    /// Adds `a` of the free unknown `j` to the combination of `i`.
     fn add(&mut self, i: usize, j: usize, a: BigRational) {
-        let entry = self.made_of[i].entry(j).or_insert_with(BigRational::zero);
+        let made_of = self.made_of.entry(i).or_default();
+        let entry = made_of.entry(j).or_insert_with(BigRational::zero);
         let was_zero = entry.is_zero();
         *entry += a;
         if entry.is_zero() {
-            self.made_of[i].remove(&j);
-            self.contained_in[j].retain(|&k| k != i);
+            made_of.remove(&j);
+            if let Some(list) = self.contained_in.get_mut(&j) {
+                list.retain(|&k| k != i);
+            }
         } else if was_zero {
-            self.contained_in[j].push(i);
+            self.contained_in.entry(j).or_default().push(i);
         }
     }
+}
+
+fn double(a: &BigRational) -> f64 {
+    a.to_f64().unwrap_or(f64::NAN)
 }
 
 #[cfg(test)]

@@ -27,6 +27,9 @@ mod jacobi;
 /// Singular values of graded matrices, and elimination of freedoms without inertia.
 pub mod graded;
 
+/// One-to-one pairing.
+pub mod assignment;
+
 /// Symmetric eigenproblems, Cholesky factors, linear systems.
 pub mod definite;
 

@@ -1,9 +1,9 @@
-//! Damped modes polished in modal coordinates: `(λ² I + λ C + Ω²) x = 0`.
+//! Single roots of `(λ² J + λ C + K + i sgn(Im λ) H) x = 0`, J the unit matrix on the coordinates that have inertia.
 //!
-//! Inverse iteration on both sides with the Rayleigh functional `yᵀ(λ² I + λ C + Ω²) x = 0`: Schwetlick & Schreiber,
+//! Inverse iteration on both sides with the Rayleigh functional `yᵀ Q(λ) x = 0`: Schwetlick & Schreiber,
 //! Nonlinear Rayleigh functionals, Linear Algebra Appl. 436 (2012), pp. 3991–4016; Lancaster, Lambda-matrices and
-//! vibrating systems (1966), §5.4. Rows and columns are scaled by `1 / max(|λ|, ω_i)`, which takes the grading out of
-//! the matrix, so that small eigenvalues keep digits that a linearisation loses to the largest.
+//! vibrating systems (1966), §5.4. Rows and columns are scaled by the size of their own diagonal at λ, which takes the
+//! grading out of the matrix, so that small roots keep digits that a linearisation loses to the largest.
 
 use faer::linalg::solvers::{PartialPivLu, Solve};
 
@@ -12,118 +12,244 @@ use crate::base::error::Error;
 
 use super::{Complex, ComplexMatrix, Matrix};
 
-/// A damped mode.
+/// A quadratic eigenproblem, C and K symmetric or not.
 #[derive(Debug, Clone)]
-pub struct Polished {
+pub struct Quadratic {
+    /// How many coordinates, the first ones, have unit inertia; the others have none.
+    pub inertial: usize,
+    /// C, with the gyroscopic part.
+    pub damping: Matrix,
+    /// K.
+    pub stiffness: Matrix,
+    /// H of loss factors; it turns its sign with Im λ and does not act on real roots.
+    pub hysteretic: Option<Matrix>,
+}
+
+/// A root with its vectors.
+#[derive(Debug, Clone)]
+pub struct Root {
     /// λ.
     pub value: Complex,
     /// x, of length one.
-    pub vector: Vec<Complex>,
-    /// `max w_i |r_i| / max w_i (|λ|² |x_i| + |λ| Σ|C_ij| |x_j| + ω_i² |x_i|)` with `w_i = 1 / max(|λ|, ω_i)`: rows
-    /// weighed as the mode feels them.
+    pub right: Vec<Complex>,
+    /// y of `yᵀ Q(λ) = 0`, of length one.
+    pub left: Vec<Complex>,
+    /// `max w_i |(Q x)_i| / max w_i (|Q| |x|)_i`, rows weighed as the mode feels them.
     pub residual: f64,
     /// Iterations, one factorisation each.
     pub steps: usize,
 }
 
-/// Polishes one eigenvalue of `λ² I + λ C + diag(squares)` and its right vector, C symmetric or not.
-///
-/// It moves to an eigenvalue near the start, mostly the nearest: a start that has no digit may end at another.
-/// Not for λ = 0, which rigid motion has exactly; that comes back unchanged.
-///
-/// Errors: `NoConvergence` with the last change of λ; `Overflow` where the numbers leave the range of doubles.
-pub fn quadratic_refine(
-    c: &Matrix,
-    squares: &[f64],
-    value: Complex,
-    vector: &[Complex],
-) -> Result<Polished, Error> {
-    let n = squares.len();
-    let (mut value, mut right, mut left) = (value, vector.to_vec(), vector.to_vec());
-    let mut last = f64::INFINITY;
-    for steps in 0..=MOST_STEPS {
-        if value.norm() == 0.0 || n == 0 || last <= SETTLED {
-            let residual = residual(c, squares, value, &right);
-            return Ok(Polished {
-                value,
-                vector: right,
-                residual,
-                steps,
-            });
-        }
-        let weight: Vec<f64> = squares
-            .iter()
-            .map(|s| 1.0 / value.norm().max(s.abs().sqrt()))
-            .collect();
-        let factor = factorise(c, squares, value, &weight);
-        let slope =
-            |i: usize, j: usize| c[(i, j)] + if i == j { 2.0 * value } else { Complex::ZERO };
-        right = inverse_step(
-            &weight,
-            |i| (0..n).map(|j| slope(i, j) * right[j]).sum(),
-            |b| factor.solve(b),
-        );
-        left = inverse_step(
-            &weight,
-            |i| (0..n).map(|j| slope(j, i) * left[j]).sum(),
-            |b| factor.solve_transpose(b),
-        );
-        let next = rayleigh(c, squares, &left, &right, value);
-        let change = (next - value).norm() / value.norm();
-        if !change.is_finite() {
-            return Err(Error::new(
-                Code::Overflow,
-                format!("polishing λ = {value} 1/s left the range of doubles"),
-            ));
-        }
-        // Rounding may hold λ at a few ε of change; an iteration that no longer shrinks has arrived.
-        last = if change < STALLED && change >= last {
-            0.0
-        } else {
-            change
-        };
-        value = next;
+impl Quadratic {
+    /// The order.
+    pub fn len(&self) -> usize {
+        self.damping.nrows()
     }
-    let message =
-        format!("polishing an eigenvalue near {value} 1/s still moves it by {last:.1e} of itself");
-    Err(Error::new(Code::NoConvergence, message))
+
+    /// Whether there is no coordinate.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Polishes a root and its right vector.
+    ///
+    /// It moves to a root near the start, mostly the nearest: a start that has no digit may end at another.
+    /// Not for λ = 0, which rigid motion has exactly; that comes back unchanged.
+    ///
+    /// # Errors
+    /// `NoConvergence` with the last change of λ; `Overflow` where the numbers leave the range of doubles.
+    pub fn polish(&self, value: Complex, vector: &[Complex]) -> Result<Root, Error> {
+        let n = self.len();
+        let (mut value, mut right, mut left) = (value, vector.to_vec(), vector.to_vec());
+        let mut last = f64::INFINITY;
+        for steps in 0..=MOST_STEPS {
+            if value.norm() == 0.0 || n == 0 || last <= SETTLED {
+                let residual = self.residual(value, &right);
+                return Ok(Root {
+                    value,
+                    right,
+                    left,
+                    residual,
+                    steps,
+                });
+            }
+            let weight = self.weights(value);
+            let factor = self.factorise(value, &weight);
+            let of_right = self.slope(value, &right, false);
+            right = inverse_step(&weight, &of_right, |b| factor.solve(b));
+            let of_left = self.slope(value, &left, true);
+            left = inverse_step(&weight, &of_left, |b| factor.solve_transpose(b));
+            let next = self.rayleigh(&left, &right, value);
+            let change = (next - value).norm() / value.norm();
+            if !change.is_finite() {
+                let message = format!("polishing λ = {value} 1/s left the range of doubles");
+                return Err(Error::new(Code::Overflow, message));
+            }
+            // Rounding may hold λ at a few ε of change; an iteration that no longer shrinks has arrived.
+            last = if change < STALLED && change >= last {
+                0.0
+            } else {
+                change
+            };
+            value = next;
+        }
+        let message =
+            format!("polishing a root near {value} 1/s still moves it by {last:.1e} of itself");
+        Err(Error::new(Code::NoConvergence, message))
+    }
+
+    /// Relative change of λ per relative change of every entry: `|yᵀ| |Q| |x| / (|λ| |yᵀ Q′ x|)`.
+    pub fn condition(&self, root: &Root) -> f64 {
+        let slope = self.slope(root.value, &root.right, false);
+        let bottom: Complex = root.left.iter().zip(&slope).map(|(y, s)| y * s).sum();
+        let size = self.sizes(root.value, &root.right);
+        let top: f64 = root.left.iter().zip(&size).map(|(y, s)| y.norm() * s).sum();
+        top / (root.value.norm() * bottom.norm())
+    }
+
+    /// `Q′(λ) x = (2λ J + C) x`, or with the transpose of Q.
+    pub fn slope(&self, value: Complex, x: &[Complex], transposed: bool) -> Vec<Complex> {
+        let c = |i: usize, j: usize| {
+            if transposed {
+                self.damping[(j, i)]
+            } else {
+                self.damping[(i, j)]
+            }
+        };
+        (0..self.len())
+            .map(|i| {
+                let damped: Complex = (0..self.len()).map(|j| x[j] * c(i, j)).sum();
+                if i < self.inertial {
+                    damped + value * x[i] * 2.0
+                } else {
+                    damped
+                }
+            })
+            .collect()
+    }
+
+    fn entry(&self, value: Complex, i: usize, j: usize) -> Complex {
+        let mut entry = value * self.damping[(i, j)] + self.stiffness[(i, j)];
+        if let Some(h) = &self.hysteretic {
+            entry += Complex::new(0.0, h[(i, j)] * sign(value));
+        }
+        if i == j && i < self.inertial {
+            entry + value * value
+        } else {
+            entry
+        }
+    }
+
+    /// `|Q|(|λ|) |x|`: the sizes of the terms that each row sums.
+    fn sizes(&self, value: Complex, x: &[Complex]) -> Vec<f64> {
+        let size = value.norm();
+        let entry = |i: usize, j: usize| {
+            let h = self.hysteretic.as_ref().map_or(0.0, |h| h[(i, j)].abs());
+            let entry = size * self.damping[(i, j)].abs() + self.stiffness[(i, j)].abs() + h;
+            if i == j && i < self.inertial {
+                entry + size * size
+            } else {
+                entry
+            }
+        };
+        (0..self.len())
+            .map(|i| (0..self.len()).map(|j| entry(i, j) * x[j].norm()).sum())
+            .collect()
+    }
+
+    fn weights(&self, value: Complex) -> Vec<f64> {
+        let size = value.norm();
+        let own = |i: usize| {
+            let damped = size * self.damping[(i, i)].abs();
+            let inertia = if i < self.inertial { size * size } else { 0.0 };
+            let own = inertia.max(damped).max(self.stiffness[(i, i)].abs());
+            if own > 0.0 { 1.0 / own.sqrt() } else { 1.0 }
+        };
+        (0..self.len()).map(own).collect()
+    }
+
+    /// LU factors of the scaled matrix; a pivot of exactly zero is avoided by shifting λ by ε.
+    fn factorise(&self, value: Complex, weight: &[f64]) -> PartialPivLu<Complex> {
+        let n = self.len();
+        let at = |value: Complex| {
+            let entry = |i: usize, j: usize| self.entry(value, i, j) * weight[i] * weight[j];
+            ComplexMatrix::from_fn(n, n, entry).partial_piv_lu()
+        };
+        let factor = at(value);
+        let is_singular = (0..n).any(|i| factor.U()[(i, i)].norm() == 0.0);
+        if is_singular {
+            at(value * (1.0 + 4.0 * f64::EPSILON))
+        } else {
+            factor
+        }
+    }
+
+    /// The root of `a λ² + b λ + c = 0` nearer to `near`, with `a = yᵀJx`, `b = yᵀCx`, `c = yᵀ(K + i sgn H)x`.
+    fn rayleigh(&self, y: &[Complex], x: &[Complex], near: Complex) -> Complex {
+        let n = self.len();
+        let form = |m: &Matrix| -> Complex {
+            (0..n)
+                .map(|i| y[i] * (0..n).map(|j| x[j] * m[(i, j)]).sum::<Complex>())
+                .sum()
+        };
+        let a: Complex = (0..self.inertial).map(|i| y[i] * x[i]).sum();
+        let b = form(&self.damping);
+        let h = self.hysteretic.as_ref().map_or(Complex::ZERO, &form);
+        let c = form(&self.stiffness) + h * Complex::new(0.0, sign(near));
+        let root = (b * b - 4.0 * a * c).sqrt();
+        let sum = if (b + root).norm() >= (b - root).norm() {
+            b + root
+        } else {
+            b - root
+        };
+        let (first, second) = (sum / a * -0.5, c / sum * -2.0);
+        if (first - near).norm() < (second - near).norm() || second.is_nan() {
+            first
+        } else {
+            second
+        }
+    }
+
+    /// `max w_i |(Q x)_i| / max w_i (|Q| |x|)_i`, the backward error of a pair.
+    pub fn residual(&self, value: Complex, x: &[Complex]) -> f64 {
+        let weight = self.weights(value);
+        let size = self.sizes(value, x);
+        let off = |i: usize| {
+            (0..self.len())
+                .map(|j| self.entry(value, i, j) * x[j])
+                .sum::<Complex>()
+                .norm()
+        };
+        let worst = (0..self.len())
+            .map(|i| weight[i] * off(i))
+            .fold(0.0, f64::max);
+        let scale = (0..self.len())
+            .map(|i| weight[i] * size[i])
+            .fold(0.0, f64::max);
+        if scale > 0.0 { worst / scale } else { 0.0 }
+    }
 }
 
 const MOST_STEPS: usize = 20; // cubic near the end: 3 or 4 from a start with two digits
 const SETTLED: f64 = 2.0 * f64::EPSILON;
 const STALLED: f64 = 1e-10; // relative change of λ below which cubic convergence is over in one step
 
-/// LU factors of the scaled matrix; a pivot of exactly zero is avoided by shifting λ by ε.
-fn factorise(c: &Matrix, squares: &[f64], value: Complex, weight: &[f64]) -> PartialPivLu<Complex> {
-    let n = weight.len();
-    let at = |value: Complex| {
-        let entry = |i: usize, j: usize| {
-            let diagonal = if i == j {
-                value * value + squares[i]
-            } else {
-                Complex::ZERO
-            };
-            (value * c[(i, j)] + diagonal) * weight[i] * weight[j]
-        };
-        ComplexMatrix::from_fn(n, n, entry).partial_piv_lu()
-    };
-    let factor = at(value);
-    let is_singular = (0..n).any(|i| factor.U()[(i, i)].norm() == 0.0);
-    if is_singular {
-        at(value * (1.0 + 4.0 * f64::EPSILON))
+fn sign(value: Complex) -> f64 {
+    if value.im == 0.0 {
+        0.0
     } else {
-        factor
+        value.im.signum()
     }
 }
 
 /// `D S⁻¹ D b`, of length one.
 fn inverse_step(
     weight: &[f64],
-    b: impl Fn(usize) -> Complex,
+    b: &[Complex],
     solve: impl Fn(&ComplexMatrix) -> ComplexMatrix,
 ) -> Vec<Complex> {
     let n = weight.len();
-    let solved = solve(&ComplexMatrix::from_fn(n, 1, |i, _| b(i) * weight[i]));
+    let solved = solve(&ComplexMatrix::from_fn(n, 1, |i, _| b[i] * weight[i]));
     let largest = solved.norm_max();
     let mut x: Vec<Complex> = (0..n)
         .map(|i| solved[(i, 0)] / largest * weight[i])
@@ -133,57 +259,20 @@ fn inverse_step(
     x
 }
 
-/// The root of `a λ² + b λ + c = 0` nearer to `near`, with `a = yᵀx`, `b = yᵀCx`, `c = yᵀΩ²x`.
-fn rayleigh(
-    damping: &Matrix,
-    squares: &[f64],
-    y: &[Complex],
-    x: &[Complex],
-    near: Complex,
-) -> Complex {
-    let n = x.len();
-    let a: Complex = (0..n).map(|i| y[i] * x[i]).sum();
-    let b: Complex = (0..n)
-        .map(|i| y[i] * (0..n).map(|j| x[j] * damping[(i, j)]).sum::<Complex>())
-        .sum();
-    let c: Complex = (0..n).map(|i| y[i] * x[i] * squares[i]).sum();
-    let root = (b * b - 4.0 * a * c).sqrt();
-    let sum = if (b + root).norm() >= (b - root).norm() {
-        b + root
-    } else {
-        b - root
-    };
-    let (first, second) = (sum / a * -0.5, c / sum * -2.0);
-    if (first - near).norm() < (second - near).norm() || second.is_nan() {
-        first
-    } else {
-        second
-    }
-}
-
-fn residual(c: &Matrix, squares: &[f64], value: Complex, x: &[Complex]) -> f64 {
-    let n = x.len();
-    let row = |i: usize| {
-        let weight = 1.0 / value.norm().max(squares[i].abs().sqrt());
-        let damped: Complex = (0..n).map(|j| x[j] * c[(i, j)]).sum();
-        let damped_size: f64 = (0..n).map(|j| x[j].norm() * c[(i, j)].abs()).sum();
-        let size = (value.norm_sqr() + squares[i].abs()) * x[i].norm() + value.norm() * damped_size;
-        let off = (value * (value * x[i] + damped) + squares[i] * x[i]).norm();
-        if size > 0.0 {
-            (weight * off, weight * size)
-        } else {
-            (0.0, 0.0)
-        }
-    };
-    let (off, size) = (0..n)
-        .map(row)
-        .fold((0.0, 0.0), |a: (f64, f64), b| (a.0.max(b.0), a.1.max(b.1)));
-    if size > 0.0 { off / size } else { 0.0 }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn undamped(squares: &[f64], damping: Matrix) -> Quadratic {
+        let n = squares.len();
+        let stiffness = Matrix::from_fn(n, n, |i, j| if i == j { squares[i] } else { 0.0 });
+        Quadratic {
+            inertial: n,
+            damping,
+            stiffness,
+            hysteretic: None,
+        }
+    }
 
     fn start(n: usize, at: usize) -> Vec<Complex> {
         (0..n)
@@ -204,7 +293,9 @@ mod tests {
         };
         let overdamped = Complex::new(-2.0 * 4.0 / (50.0 + 2484.0_f64.sqrt()), 0.0);
         for (i, exact) in [light(0), overdamped, light(2)].into_iter().enumerate() {
-            let found = quadratic_refine(&c, &squares, exact * 1.02, &start(3, i)).unwrap();
+            let found = undamped(&squares, c.clone())
+                .polish(exact * 1.02, &start(3, i))
+                .unwrap();
             assert!(
                 (found.value / exact - 1.0).norm() < 1e-15,
                 "{i}: {} {exact}",
@@ -229,27 +320,56 @@ mod tests {
         });
         for i in 0..3 {
             let guess = Complex::new(-0.05, squares[i].sqrt());
-            let found = quadratic_refine(&c, &squares, guess, &start(3, i)).unwrap();
+            let found = undamped(&squares, c.clone())
+                .polish(guess, &start(3, i))
+                .unwrap();
             assert!(found.residual < 1e-14, "{i}: {found:?}");
         }
     }
 
     #[test]
     fn survives_a_rigid_mode() {
-        let found =
-            quadratic_refine(&Matrix::zeros(1, 1), &[0.0], Complex::ZERO, &start(1, 0)).unwrap();
+        let found = undamped(&[0.0], Matrix::zeros(1, 1))
+            .polish(Complex::ZERO, &start(1, 0))
+            .unwrap();
         assert_eq!((found.value, found.residual), (Complex::ZERO, 0.0));
     }
 
     #[test]
     fn refuses_what_is_not_a_number() {
-        let error = quadratic_refine(
-            &Matrix::zeros(1, 1),
-            &[f64::NAN],
-            Complex::ONE,
-            &start(1, 0),
-        )
-        .unwrap_err();
+        let error = undamped(&[f64::NAN], Matrix::zeros(1, 1))
+            .polish(Complex::ONE, &start(1, 0))
+            .unwrap_err();
         assert_eq!(error.code, Code::Overflow);
+    }
+
+    /// One spring with a loss factor: λ² = −ω² (1 + iη).
+    #[test]
+    fn exact_loss_factor() {
+        let (squares, eta) = (400.0, 0.1);
+        let mut problem = undamped(&[squares], Matrix::zeros(1, 1));
+        problem.hysteretic = Some(Matrix::from_fn(1, 1, |_, _| eta * squares));
+        let exact = (Complex::new(-squares, -eta * squares)).sqrt();
+        let exact = if exact.im < 0.0 { -exact } else { exact };
+        let found = problem
+            .polish(Complex::new(0.0, 20.0), &start(1, 0))
+            .unwrap();
+        assert!(
+            (found.value - exact).norm() < 1e-14 * 20.0,
+            "{} {exact}",
+            found.value
+        );
+        assert!(found.value.re < 0.0);
+    }
+
+    /// A coordinate without inertia on a damper: the root is −k/c.
+    #[test]
+    fn exact_without_inertia() {
+        let mut problem = undamped(&[8.0], Matrix::from_fn(1, 1, |_, _| 2.0));
+        problem.inertial = 0;
+        let found = problem
+            .polish(Complex::new(-3.5, 0.0), &start(1, 0))
+            .unwrap();
+        assert_eq!(found.value, Complex::new(-4.0, 0.0));
     }
 }

@@ -8,10 +8,13 @@ use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
 use crate::machine::kinematics::mean_speeds;
 use crate::modes::basis::{self, Basis, Solver};
+use crate::modes::campbell::{self, Campbell, CampbellOptions};
 use crate::modes::energy::{Energies, energies};
 use crate::modes::lowest::{self, Wanted};
 use crate::modes::mode::Mode;
+use crate::modes::orders::OrderOptions;
 use crate::modes::sensitivity::{Sensitivity, sensitivities};
+use crate::modes::tracking::TrackingOptions;
 use crate::modes::{damped, modal, undamped};
 use crate::scene::study::ModesStudy;
 
@@ -25,6 +28,8 @@ pub struct Answer {
     pub sensitivities: Option<Vec<Vec<Sensitivity>>>,
     /// Mean speeds, rad/s by freedom, where a speed was asked for.
     pub speeds: Option<Vec<f64>>,
+    /// Modes over speed, where asked for.
+    pub campbell: Option<Campbell>,
     /// The modes are complex: shapes have phases.
     pub complex: bool,
     /// Stages that ran, with seconds.
@@ -33,7 +38,24 @@ pub struct Answer {
     pub warnings: Vec<Warning>,
 }
 
-/// Fewer digits of the lowest elastic mode than this ask for the factored form.
+/// The next solver where one leaves too few digits: dearer and more exact.
+fn more_exact(solver: Solver) -> Option<Solver> {
+    match solver {
+        Solver::Pencil => Some(Solver::Singular),
+        Solver::Singular => Some(Solver::Factored),
+        Solver::Factored => None,
+    }
+}
+
+fn lowest_digits(basis: &Basis) -> f64 {
+    basis
+        .digits
+        .get(basis.n_rigid)
+        .copied()
+        .unwrap_or(f64::INFINITY)
+}
+
+/// Fewer digits of the lowest elastic mode than this ask for a more exact solver.
 const ENOUGH_DIGITS: f64 = 9.0;
 
 /// Runs a plan of modes.
@@ -66,6 +88,7 @@ impl Answer {
             energies: Vec::new(),
             sensitivities: None,
             speeds: None,
+            campbell: None,
             complex: false,
             trace: Vec::new(),
             warnings,
@@ -109,21 +132,18 @@ impl Run<'_> {
                     Some(sensitivities(machine, linear, &self.answer.modes)?);
                 Ok(())
             }
-            Stage::Campbell => Ok(()),
+            Stage::Campbell => self.campbell(),
         }
     }
 
     fn basis(&mut self) -> Result<(), Error> {
         let linear = &self.prepared.linear;
-        let first = solver(linear.n - linear.massless.len());
-        let mut basis = basis::solve(linear, first)?;
-        let lowest_digits = basis
-            .digits
-            .get(basis.n_rigid)
-            .copied()
-            .unwrap_or(f64::INFINITY);
-        if first == Solver::Pencil && lowest_digits < ENOUGH_DIGITS {
-            basis = basis::solve(linear, Solver::Factored)?;
+        let mut basis = basis::solve(linear, solver(linear.n - linear.massless.len()))?;
+        while let (Some(next), true) = (
+            more_exact(basis.solver),
+            lowest_digits(&basis) < ENOUGH_DIGITS,
+        ) {
+            basis = basis::solve(linear, next)?;
         }
         self.answer.modes = self.selected(undamped::modes(linear, &basis));
         self.basis = Some(basis);
@@ -194,6 +214,49 @@ impl Run<'_> {
             self.answer.modes = self.selected(damped::modes(linear, basis, &modal)?);
             self.answer.complex = true;
         }
+        Ok(())
+    }
+
+    fn campbell(&mut self) -> Result<(), Error> {
+        let Prepared {
+            machine,
+            kinematics,
+            linear,
+            ..
+        } = self.prepared;
+        let (Some(range), Some(basis)) = (self.study.campbell, &self.basis) else {
+            let message = format!(
+                "a Campbell diagram of {} freedoms needs all their modes at every speed",
+                linear.n
+            );
+            return Err(Error::new(Code::Hopeless, message).hint("reduce the machine first"));
+        };
+        let step = (range.to - range.from) / f64::from(range.count - 1);
+        let options = CampbellOptions {
+            speeds: (0..range.count)
+                .map(|k| range.from + step * f64::from(k))
+                .collect(),
+            damped: self.study.damped,
+            orders: OrderOptions::default(),
+            tracking: TrackingOptions::default(),
+        };
+        let found = campbell::diagram(machine, kinematics, linear, basis, &options)?;
+        let doubtful = found
+            .branches
+            .iter()
+            .filter(|b| !b.uncertain_rpm.is_empty())
+            .count();
+        if doubtful > 0 {
+            let message =
+                format!("{doubtful} branches could not be followed without doubt at every speed");
+            let hint = Some("see uncertain_rpm in --json; take more points there".to_string());
+            self.answer.warnings.push(Warning {
+                code: "branch-in-doubt",
+                message,
+                hint,
+            });
+        }
+        self.answer.campbell = Some(found);
         Ok(())
     }
 }

@@ -210,8 +210,8 @@ fn basis(prepared: &Prepared, study: &ModesStudy) -> Verdict {
     };
     Verdict::Runs(match solver(n) {
         Solver::Factored => format!("all {n}, as singular values of √k W M^-½; {kind}"),
-        Solver::Pencil => format!(
-            "all {n}, by the definite pencil, and in factored form if that leaves too few digits; {kind}"
+        Solver::Singular | Solver::Pencil => format!(
+            "all {n}, by the definite pencil, as singular values where that leaves too few digits; {kind}"
         ),
     })
 }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use serde_json::{Map, Value, json};
 
+use super::campbell;
 use crate::base::error::Warning;
 use crate::base::place::Source;
 use crate::machine::parts::Machine;
@@ -51,6 +52,7 @@ pub fn modes(
     json!({
         "geardyn": header(sources, &trace),
         "modes": list,
+        "campbell": answer.campbell.as_ref().map(campbell::json),
         "effort": answer.trace.iter().map(|t| json!({ "stage": t.1, "time_s": t.2 })).collect::<Vec<_>>(),
         "warnings": warnings(&answer.warnings),
     })

@@ -3,9 +3,11 @@
 use comfy_table::presets::NOTHING;
 use comfy_table::{CellAlignment, ContentArrangement, Table};
 
+use super::campbell;
 use super::number::{column, percent};
 use super::words::mostly_in;
 use crate::machine::parts::Machine;
+use crate::modes::campbell::Campbell;
 use crate::modes::mode::modulus;
 use crate::modes::sensitivity::{Parameter, Sensitivity};
 use crate::plan::prepared::Prepared;
@@ -184,6 +186,63 @@ fn shape(machine: &Machine, answer: &Answer, k: usize) -> String {
     }
     right_but_first(&mut table);
     finish(&table)
+}
+
+/// Where orders meet modes, those in which the excited part takes most part first.
+pub fn crossings(found: &Campbell) -> String {
+    let mut order: Vec<usize> = (0..found.crossings.len()).collect();
+    order.sort_by(|&a, &b| {
+        found.crossings[b]
+            .participation
+            .total_cmp(&found.crossings[a].participation)
+    });
+    let shown = &order[..order.len().min(ROWS)];
+    let mut table = plain();
+    table.add_row(vec![
+        format!("{} at", found.reference),
+        "frequency".into(),
+        "order".into(),
+        "branch".into(),
+        "takes part".into(),
+        "excited by".into(),
+    ]);
+    table.add_row(vec!["rpm", "Hz", "", "", "%", ""]);
+    let speeds = column(
+        &shown
+            .iter()
+            .map(|&k| found.crossings[k].speed_rpm)
+            .collect::<Vec<_>>(),
+    );
+    let frequencies = column(
+        &shown
+            .iter()
+            .map(|&k| found.crossings[k].frequency_hz)
+            .collect::<Vec<_>>(),
+    );
+    for (row, &k) in shown.iter().enumerate() {
+        let crossing = &found.crossings[k];
+        let order = &found.orders[crossing.order];
+        table.add_row(vec![
+            speeds[row].clone(),
+            frequencies[row].clone(),
+            order.fraction.clone(),
+            (crossing.branch + 1).to_string(),
+            percent(crossing.participation),
+            campbell::words(order),
+        ]);
+    }
+    right_but_last(&mut table);
+    let mut text = match shown.len() {
+        0 => "no order meets a mode in this range of speeds\n".to_string(),
+        _ => finish(&table),
+    };
+    if order.len() > shown.len() {
+        text += &format!(
+            "… and {} more; --json holds all\n",
+            order.len() - shown.len()
+        );
+    }
+    text
 }
 
 /// The plan: what runs, what is left out and why.

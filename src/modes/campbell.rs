@@ -1,0 +1,333 @@
+//! The Campbell diagram: natural frequencies over the speed of the reference, followed by their shapes, and the orders that
+//! meet them (W. Campbell, Trans. ASME 46 (1924), 31–160).
+
+use std::f64::consts::TAU;
+
+use super::basis::Basis;
+use super::crossings::{above, meeting, participation};
+use super::mode::Mode;
+use super::orders::{Order, OrderOptions, orders, reference};
+use super::tracking::{Link, Snapshot, Tracker, TrackingOptions};
+use super::whirl::{Lateral, Whirl};
+use super::{damped, modal};
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::machine::kinematics::{Kinematics, mean_speeds};
+use crate::machine::linear::Linear;
+use crate::machine::parts::Machine;
+
+/// A Campbell diagram.
+#[derive(Debug, Clone)]
+pub struct Campbell {
+    /// The node whose speed it is drawn over.
+    pub reference: String,
+    /// Its speeds, rpm.
+    pub speeds_rpm: Vec<f64>,
+    /// Every mode that swings at some of them.
+    pub branches: Vec<BranchLine>,
+    /// What excites.
+    pub orders: Vec<Order>,
+    /// Where an order meets a branch, by rising speed.
+    pub crossings: Vec<Crossing>,
+    /// No frequency depends on the speed: the modes were solved once.
+    pub is_constant: bool,
+    /// Speeds at which modes were solved, those for smaller steps and crossings included.
+    pub n_solves: usize,
+}
+
+/// One mode over the speeds of the diagram; `None` at speeds where it does not swing.
+#[derive(Debug, Clone, Default)]
+pub struct BranchLine {
+    /// `|λ|/2π`, Hz.
+    pub frequency_hz: Vec<Option<f64>>,
+    /// ζ; `None` where there is no damping.
+    pub damping_ratio: Vec<Option<f64>>,
+    /// Sense of whirl; `None` for torsional modes and where nothing depends on the speed.
+    pub whirl: Vec<Option<Whirl>>,
+    /// Speeds, rpm, up to which the smallest step from the speed before left it in doubt whether it is the same mode.
+    pub uncertain_rpm: Vec<f64>,
+}
+
+/// An order line meets a branch.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Crossing {
+    /// Of the reference, rpm.
+    pub speed_rpm: f64,
+    /// Hz.
+    pub frequency_hz: f64,
+    /// Number of the order.
+    pub order: usize,
+    /// Number of the branch.
+    pub branch: usize,
+    /// How much of the mode sits where the order acts, 0 to 1; see [`participation`].
+    pub participation: f64,
+}
+
+/// What a diagram is drawn of.
+#[derive(Debug, Clone)]
+pub struct CampbellOptions {
+    /// Speeds of the reference, rad/s, in order.
+    pub speeds: Vec<f64>,
+    /// Losses count.
+    pub damped: bool,
+    /// Orders wanted.
+    pub orders: OrderOptions,
+    /// How modes are followed.
+    pub tracking: TrackingOptions,
+}
+
+/// Draws the diagram.
+///
+/// # Errors
+/// No speed, or speeds that do not rise or fall; nothing can turn; those of the solver.
+pub fn diagram(
+    machine: &Machine,
+    kinematics: &Kinematics,
+    linear: &Linear,
+    basis: &Basis,
+    options: &CampbellOptions,
+) -> Result<Campbell, Error> {
+    check(&options.speeds)?;
+    let spins = Spins::new(machine, kinematics)?;
+    let solve = |speed: f64| {
+        let speeds = spins.at(speed);
+        let modal = modal::project(machine, linear, basis, Some(&speeds), options.damped);
+        damped::modes(linear, basis, &modal)
+    };
+    let orders = orders(machine, kinematics, &options.orders)?;
+    let tracker = Tracker::new(linear, options.tracking, solve);
+    let mut drawing = Drawing {
+        machine,
+        linear,
+        spins: &spins,
+        lateral: Lateral::new(machine),
+        orders: &orders,
+        lines: Vec::new(),
+        line_of: Vec::new(),
+        crossings: Vec::new(),
+        drawn: 0,
+    };
+    let is_constant = spins.change_nothing(machine);
+    if is_constant {
+        drawing.draw_constant(&tracker, &options.speeds)?;
+    } else {
+        drawing.draw(&tracker, &options.speeds)?;
+    }
+    let Drawing {
+        lines: branches,
+        mut crossings,
+        ..
+    } = drawing;
+    crossings.sort_by(|a, b| a.speed_rpm.total_cmp(&b.speed_rpm));
+    Ok(Campbell {
+        reference: machine.nodes[machine.freedoms[spins.reference].node]
+            .name
+            .clone(),
+        speeds_rpm: options.speeds.iter().map(|&speed| rpm(speed)).collect(),
+        branches,
+        orders,
+        crossings,
+        is_constant,
+        n_solves: tracker.solves(),
+    })
+}
+
+fn check(speeds: &[f64]) -> Result<(), Error> {
+    let rises = speeds.windows(2).all(|pair| pair[0] < pair[1])
+        || speeds.windows(2).all(|pair| pair[0] > pair[1]);
+    if speeds.is_empty() || !rises || speeds.iter().any(|speed| !speed.is_finite()) {
+        let message = "a Campbell diagram needs at least one speed, and each above, or each below, the one before";
+        return Err(Error::new(Code::OutOfRange, message)
+            .hint("state them as first:last:points, such as 0:3000:61"));
+    }
+    Ok(())
+}
+
+fn rpm(speed: f64) -> f64 {
+    speed * 60.0 / TAU
+}
+
+/// Mean speed of every freedom over that of the reference: a straight line.
+struct Spins {
+    reference: usize,
+    at_rest: Vec<f64>,
+    per_unit: Vec<f64>,
+}
+
+impl Spins {
+    fn new(machine: &Machine, kinematics: &Kinematics) -> Result<Spins, Error> {
+        let at_rest = mean_speeds(machine, kinematics, Some(0.0))?;
+        let at_one = mean_speeds(machine, kinematics, Some(1.0))?;
+        let per_unit = at_one
+            .iter()
+            .zip(&at_rest)
+            .map(|(one, rest)| one - rest)
+            .collect();
+        Ok(Spins {
+            reference: reference(machine)?,
+            at_rest,
+            per_unit,
+        })
+    }
+
+    fn at(&self, speed: f64) -> Vec<f64> {
+        self.at_rest
+            .iter()
+            .zip(&self.per_unit)
+            .map(|(rest, slope)| rest + slope * speed)
+            .collect()
+    }
+
+    /// Nothing tilts, or is described in a frame that turns, at a speed that varies with the reference's.
+    fn change_nothing(&self, machine: &Machine) -> bool {
+        machine
+            .spins
+            .iter()
+            .all(|spin| self.per_unit[spin.turning] == 0.0)
+    }
+}
+
+struct Drawing<'a> {
+    machine: &'a Machine,
+    linear: &'a Linear,
+    spins: &'a Spins,
+    lateral: Lateral,
+    orders: &'a [Order],
+    lines: Vec<BranchLine>,
+    /// Of each mode of the last speed: its line.
+    line_of: Vec<usize>,
+    crossings: Vec<Crossing>,
+    /// Speeds drawn so far.
+    drawn: usize,
+}
+
+impl Drawing<'_> {
+    fn draw<F>(&mut self, tracker: &Tracker<F>, speeds: &[f64]) -> Result<(), Error>
+    where
+        F: Fn(f64) -> Result<Vec<Mode>, Error>,
+    {
+        let mut here = tracker.start(speeds[0], speeds.get(1).copied().unwrap_or(speeds[0]))?;
+        self.add(&here, vec![None; here.modes.len()]);
+        for &speed in &speeds[1..] {
+            let (next, link) = tracker.follow(&here, speed)?;
+            self.cross(tracker, &here, &next, &link)?;
+            self.advance(&next, &link);
+            here = next;
+        }
+        Ok(())
+    }
+
+    /// One solution holds at every speed; order lines meet it at `|λ| / order`.
+    fn draw_constant<F>(&mut self, tracker: &Tracker<F>, speeds: &[f64]) -> Result<(), Error>
+    where
+        F: Fn(f64) -> Result<Vec<Mode>, Error>,
+    {
+        let modes = tracker.start(speeds[0], speeds[0])?;
+        for followed in &modes.modes {
+            let (mode, branch) = (&followed.mode, self.lines.len());
+            self.lines.push(BranchLine {
+                frequency_hz: vec![Some(mode.frequency_hz()); speeds.len()],
+                damping_ratio: vec![mode.damping_ratio; speeds.len()],
+                whirl: vec![None; speeds.len()],
+                uncertain_rpm: Vec::new(),
+            });
+            let (first, last) = (speeds[0], speeds[speeds.len() - 1]);
+            for (number, order) in self.orders.iter().enumerate() {
+                let speed = mode.omega() / order.value;
+                for speed in [-speed, speed] {
+                    if (first.min(last)..=first.max(last)).contains(&speed) {
+                        self.note(number, branch, speed, mode);
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Puts one speed on every line; modes without a line get a new one.
+    fn add(&mut self, snapshot: &Snapshot, lines: Vec<Option<usize>>) {
+        let speeds = self.spins.at(snapshot.speed);
+        for line in &mut self.lines {
+            line.frequency_hz.push(None);
+            line.damping_ratio.push(None);
+            line.whirl.push(None);
+        }
+        self.line_of = Vec::with_capacity(lines.len());
+        for (followed, line) in snapshot.modes.iter().zip(lines) {
+            let number = line.unwrap_or_else(|| {
+                let absent = self.drawn + 1;
+                self.lines.push(BranchLine {
+                    frequency_hz: vec![None; absent],
+                    damping_ratio: vec![None; absent],
+                    whirl: vec![None; absent],
+                    uncertain_rpm: Vec::new(),
+                });
+                self.lines.len() - 1
+            });
+            let mode = &followed.mode;
+            let whirl = self.lateral.whirl(
+                &mode.shape,
+                &speeds,
+                &self.spins.per_unit,
+                self.spins.reference,
+            );
+            let line = &mut self.lines[number];
+            line.frequency_hz[self.drawn] = Some(mode.frequency_hz());
+            line.damping_ratio[self.drawn] = mode.damping_ratio;
+            line.whirl[self.drawn] = whirl;
+            self.line_of.push(number);
+        }
+        self.drawn += 1;
+    }
+
+    fn advance(&mut self, next: &Snapshot, link: &Link) {
+        let mut lines = vec![None; next.modes.len()];
+        for (mode, &line) in self.line_of.iter().enumerate() {
+            if let Some(now) = link.to[mode] {
+                lines[now] = Some(line);
+            }
+            if link.uncertain[mode] {
+                self.lines[line].uncertain_rpm.push(rpm(next.speed));
+            }
+        }
+        self.add(next, lines);
+    }
+
+    fn cross<F>(
+        &mut self,
+        tracker: &Tracker<F>,
+        here: &Snapshot,
+        next: &Snapshot,
+        link: &Link,
+    ) -> Result<(), Error>
+    where
+        F: Fn(f64) -> Result<Vec<Mode>, Error>,
+    {
+        for (from, to) in link.to.iter().enumerate() {
+            let Some(to) = *to else { continue };
+            for (number, order) in self.orders.iter().enumerate() {
+                let sides = [(here, from), (next, to)]
+                    .map(|(at, i)| above(&at.modes[i].mode, order, at.speed) < 0.0);
+                if sides[0] == sides[1] {
+                    continue;
+                }
+                if let Some(found) = meeting(tracker, order, (here, from), (next, to))? {
+                    self.note(number, self.line_of[from], found.speed, &found.mode);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn note(&mut self, order: usize, branch: usize, speed: f64, mode: &Mode) {
+        let participation = participation(self.machine, self.linear, mode, &self.orders[order]);
+        let frequency_hz = mode.frequency_hz();
+        self.crossings.push(Crossing {
+            speed_rpm: rpm(speed),
+            frequency_hz,
+            order,
+            branch,
+            participation,
+        });
+    }
+}

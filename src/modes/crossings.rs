@@ -1,0 +1,124 @@
+//! Speeds at which a branch of the Campbell diagram meets an order line: `|λ(Ω)| = order · |Ω|`.
+
+use super::mode::Mode;
+use super::orders::{Cause, Order};
+use super::tracking::{Snapshot, Tracker};
+use super::whirl::mass_diagonal;
+use crate::base::error::Error;
+use crate::machine::linear::Linear;
+use crate::machine::parts::Machine;
+
+/// A mode that an order meets.
+pub struct Meeting {
+    /// Of the reference, rad/s.
+    pub speed: f64,
+    /// The mode there.
+    pub mode: Mode,
+}
+
+/// Relative distance of |λ| from the order line at which a crossing is found.
+const FOUND: f64 = 1e-10;
+
+/// How far a mode is above an order line, rad/s.
+pub fn above(mode: &Mode, order: &Order, speed: f64) -> f64 {
+    mode.omega() - order.value * speed.abs()
+}
+
+/// The crossing between two speeds, of mode `from` at the first and `to` at the second; modes are solved anew on the way.
+///
+/// Nothing where both ends are on the same side, and so where a branch crosses twice between them.
+/// The Illinois variant of false position (Dowell & Jarratt, BIT 11 (1971), 168–174).
+///
+/// # Errors
+/// Those of the solver.
+pub fn meeting<F: Fn(f64) -> Result<Vec<Mode>, Error>>(
+    tracker: &Tracker<F>,
+    order: &Order,
+    (before, from): (&Snapshot, usize),
+    (after, to): (&Snapshot, usize),
+) -> Result<Option<Meeting>, Error> {
+    let gap =
+        |snapshot: &Snapshot, mode: usize| above(&snapshot.modes[mode].mode, order, snapshot.speed);
+    let (mut low, mut high) = (gap(before, from), gap(after, to));
+    if (low < 0.0) == (high < 0.0) {
+        return Ok(None);
+    }
+    let (mut here, mut mode) = (before.clone(), from);
+    let (mut first, mut last) = (before.speed, after.speed);
+    for _ in 0..60 {
+        if low.abs() <= FOUND * here.modes[mode].mode.omega() {
+            break;
+        }
+        let speed = first + (last - first) * (low / (low - high));
+        if (last - first).abs() <= f64::EPSILON * speed.abs() {
+            break;
+        }
+        let (next, link) = tracker.follow(&here, speed)?;
+        let Some(same) = link.to[mode] else {
+            return Ok(None);
+        };
+        let value = gap(&next, same);
+        let found = value.abs() <= FOUND * next.modes[same].mode.omega();
+        if found || (value < 0.0) == (low < 0.0) {
+            (first, low, here, mode) = (speed, value, next, same);
+            high /= 2.0;
+        } else {
+            (last, high) = (speed, value);
+            low /= 2.0;
+        }
+        if found {
+            break;
+        }
+    }
+    Ok(Some(Meeting {
+        speed: here.speed,
+        mode: here.modes[mode].mode.clone(),
+    }))
+}
+
+/// How much of a mode sits where the order acts, 0 to 1: the share of its strain energy in the meshes whose teeth excite
+/// the order, or of its kinetic energy in the nodes whose rotation does, whichever is larger.
+pub fn participation(machine: &Machine, linear: &Linear, mode: &Mode, order: &Order) -> f64 {
+    let meshing = |branch: usize| {
+        order
+            .sources
+            .iter()
+            .filter(|source| source.cause == Cause::Mesh)
+            .any(|source| {
+                source
+                    .gear
+                    .is_some_and(|gear| machine.gears[gear].branches.contains(&branch))
+            })
+    };
+    let turning = |freedom: usize| {
+        let node = machine.freedoms[freedom].node;
+        order
+            .sources
+            .iter()
+            .any(|source| source.cause == Cause::Rotation && source.node == node)
+    };
+    let p = linear.stay(&mode.shape);
+    let springs = linear.branches.iter().filter(|b| b.stiffness > 0.0);
+    let strain = share(springs.map(|b| {
+        (
+            meshing(b.index),
+            b.stiffness * b.direction.dot_complex(&p).norm_sqr(),
+        )
+    }));
+    let masses = mass_diagonal(machine);
+    let moving = masses
+        .iter()
+        .zip(&mode.shape)
+        .map(|(m, q)| m * q.norm_sqr())
+        .enumerate();
+    let kinetic = share(moving.map(|(freedom, energy)| (turning(freedom), energy)));
+    strain.max(kinetic)
+}
+
+/// What is chosen, of everything.
+fn share(parts: impl Iterator<Item = (bool, f64)>) -> f64 {
+    let (chosen, all) = parts.fold((0.0, 0.0), |(chosen, all), (is_chosen, part)| {
+        (if is_chosen { chosen + part } else { chosen }, all + part)
+    });
+    if all > 0.0 { chosen / all } else { 0.0 }
+}

@@ -1,0 +1,271 @@
+//! Orders that teeth and eccentric members excite, per turn of the reference node, in exact fractions.
+//!
+//! A member turning at Ω excites |Ω/Ω_ref| and its second; teeth meshing on a carrier excite `z |Ω − Ω_carrier| / Ω_ref`
+//! and multiples (Dresig & Holzweißig, Dynamics of Machinery, 2010, ch. 4, for what excites them).
+
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::machine::kinematics::{Kinematics, mean_speeds};
+use crate::machine::parts::{Gear, Law, Machine};
+use crate::numeric::exact::Constraints;
+
+/// An order, with all that excites it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Order {
+    /// Per turn of the reference, such as `37/12`; a decimal where the stated speeds are in no ratio of whole numbers.
+    pub fraction: String,
+    /// The same as a number.
+    pub value: f64,
+    /// What excites it: one or more, where orders coincide.
+    pub sources: Vec<Source>,
+}
+
+/// What excites an order.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Source {
+    /// The element: a gear pair, a planetary stage, a belt; of the reference its own.
+    pub element: String,
+    /// The node of its member.
+    pub member: String,
+    /// The number of that node.
+    pub node: usize,
+    /// Its number in `machine.gears`; `None` for the reference where it carries no gear.
+    pub gear: Option<usize>,
+    /// What of it.
+    pub cause: Cause,
+    /// 1 for the order itself, 2 for twice it, ….
+    pub multiple: u32,
+}
+
+/// What of a member excites an order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cause {
+    /// It turns: eccentricity, unbalance.
+    Rotation,
+    /// Its teeth mesh.
+    Mesh,
+}
+
+/// Which orders are wanted.
+#[derive(Debug, Clone, Copy)]
+pub struct OrderOptions {
+    /// Multiples of a member's rotation.
+    pub rotation_multiples: u32,
+    /// Multiples of a mesh.
+    pub mesh_multiples: u32,
+}
+
+impl Default for OrderOptions {
+    /// Two of a rotation, three of a mesh.
+    fn default() -> Self {
+        OrderOptions {
+            rotation_multiples: 2,
+            mesh_multiples: 3,
+        }
+    }
+}
+
+/// The freedom all orders refer to: that of the first speed stated, else the first that can turn.
+///
+/// # Errors
+/// Nothing can turn.
+pub fn reference(machine: &Machine) -> Result<usize, Error> {
+    let stated = machine.speeds.first().map(|&(freedom, _)| freedom);
+    let first = || {
+        let turning = joints(machine, machine.freedoms.len());
+        (0..machine.freedoms.len()).find(|&freedom| !turning.is_held(freedom))
+    };
+    stated.or_else(first).ok_or_else(|| {
+        let hint = "a support with k_theta, or a shaft to ground, holds it; leave the speed out";
+        Error::new(Code::NoSpeed, "nothing of this machine can turn freely").hint(hint)
+    })
+}
+
+/// Every order of the reference and of every gear and pulley, ascending, each fraction once. Members that stand still have none.
+///
+/// # Errors
+/// Those of `mean_speeds`.
+pub fn orders(
+    machine: &Machine,
+    kinematics: &Kinematics,
+    options: &OrderOptions,
+) -> Result<Vec<Order>, Error> {
+    let reference = reference(machine)?;
+    let unit = mean_speeds(machine, kinematics, Some(1.0))?;
+    let ratios = Ratios {
+        unit,
+        reference,
+        turning: stated_joints(machine, reference),
+    };
+    let node_of = |freedom: usize| machine.freedoms[freedom].node;
+    let mut members: Vec<Member> = machine
+        .gears
+        .iter()
+        .enumerate()
+        .map(|(n, gear)| Member::of(n, gear))
+        .collect();
+    if members
+        .iter()
+        .all(|member| node_of(member.turning) != node_of(reference))
+    {
+        let element = machine.nodes[node_of(reference)].element;
+        members.push(Member {
+            element,
+            gear: None,
+            turning: reference,
+            teeth: None,
+            carrier: None,
+        });
+    }
+    let mut orders: Vec<Order> = Vec::new();
+    for member in &members {
+        let mut put = |cause: Cause, multiple: u32| {
+            let Some((fraction, value)) = ratios.order(member, cause, multiple) else {
+                return;
+            };
+            let node = node_of(member.turning);
+            let element = machine.elements[member.element].name.clone();
+            let name = machine.nodes[node].name.clone();
+            let source = Source {
+                element,
+                member: name,
+                node,
+                gear: member.gear,
+                cause,
+                multiple,
+            };
+            match orders.iter_mut().find(|order| order.fraction == fraction) {
+                Some(order) => order.sources.push(source),
+                None => orders.push(Order {
+                    fraction,
+                    value,
+                    sources: vec![source],
+                }),
+            }
+        };
+        (1..=options.rotation_multiples).for_each(|multiple| put(Cause::Rotation, multiple));
+        if member.teeth.is_some() {
+            (1..=options.mesh_multiples).for_each(|multiple| put(Cause::Mesh, multiple));
+        }
+    }
+    orders.sort_by(|a, b| a.value.total_cmp(&b.value));
+    Ok(orders)
+}
+
+/// What excites.
+struct Member {
+    element: usize,
+    gear: Option<usize>,
+    turning: usize,
+    teeth: Option<u32>,
+    carrier: Option<usize>,
+}
+
+impl Member {
+    fn of(number: usize, gear: &Gear) -> Member {
+        let &Gear {
+            element,
+            turning,
+            teeth,
+            carrier,
+            ..
+        } = gear;
+        Member {
+            element,
+            gear: Some(number),
+            turning,
+            teeth,
+            carrier,
+        }
+    }
+}
+
+/// Everything that ties speeds together, with room for one unknown more.
+struct Ratios {
+    unit: Vec<f64>,
+    reference: usize,
+    turning: Constraints,
+}
+
+impl Ratios {
+    /// Text and value of `|factor (Ω − Ω_carrier)| / Ω_ref`; nothing where that is zero.
+    fn order(&self, member: &Member, cause: Cause, multiple: u32) -> Option<(String, f64)> {
+        let (factor, carrier) = match cause {
+            Cause::Rotation => (f64::from(multiple), None),
+            Cause::Mesh => (
+                f64::from(multiple) * f64::from(member.teeth?),
+                member.carrier,
+            ),
+        };
+        let order = self.unit.len();
+        let mut row = vec![(order, 1.0), (member.turning, -factor)];
+        row.extend(carrier.map(|carrier| (carrier, factor)));
+        let mut turning = self.turning.clone();
+        turning.impose(&row);
+        if turning.is_held(order) {
+            return None;
+        }
+        if let Some(exact) = turning.ratio(order, self.reference) {
+            let fraction = exact.trim_start_matches('-').to_string();
+            let value = value_of(&fraction)?;
+            return Some((fraction, value));
+        }
+        let value =
+            (factor * (self.unit[member.turning] - carrier.map_or(0.0, |c| self.unit[c]))).abs();
+        // The speeds are of a machine whose reference turns at 1 rad/s: below this is rounding of a member at rest.
+        (value > 1e-12 * factor).then(|| (format!("{value:.9}"), value))
+    }
+}
+
+fn value_of(fraction: &str) -> Option<f64> {
+    let (top, bottom) = fraction.split_once('/').unwrap_or((fraction, "1"));
+    Some(top.parse::<f64>().ok()? / bottom.parse::<f64>().ok()?)
+}
+
+/// How speeds hang together: rigid and elastic joints alike, short rows first. One unknown is left over at the end.
+fn joints(machine: &Machine, unknowns: usize) -> Constraints {
+    let mut turning = Constraints::new(unknowns);
+    let mut rows: Vec<&[(usize, f64)]> = machine
+        .branches
+        .iter()
+        .filter(|branch| !matches!(branch.law, Law::Linear { stiffness, .. } if stiffness == 0.0))
+        .map(|branch| branch.direction.terms.as_slice())
+        .collect();
+    rows.sort_by_key(|row| row.len());
+    for row in rows {
+        turning.impose(row);
+    }
+    turning
+}
+
+/// The joints, and the stated speeds beyond the first as ratios to it.
+fn stated_joints(machine: &Machine, reference: usize) -> Constraints {
+    let mut turning = joints(machine, machine.freedoms.len() + 1);
+    let base = machine.speeds.first().map_or(0.0, |stated| stated.1);
+    for &(freedom, speed) in machine.speeds.iter().skip(1) {
+        if speed == 0.0 {
+            turning.impose(&[(freedom, 1.0)]);
+        } else if let Some((top, bottom)) = simple_fraction(speed / base) {
+            turning.impose(&[(freedom, bottom), (reference, -top)]);
+        }
+    }
+    turning
+}
+
+/// The fraction a ratio of speeds in round numbers was meant to be, by continued fractions.
+fn simple_fraction(x: f64) -> Option<(f64, f64)> {
+    const SAME: f64 = 1e-13; // relative: a few roundings of rpm to rad/s
+    const LARGEST: f64 = 1e6; // of a denominator: speeds have six figures at most
+    let (mut top, mut bottom) = ([1.0, x.floor()], [0.0, 1.0]);
+    let mut rest = x - x.floor();
+    while (top[1] / bottom[1] - x).abs() > SAME * x.abs() {
+        let whole = (1.0 / rest).floor();
+        rest = 1.0 / rest - whole;
+        top = [top[1], whole * top[1] + top[0]];
+        bottom = [bottom[1], whole * bottom[1] + bottom[0]];
+        if bottom[1].is_nan() || bottom[1] > LARGEST {
+            return None;
+        }
+    }
+    top[1].is_finite().then_some((top[1], bottom[1]))
+}

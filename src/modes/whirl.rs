@@ -1,0 +1,132 @@
+//! Which way a mode whirls: the sign of `Im(x̄ y)` at each node, weighed by its kinetic energy.
+//!
+//! Displacements `x`, `y` and tilts `rx`, `ry` go round with the spin where `Im(x̄ y) < 0`: x = cos ωt, y = sin ωt.
+
+use crate::machine::parts::Machine;
+use crate::numeric::Complex;
+use crate::scene::model::Axis;
+
+/// Sense of the orbits of a mode, relative to the spin of each node (of the reference for nodes that do not turn).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Whirl {
+    /// All with the spin.
+    Forward,
+    /// All against it.
+    Backward,
+    /// Some nodes with it, some against.
+    Mixed,
+    /// Nodes move to and fro on lines.
+    Planar,
+}
+
+impl Whirl {
+    /// The word for it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Whirl::Forward => "forward",
+            Whirl::Backward => "backward",
+            Whirl::Mixed => "mixed",
+            Whirl::Planar => "planar",
+        }
+    }
+}
+
+/// A node that moves along two axes across its shaft.
+struct Pair {
+    x: usize,
+    y: usize,
+    mass: [f64; 2],
+    turning: Option<usize>,
+}
+
+/// Where a machine can whirl.
+pub struct Lateral {
+    pairs: Vec<Pair>,
+    mass: Vec<f64>,
+}
+
+/// Share of the kinetic energy across shafts below which a mode counts as torsional.
+const LATERAL: f64 = 1e-9;
+/// Share of the orbits' area that may go the other way, or be flat, before a mode counts as mixed, or planar.
+const SLIGHT: f64 = 1e-3;
+
+impl Lateral {
+    /// Finds the nodes that can whirl.
+    pub fn new(machine: &Machine) -> Lateral {
+        let mass = mass_diagonal(machine);
+        let mut pairs = Vec::new();
+        for node in 0..machine.nodes.len() {
+            let freedom = |axis| {
+                machine
+                    .freedoms
+                    .iter()
+                    .position(|f| f.node == node && f.axis == axis)
+            };
+            for (x, y) in [(Axis::X, Axis::Y), (Axis::TiltX, Axis::TiltY)] {
+                if let (Some(x), Some(y)) = (freedom(x), freedom(y)) {
+                    pairs.push(Pair {
+                        x,
+                        y,
+                        mass: [mass[x], mass[y]],
+                        turning: freedom(Axis::Theta),
+                    });
+                }
+            }
+        }
+        Lateral { pairs, mass }
+    }
+
+    /// The sense of a mode at the mean speeds given; `spin` are those at a positive speed of the reference, for when all stand
+    /// still. Nothing where it does not move across any shaft.
+    pub fn whirl(
+        &self,
+        shape: &[Complex],
+        speeds: &[f64],
+        spin: &[f64],
+        reference: usize,
+    ) -> Option<Whirl> {
+        let kinetic: f64 = self
+            .mass
+            .iter()
+            .zip(shape)
+            .map(|(m, q)| m * q.norm_sqr())
+            .sum();
+        let (mut with, mut against, mut across) = (0.0, 0.0, 0.0);
+        for pair in &self.pairs {
+            let (x, y) = (shape[pair.x], shape[pair.y]);
+            let sense = |i: usize| if speeds[i] != 0.0 { speeds[i] } else { spin[i] };
+            let turning = pair.turning.map_or(0.0, sense);
+            let sense = if turning != 0.0 {
+                turning
+            } else {
+                sense(reference)
+            };
+            let area =
+                -2.0 * (pair.mass[0] * pair.mass[1]).sqrt() * (x.conj() * y).im * sense.signum();
+            with += area.max(0.0);
+            against += (-area).max(0.0);
+            across += pair.mass[0] * x.norm_sqr() + pair.mass[1] * y.norm_sqr();
+        }
+        if across.is_nan() || across <= LATERAL * kinetic {
+            return None;
+        }
+        let round = with + against;
+        Some(match () {
+            () if round <= SLIGHT * across => Whirl::Planar,
+            () if against <= SLIGHT * round => Whirl::Forward,
+            () if with <= SLIGHT * round => Whirl::Backward,
+            () => Whirl::Mixed,
+        })
+    }
+}
+
+/// The diagonal of the mass matrix over all freedoms.
+pub fn mass_diagonal(machine: &Machine) -> Vec<f64> {
+    let mut diagonal = vec![0.0; machine.freedoms.len()];
+    for mass in &machine.masses {
+        mass.direction
+            .scaled()
+            .for_each(|(i, a)| diagonal[i] += mass.value * a * a);
+    }
+    diagonal
+}

@@ -1,0 +1,326 @@
+//! Frequencies over speed, as a picture: modes as lines, orders of excitation as faint rays `f = order · n / 60`, crossings as rings.
+
+use super::style::{
+    Anchor, BLACK, BLUE, Canvas, GREY, Ink, ORANGE, Panel, SMALL, Spot, Stroke, TITLE, WIDTH,
+    picture, push_apart, shortened, significant, ticks, width_of,
+};
+
+/// What a mode does as it turns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Whirl {
+    /// It runs round with the shaft.
+    Forward,
+    /// It runs round against the shaft.
+    Backward,
+    /// It does not run round: torsion, or motion in a plane.
+    None,
+}
+
+/// One mode followed over speed.
+#[derive(Debug, Clone)]
+pub struct BranchLine {
+    /// What stands at its end.
+    pub label: String,
+    /// How it is drawn.
+    pub whirl: Whirl,
+    /// Its frequency at each speed, Hz; `None` where it was not followed.
+    pub frequencies_hz: Vec<Option<f64>>,
+}
+
+/// One order of excitation.
+#[derive(Debug, Clone)]
+pub struct OrderLine {
+    /// What excites.
+    pub label: String,
+    /// Excitations per turn of the shaft whose speed is on the axis.
+    pub order: f64,
+}
+
+/// Where an order meets a mode.
+#[derive(Debug, Clone, Copy)]
+pub struct Crossing {
+    /// Speed, rpm.
+    pub speed_rpm: f64,
+    /// Frequency, Hz.
+    pub frequency_hz: f64,
+    /// How strongly the excited part takes part in the mode, 0 to 1.
+    pub participation: f64,
+}
+
+/// Everything a Campbell diagram shows.
+#[derive(Debug, Clone, Default)]
+pub struct Diagram {
+    /// Whose speed is on the axis.
+    pub shaft: String,
+    /// Speeds, rpm, rising.
+    pub speeds_rpm: Vec<f64>,
+    /// Modes.
+    pub branches: Vec<BranchLine>,
+    /// Orders.
+    pub orders: Vec<OrderLine>,
+    /// Crossings.
+    pub crossings: Vec<Crossing>,
+}
+
+const LEFT: f64 = 64.0;
+const HIGH: f64 = 440.0;
+const LONGEST: usize = 30;
+
+/// Draws a Campbell diagram.
+pub fn campbell(diagram: &Diagram) -> String {
+    let widest = |texts: Vec<String>| texts.iter().map(|t| width_of(t, SMALL)).fold(0.0, f64::max);
+    let at_top = widest(diagram.top_texts());
+    let at_right = widest(diagram.right_texts());
+    let top = 20.0 + at_top;
+    let panel = Panel {
+        across: (LEFT, WIDTH - at_right.max(20.0) - 34.0),
+        down: (top, top + HIGH),
+        x: diagram.speed_range(),
+        y: (0.0, diagram.highest()),
+    };
+    picture(WIDTH, top + HIGH + 66.0, |canvas| {
+        if diagram.speeds_rpm.is_empty() || diagram.branches.is_empty() {
+            let middle = (WIDTH / 2.0, top + HIGH / 2.0);
+            canvas.text("no modes", middle, TITLE, GREY, Anchor::Middle);
+            return;
+        }
+        diagram.axes(canvas, &panel);
+        let mut ends = diagram.draw_orders(canvas, &panel);
+        ends.extend(diagram.draw_branches(canvas, &panel));
+        label_right(canvas, &panel, &ends);
+        diagram.draw_crossings(canvas, &panel);
+        diagram.key(canvas, &panel);
+    })
+}
+
+/// A label at the right edge, and the end of the line it names.
+struct End {
+    spot: Spot,
+    text: String,
+    ink: Ink,
+}
+
+impl OrderLine {
+    fn text(&self) -> String {
+        let order = significant(self.order, 5);
+        let order = match order.contains('.') {
+            true => order.trim_end_matches('0').trim_end_matches('.'),
+            false => &order,
+        };
+        format!("{order}×  {}", shortened(&self.label, LONGEST - 4))
+    }
+
+    fn at(&self, speed_rpm: f64) -> f64 {
+        self.order * speed_rpm / 60.0
+    }
+}
+
+impl Diagram {
+    fn speed_range(&self) -> (f64, f64) {
+        let first = self.speeds_rpm.first().copied().unwrap_or(0.0);
+        (first, self.speeds_rpm.last().copied().unwrap_or(1.0))
+    }
+
+    /// The upper end of the frequency axis.
+    fn highest(&self) -> f64 {
+        let all = self.branches.iter().flat_map(|b| &b.frequencies_hz);
+        let largest = all
+            .flatten()
+            .copied()
+            .filter(|f| f.is_finite())
+            .fold(0.0, f64::max);
+        if largest > 0.0 { 1.06 * largest } else { 1.0 }
+    }
+
+    /// Orders that show: those that start below the upper edge.
+    fn rays(&self) -> impl Iterator<Item = &OrderLine> {
+        let (first, highest) = (self.speed_range().0, self.highest());
+        self.orders
+            .iter()
+            .filter(move |o| o.order > 0.0 && o.at(first) < highest)
+    }
+
+    /// Names of the orders that leave at the upper edge.
+    fn top_texts(&self) -> Vec<String> {
+        let (last, highest) = (self.speed_range().1, self.highest());
+        self.rays()
+            .filter(|o| o.at(last) > highest)
+            .map(OrderLine::text)
+            .collect()
+    }
+
+    fn right_texts(&self) -> Vec<String> {
+        let branches = self.branches.iter().map(|b| shortened(&b.label, LONGEST));
+        let (_, last) = self.speed_range();
+        let orders = self.rays().filter(|o| o.at(last) <= self.highest());
+        branches.chain(orders.map(OrderLine::text)).collect()
+    }
+
+    fn axes(&self, canvas: &mut Canvas, panel: &Panel) {
+        panel.rule_x(canvas, &ticks(panel.x, 8));
+        panel.rule_y(canvas, &ticks(panel.y, 8));
+        let (low, high) = (
+            (panel.across.0, panel.down.0),
+            (panel.across.1, panel.down.1),
+        );
+        canvas.frame(low, high, GREY, 0.8);
+        let middle = (panel.down.0 + panel.down.1) / 2.0;
+        canvas.upright(
+            "frequency, Hz",
+            (16.0, middle),
+            SMALL,
+            BLACK,
+            Anchor::Middle,
+        );
+        let label = match self.shaft.as_str() {
+            "" => "speed, rpm".to_string(),
+            shaft => format!("speed of {}, rpm", shortened(shaft, LONGEST)),
+        };
+        let centre = (panel.across.0 + panel.across.1) / 2.0;
+        let below = panel.down.1 + 30.0;
+        canvas.text(&label, (centre, below), SMALL, BLACK, Anchor::Middle);
+    }
+
+    /// The rays; labels of those that leave at the top stand there, the rest are returned.
+    fn draw_orders(&self, canvas: &mut Canvas, panel: &Panel) -> Vec<End> {
+        let ((first, last), highest) = (panel.x, panel.y.1);
+        let mut ends = Vec::new();
+        let mut at_top: Vec<(f64, String)> = Vec::new();
+        for order in self.rays() {
+            let leaves = order.at(last) > highest;
+            let end = if leaves {
+                60.0 * highest / order.order
+            } else {
+                last
+            };
+            let from = panel.at(first, order.at(first));
+            let to = panel.at(end, order.at(end));
+            canvas.line(from, to, GREY, 0.7);
+            match leaves {
+                true => at_top.push((to.0, order.text())),
+                false => ends.push(End {
+                    spot: to,
+                    text: order.text(),
+                    ink: GREY,
+                }),
+            }
+        }
+        let wanted: Vec<f64> = at_top.iter().map(|a| a.0).collect();
+        let places = push_apart(&wanted, SMALL + 2.0, panel.across);
+        for ((x, text), &place) in at_top.iter().zip(&places) {
+            let foot = (place, panel.down.0 - 10.0);
+            canvas.line((*x, panel.down.0), foot, GREY, 0.5);
+            let start = (place, foot.1 - 2.0);
+            canvas.upright(text, start, SMALL, GREY, Anchor::Start);
+        }
+        ends
+    }
+
+    fn draw_branches(&self, canvas: &mut Canvas, panel: &Panel) -> Vec<End> {
+        let mut ends = Vec::new();
+        for branch in &self.branches {
+            let (ink, kind) = match branch.whirl {
+                Whirl::Forward => (BLUE, Stroke::Solid),
+                Whirl::Backward => (BLUE, Stroke::Dashed),
+                Whirl::None => (BLACK, Stroke::Solid),
+            };
+            let pieces = self.pieces(branch, panel);
+            for piece in &pieces {
+                canvas.path(piece, ink, 1.6, kind);
+            }
+            if let Some(&spot) = pieces.last().and_then(|piece| piece.last()) {
+                ends.push(End {
+                    spot,
+                    text: shortened(&branch.label, LONGEST),
+                    ink,
+                });
+            }
+        }
+        ends
+    }
+
+    /// The stretches of a branch that were followed.
+    fn pieces(&self, branch: &BranchLine, panel: &Panel) -> Vec<Vec<Spot>> {
+        let mut pieces: Vec<Vec<Spot>> = vec![Vec::new()];
+        for (&speed, frequency) in self.speeds_rpm.iter().zip(&branch.frequencies_hz) {
+            match (frequency.filter(|f| f.is_finite()), pieces.last_mut()) {
+                (Some(f), Some(piece)) => piece.push(panel.at(speed, f)),
+                (None, Some(piece)) if !piece.is_empty() => pieces.push(Vec::new()),
+                _ => {}
+            }
+        }
+        pieces.retain(|piece| !piece.is_empty());
+        pieces
+    }
+
+    fn draw_crossings(&self, canvas: &mut Canvas, panel: &Panel) {
+        for crossing in &self.crossings {
+            let Crossing {
+                speed_rpm: x,
+                frequency_hz: y,
+                participation,
+            } = *crossing;
+            let inside =
+                (panel.x.0..=panel.x.1).contains(&x) && (panel.y.0..=panel.y.1).contains(&y);
+            if inside {
+                canvas.ring(panel.at(x, y), ring_size(participation), ORANGE, 1.5);
+            }
+        }
+    }
+
+    /// What the kinds of line and the rings are, where there are any.
+    fn key(&self, canvas: &mut Canvas, panel: &Panel) {
+        let y = panel.down.1 + 52.0;
+        let mut x = panel.across.0;
+        let has = |whirl| self.branches.iter().any(|b| b.whirl == whirl);
+        let whirls = has(Whirl::Forward) || has(Whirl::Backward);
+        let say = |canvas: &mut Canvas, x: &mut f64, text: &str| {
+            canvas.text(text, (*x, y), SMALL, BLACK, Anchor::Start);
+            *x += width_of(text, SMALL) + 14.0;
+        };
+        let kinds = [
+            (Whirl::Forward, BLUE, Stroke::Solid, "forward whirl"),
+            (Whirl::Backward, BLUE, Stroke::Dashed, "backward whirl"),
+            (Whirl::None, BLACK, Stroke::Solid, "no whirl"),
+        ];
+        for (whirl, ink, stroke, text) in kinds {
+            if whirls && has(whirl) {
+                canvas.path(&[(x, y), (x + 26.0, y)], ink, 1.6, stroke);
+                x += 32.0;
+                say(canvas, &mut x, text);
+            }
+        }
+        if !self.crossings.is_empty() {
+            for (participation, text) in [(0.05, "5 %"), (0.5, "50 %"), (1.0, "100 %")] {
+                let r = ring_size(participation);
+                canvas.ring((x + r, y), r, ORANGE, 1.5);
+                x += 2.0 * r + 5.0;
+                say(canvas, &mut x, text);
+            }
+            say(canvas, &mut x, "participation where an order meets a mode");
+        }
+    }
+}
+
+/// Radius of a crossing's ring: its area follows the participation.
+fn ring_size(participation: f64) -> f64 {
+    const LEAST: f64 = 1.8;
+    const MOST: f64 = 8.0;
+    let part = if participation.is_finite() {
+        participation.clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
+    LEAST + (MOST - LEAST) * part.sqrt()
+}
+
+/// Labels of lines that end at the right edge, none over another, each led to its line.
+fn label_right(canvas: &mut Canvas, panel: &Panel, ends: &[End]) {
+    let wanted: Vec<f64> = ends.iter().map(|end| end.spot.1).collect();
+    let places = push_apart(&wanted, SMALL + 2.5, (panel.down.0, panel.down.1));
+    for (End { spot, text, ink }, &place) in ends.iter().zip(&places) {
+        let side = panel.across.1 + 16.0;
+        canvas.line(*spot, (side, place), *ink, 0.5);
+        canvas.text(text, (side + 4.0, place), SMALL, *ink, Anchor::Start);
+    }
+}

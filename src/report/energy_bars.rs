@@ -1,0 +1,236 @@
+//! Where the energy of each mode sits, as a picture: elements down, modes across, areas in proportion to shares.
+
+use super::style::{
+    Anchor, BLACK, Canvas, FAINT, GREY, ORANGE, SMALL, Spot, TITLE, WIDTH, picture, shortened,
+    significant, width_of,
+};
+use crate::modes::energy::Energies;
+use crate::plan::prepared::Prepared;
+use crate::plan::run::Answer;
+
+/// No more modes than this.
+const MOST_MODES: usize = 20;
+
+/// No more elements than this.
+const MOST_ELEMENTS: usize = 60;
+
+/// A share below this in every mode shown leaves its element out.
+const SHOWN: f64 = 0.03;
+
+/// Radius of a share of 1, points.
+const FULL: f64 = 8.6;
+
+const ROW: f64 = 21.0;
+
+/// Strain and kinetic energy of the first `count` modes, twenty at most, by element.
+pub fn energy_matrix(prepared: &Prepared, answer: &Answer, count: usize) -> String {
+    let shown = answer.modes.len().min(answer.energies.len());
+    let energies = &answer.energies[..shown.min(count).min(MOST_MODES)];
+    let (elements, left_out) = taking_part(energies);
+    let name = |&e: &usize| shortened(&prepared.machine.elements[e].name, 24);
+    let table = Table {
+        names: elements.iter().map(name).collect(),
+        elements,
+        left_out,
+        frequencies: answer
+            .modes
+            .iter()
+            .map(|mode| mode.frequency_hz())
+            .collect(),
+        energies,
+    };
+    table.draw()
+}
+
+/// Elements with a share worth showing, in file order, and how many are left out.
+fn taking_part(energies: &[Energies]) -> (Vec<usize>, usize) {
+    let mut largest: Vec<(usize, f64)> = Vec::new();
+    let strains = energies.iter().filter_map(|e| e.strain.as_ref());
+    let shares = energies.iter().map(|e| &e.kinetic).chain(strains).flatten();
+    let mut sorted: Vec<(usize, f64)> = shares.map(|&(e, share)| (e, share.abs())).collect();
+    sorted.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
+    for (element, share) in sorted {
+        if largest.last().is_none_or(|last| last.0 != element) {
+            largest.push((element, share));
+        }
+    }
+    let all = largest.len();
+    largest.retain(|&(_, share)| share >= SHOWN);
+    largest.sort_by(|a, b| b.1.total_cmp(&a.1));
+    largest.truncate(MOST_ELEMENTS);
+    largest.sort_by_key(|&(element, _)| element);
+    let kept = largest.len();
+    (largest.into_iter().map(|(e, _)| e).collect(), all - kept)
+}
+
+struct Table<'a> {
+    names: Vec<String>,
+    elements: Vec<usize>,
+    left_out: usize,
+    frequencies: Vec<f64>,
+    energies: &'a [Energies],
+}
+
+impl Table<'_> {
+    fn draw(&self) -> String {
+        let (n, m) = (self.energies.len(), self.elements.len());
+        let height = 60.0 + m as f64 * ROW + 46.0;
+        picture(WIDTH, height, |canvas| {
+            if n == 0 {
+                let middle = (WIDTH / 2.0, height / 2.0);
+                canvas.text("no modes", middle, TITLE, GREY, Anchor::Middle);
+                return;
+            }
+            let widest = self.names.iter().map(|name| width_of(name, SMALL));
+            let left = 34.0 + widest.fold(70.0, f64::max);
+            let column = ((WIDTH - left - 12.0) / n as f64).min(72.0);
+            let grid = Grid {
+                left,
+                top: 60.0,
+                column,
+                columns: n,
+                rows: m,
+            };
+            grid.draw(canvas);
+            self.heads(canvas, &grid);
+            self.cells(canvas, &grid);
+            self.key(canvas, &grid);
+        })
+    }
+
+    fn heads(&self, canvas: &mut Canvas, grid: &Grid) {
+        let end = grid.left - 8.0;
+        canvas.text("mode", (end, 24.0), SMALL, BLACK, Anchor::End);
+        canvas.text("frequency, Hz", (end, 42.0), SMALL, BLACK, Anchor::End);
+        for k in 0..grid.columns {
+            let (x, _) = grid.centre(k, 0);
+            let mode = format!("{}", k + 1);
+            canvas.text(&mode, (x, 24.0), TITLE, BLACK, Anchor::Middle);
+            let digits = if grid.column < 44.0 { 3 } else { 4 };
+            let frequency = match self.frequencies[k] {
+                0.0 => "0".to_string(),
+                f => significant(f, digits),
+            };
+            canvas.text(&frequency, (x, 42.0), SMALL, BLACK, Anchor::Middle);
+        }
+        for (row, name) in self.names.iter().enumerate() {
+            let (_, y) = grid.centre(0, row);
+            canvas.text(name, (end, y), SMALL, BLACK, Anchor::End);
+        }
+        let middle = grid.top + grid.rows as f64 * ROW / 2.0;
+        canvas.upright("element", (14.0, middle), SMALL, BLACK, Anchor::Middle);
+    }
+
+    fn cells(&self, canvas: &mut Canvas, grid: &Grid) {
+        let quarter = grid.column / 4.0;
+        for (k, energies) in self.energies.iter().enumerate() {
+            for (row, &element) in self.elements.iter().enumerate() {
+                let (x, y) = grid.centre(k, row);
+                if let Some(share) = energies.strain.as_deref().and_then(|s| of(s, element)) {
+                    strain(canvas, (x - quarter, y), share);
+                }
+                if let Some(share) = of(&energies.kinetic, element) {
+                    kinetic(canvas, (x + quarter, y), share);
+                }
+            }
+        }
+    }
+
+    fn key(&self, canvas: &mut Canvas, grid: &Grid) {
+        let y = grid.top + grid.rows as f64 * ROW + 24.0;
+        let mut x = 24.0;
+        let say = |canvas: &mut Canvas, x: &mut f64, text: &str| {
+            canvas.text(text, (*x, y), SMALL, BLACK, Anchor::Start);
+            *x += width_of(text, SMALL) + 12.0;
+        };
+        strain(canvas, (x, y), 1.0);
+        x += 15.0;
+        say(canvas, &mut x, "strain");
+        kinetic(canvas, (x, y), 1.0);
+        x += 15.0;
+        say(
+            canvas,
+            &mut x,
+            "kinetic energy, share of the mode's by area:",
+        );
+        for (share, text) in [(0.03, "3 %"), (0.25, "25 %"), (1.0, "100 %")] {
+            strain(canvas, (x, y), share);
+            kinetic(canvas, (x + 20.0, y), share);
+            x += 33.0;
+            say(canvas, &mut x, text);
+            x += 8.0;
+        }
+        if self.any_negative() {
+            canvas.ring((x, y), FULL, ORANGE, 1.4);
+            x += 15.0;
+            say(canvas, &mut x, "negative");
+        }
+        if self.left_out > 0 {
+            let text = format!("{} elements below 3 % are left out", self.left_out);
+            canvas.text(&text, (WIDTH - 12.0, y), SMALL, GREY, Anchor::End);
+        }
+    }
+
+    fn any_negative(&self) -> bool {
+        let strains = self.energies.iter().filter_map(|e| e.strain.as_ref());
+        strains.flatten().any(|&(_, share)| share < 0.0)
+    }
+}
+
+/// An element's share.
+fn of(shares: &[(usize, f64)], element: usize) -> Option<f64> {
+    shares.iter().find(|s| s.0 == element).map(|s| s.1)
+}
+
+/// Radius of a disc for a share; nothing where it would be less than a dot.
+fn radius(share: f64) -> Option<f64> {
+    const MOST: f64 = 1.3; // shares beyond 1 occur beside negative ones
+    const DOT: f64 = 0.002;
+    let size = share.abs().min(MOST);
+    (size >= DOT).then(|| FULL * size.sqrt())
+}
+
+/// A disc; a ring where the stiffness is negative.
+fn strain(canvas: &mut Canvas, spot: Spot, share: f64) {
+    match radius(share) {
+        Some(r) if share < 0.0 => canvas.ring(spot, r, ORANGE, 1.4),
+        Some(r) => canvas.disc(spot, r, BLACK),
+        None => {}
+    }
+}
+
+/// An open square of the area the disc of the same share has.
+fn kinetic(canvas: &mut Canvas, (x, y): Spot, share: f64) {
+    let Some(r) = radius(share) else { return };
+    let half = r * std::f64::consts::PI.sqrt() / 2.0;
+    canvas.frame((x - half, y - half), (x + half, y + half), GREY, 1.3);
+}
+
+/// Columns of modes and rows of elements.
+struct Grid {
+    left: f64,
+    top: f64,
+    column: f64,
+    columns: usize,
+    rows: usize,
+}
+
+impl Grid {
+    fn centre(&self, column: usize, row: usize) -> Spot {
+        let x = self.left + (column as f64 + 0.5) * self.column;
+        (x, self.top + (row as f64 + 0.5) * ROW)
+    }
+
+    fn draw(&self, canvas: &mut Canvas) {
+        let right = self.left + self.columns as f64 * self.column;
+        let foot = self.top + self.rows as f64 * ROW;
+        for row in 0..=self.rows {
+            let y = self.top + row as f64 * ROW;
+            canvas.line((self.left, y), (right, y), FAINT, 0.5);
+        }
+        for column in 0..=self.columns {
+            let x = self.left + column as f64 * self.column;
+            canvas.line((x, self.top), (x, foot), FAINT, 0.5);
+        }
+    }
+}

@@ -1,0 +1,129 @@
+//! What the tests of whole machines share: from text to an answer, random machines, comparisons.
+#![allow(dead_code, reason = "each test file uses its part")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "a helper of tests may fail as a test does"
+)]
+
+use std::path::Path;
+
+use geardyn::plan::prepared::Prepared;
+use geardyn::plan::run::{Answer, run};
+use geardyn::plan::stages::Plan;
+use geardyn::scene;
+use geardyn::scene::model::Model;
+use geardyn::scene::study::ModesStudy;
+use serde_json::Value;
+
+/// Machines from a seed.
+pub mod machines;
+
+/// A machine with what was asked of it.
+pub struct Solved {
+    pub prepared: Prepared,
+    pub plan: Plan,
+    pub answer: Answer,
+}
+
+impl Solved {
+    pub fn omega(&self) -> Vec<f64> {
+        self.answer.modes.iter().map(|mode| mode.omega()).collect()
+    }
+
+    pub fn hertz(&self) -> Vec<f64> {
+        self.answer
+            .modes
+            .iter()
+            .map(|mode| mode.frequency_hz())
+            .collect()
+    }
+
+    pub fn n_rigid(&self) -> usize {
+        self.answer.modes.iter().filter(|mode| mode.rigid).count()
+    }
+}
+
+/// Nothing but undamped modes.
+pub fn plain() -> ModesStudy {
+    ModesStudy::default()
+}
+
+pub fn damped() -> ModesStudy {
+    ModesStudy {
+        damped: true,
+        ..plain()
+    }
+}
+
+pub fn lowest(count: u32) -> ModesStudy {
+    ModesStudy {
+        lowest: Some(count),
+        ..plain()
+    }
+}
+
+/// The model of a text; a scene's text names models from the folder `models`.
+pub fn model(text: &str) -> Model {
+    match scene::read_text("models/test.toml", text) {
+        Ok(scene) => scene.model,
+        Err(errors) => panic!("{errors}\n{text}"),
+    }
+}
+
+pub fn solve(text: &str, study: &ModesStudy) -> Solved {
+    solve_model(&model(text), study).unwrap_or_else(|error| panic!("{error}\n{text}"))
+}
+
+pub fn solve_file(name: &str, study: &ModesStudy) -> Solved {
+    let scene = scene::read(Path::new(&format!("models/{name}.toml")))
+        .unwrap_or_else(|errors| panic!("{errors}"));
+    solve_model(&scene.model, study).unwrap_or_else(|error| panic!("{name}: {error}"))
+}
+
+pub fn solve_model(
+    model: &Model,
+    study: &ModesStudy,
+) -> Result<Solved, geardyn::base::error::Error> {
+    let prepared = Prepared::new(model)?;
+    let plan = Plan::modes(&prepared, study);
+    let answer = run(&prepared, study, &plan)?;
+    Ok(Solved {
+        prepared,
+        plan,
+        answer,
+    })
+}
+
+/// A file of `data/reference`.
+pub fn reference(name: &str) -> Value {
+    let text = std::fs::read_to_string(format!("data/reference/{name}.json")).unwrap();
+    serde_json::from_str(&text).unwrap()
+}
+
+pub fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value}"))
+}
+
+pub fn numbers(value: &Value) -> Vec<f64> {
+    value.as_array().unwrap().iter().map(number).collect()
+}
+
+/// The largest relative error; zeros of the reference must be exact, and no value may be missing.
+pub fn worst(found: &[f64], exact: &[f64]) -> f64 {
+    assert_eq!(found.len(), exact.len(), "{found:?}\n{exact:?}");
+    let error = |(f, e): (&f64, &f64)| {
+        if *e == 0.0 {
+            if *f == 0.0 { 0.0 } else { f64::INFINITY }
+        } else {
+            (f / e - 1.0).abs()
+        }
+    };
+    found.iter().zip(exact).map(error).fold(0.0, f64::max)
+}
+
+/// Prints what was measured, and fails beyond the tolerance.
+pub fn within(what: &str, error: f64, tolerance: f64) {
+    println!("{what:44} {error:8.1e}  (allowed {tolerance:.0e})");
+    assert!(error <= tolerance, "{what}: {error:.2e} > {tolerance:.0e}");
+}
