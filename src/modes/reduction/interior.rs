@@ -95,7 +95,7 @@ impl Interior {
         }
         let basis = basis::solve(&fixed, Solver::Factored)?;
         match basis.omega.first() {
-            Some(&lowest) if !(lowest > 0.0) => Err(loose_error(self.slaves[0])),
+            Some(&lowest) if lowest <= 0.0 => Err(loose_error(self.slaves[0])),
             _ => Ok(basis),
         }
     }

@@ -287,7 +287,7 @@ fn independent_columns(flexibility: &Matrix, ports: &[usize]) -> Vec<Vec<f64>> {
         let (shape, port) = rest.swap_remove(at);
         let energy = shape[port];
         // Of the largest flexibility: the rest of a port that follows the others is rounding.
-        if !(energy > 1e-12 * largest) {
+        if energy <= 1e-12 * largest {
             break;
         }
         let unit: Vec<f64> = shape.iter().map(|x| x / energy.sqrt()).collect();

@@ -1,10 +1,10 @@
 //! Model reduction: `p = T_r r` with fewer coordinates, and what the response loses by it over a band.
 
-/// The methods.
-mod method;
-
 /// The shapes interior coordinates take.
 mod interior;
+
+/// The methods.
+mod method;
 
 /// Errors over a band: estimated, and measured.
 mod band;

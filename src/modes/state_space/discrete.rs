@@ -1,13 +1,14 @@
 //! `x⁺ = A_d x + B_d u` at a sample time h.
 //!
 //! Zero- and first-order hold by one exponential: Van Loan, IEEE Trans. Automat. Control 23 (1978), pp. 395–404; Franklin,
-//! Powell & Workman, Digital Control of Dynamic Systems, 3rd ed. (1998), sec. 6.3.2, for the ramp. Bilinear: `s = (2/h) (z − 1)/(z + 1)`.
+//! Powell & Workman, Digital Control of Dynamic Systems, 3rd ed. (1998), pp. 204–206, for the ramp. Bilinear: `s = (2/h) (z − 1)/(z + 1)`.
 
 use super::system::StateSpace;
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::expm::expm;
 use crate::numeric::{Matrix, definite};
+use crate::scene::study::Hold;
 use crate::scene::study::Hold;
 
 impl StateSpace {

@@ -256,7 +256,7 @@ impl Echelon {
             let Some((row, column)) = free.reduce(better) else {
                 break;
             };
-            if !(a[(row, column)].abs() > 1e-13) {
+            if a[(row, column)].abs() <= 1e-13 {
                 break; // rounding of the rank-one sums a damper matrix is made of
             }
             let pivot = a[(row, column)];

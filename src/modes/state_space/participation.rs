@@ -193,7 +193,7 @@ fn rank(mut rows: Vec<Vec<Complex>>) -> usize {
     {
         let lead = rows.swap_remove(at);
         let length = size(&lead);
-        if !(length > NOTHING) {
+        if length <= NOTHING {
             break;
         }
         rank += 1;
