@@ -370,6 +370,10 @@ struct Polished {
     digits: f64,
 }
 
+/// Relative error that the modal matrices and the last Newton step leave in every entry: worst of tests/digits_trusted.rs, 8e-15
+/// where the condition is some 7, and a margin.
+const PER_ENTRY: f64 = 8.0 * f64::EPSILON;
+
 /// Largest order for which every root is polished: a step is a complex LU of that order.
 const POLISH: usize = 160;
 
@@ -396,7 +400,7 @@ fn polish(quadratic: &Quadratic, start: Root, error: f64) -> Polished {
     }
     normalise(quadratic, &mut best);
     let lost = if polished {
-        f64::EPSILON * componentwise_condition(quadratic, &best)
+        PER_ENTRY * componentwise_condition(quadratic, &best)
     } else {
         error / modulus(best.lambda)
     };
@@ -462,26 +466,12 @@ fn backward_error(quadratic: &Quadratic, root: &Root) -> f64 {
 /// Relative change of λ per relative change of every entry: `|yᵀ| |Q| |x| / (|λ| |yᵀ Q′ x|)`, y the left vector.
 fn componentwise_condition(quadratic: &Quadratic, root: &Root) -> f64 {
     let n = quadratic.len();
-    // The left vector: one step of inverse iteration on the transpose.
-    let q = quadratic.at(root.lambda);
-    let nudge = Complex::new(1.0 + 4.0 * f64::EPSILON, 0.0);
-    let transposed =
-        ComplexMatrix::from_fn(
-            n,
-            n,
-            |i, j| if i == j { q[(i, j)] * nudge } else { q[(j, i)] },
-        );
-    let right = ComplexMatrix::from_fn(n, 1, |i, _| root.x[i]);
-    let Ok(y) = definite::solve_complex(&transposed, &right) else {
+    let Some(y) = left_vector(quadratic, root) else {
         return f64::INFINITY;
     };
     let slope = quadratic.slope(root.lambda, &root.x);
     let size = modulus(root.lambda);
-    let bottom = modulus(
-        (0..n)
-            .map(|i| y[(i, 0)] * slope[i])
-            .fold(ZERO, |s, t| s + t),
-    );
+    let bottom = modulus((0..n).map(|i| y[i] * slope[i]).fold(ZERO, |s, t| s + t));
     let mut top = 0.0;
     for i in 0..n {
         for j in 0..n {
@@ -490,10 +480,30 @@ fn componentwise_condition(quadratic: &Quadratic, root: &Root) -> f64 {
             if i == j && i < quadratic.n_modes {
                 entry += size * size;
             }
-            top += modulus(y[(i, 0)]) * entry * modulus(root.x[j]);
+            top += modulus(y[i]) * entry * modulus(root.x[j]);
         }
     }
     top / (size * bottom)
+}
+
+/// y of `yᵀ Q(λ) = 0`: one step of inverse iteration on the transpose, beside λ so that it can be solved.
+///
+/// `Q⁻ᵀ ≈ y xᵀ / …`, so the step starts from the conjugate of x: `xᵀ x` of a whirling shape is nil.
+fn left_vector(quadratic: &Quadratic, root: &Root) -> Option<Vec<Complex>> {
+    let n = quadratic.len();
+    let right = ComplexMatrix::from_fn(n, 1, |i, _| root.x[i].conj());
+    let mut beside = 16.0 * f64::EPSILON;
+    while beside < 1e-9 {
+        let q = quadratic.at(root.lambda * (1.0 + beside));
+        let transposed = ComplexMatrix::from_fn(n, n, |i, j| q[(j, i)]);
+        let y = definite::solve_complex(&transposed, &right).ok();
+        let y = y.map(|y| (0..n).map(|i| y[(i, 0)]).collect::<Vec<_>>());
+        if let Some(y) = y.filter(|y| y.iter().all(|z| z.re.is_finite() && z.im.is_finite())) {
+            return Some(y);
+        }
+        beside *= 64.0;
+    }
+    None
 }
 
 /// `xᵀ (2λ I_η + C) x = 1`; where that product vanishes (defective, or with gyroscopic terms) `xᴴx = 1`.
