@@ -427,18 +427,21 @@ fn newton(quadratic: &Quadratic, root: &Root) -> Option<Root> {
     // y = Q⁻¹ Q′ x; then λ ← λ − x_lead / y_lead and x ← y.
     let right = ComplexMatrix::from_fn(n, 1, |i, _| slope[i]);
     let y = definite::solve_complex(&quadratic.at(root.lambda), &right).ok()?;
-    let lead_y = y[(lead, 0)];
-    if !(modulus(lead_y) > 0.0) {
+    // Beside an exact root y is huge, and its square out of range in a quotient.
+    let scale = 1.0 / modulus(y[(lead, 0)]);
+    if !(scale > 0.0 && scale.is_finite()) {
         return None;
     }
-    let lambda = root.lambda - root.x[lead] / lead_y;
+    let lead_y = y[(lead, 0)] * scale;
+    let lambda = root.lambda - root.x[lead] * scale / lead_y;
     let lambda = if root.lambda.im == 0.0 {
         Complex::new(lambda.re, 0.0)
     } else {
         lambda
     };
-    let x: Vec<Complex> = (0..n).map(|i| y[(i, 0)] / lead_y).collect();
-    (lambda.re.is_finite() && lambda.im.is_finite()).then_some(Root { lambda, x })
+    let x: Vec<Complex> = (0..n).map(|i| y[(i, 0)] * scale / lead_y).collect();
+    let is_finite = |z: &Complex| z.re.is_finite() && z.im.is_finite();
+    (is_finite(&lambda) && x.iter().all(is_finite)).then_some(Root { lambda, x })
 }
 
 /// `‖Q(λ) x‖∞ / ‖|Q|(|λ|) |x|‖∞`.
