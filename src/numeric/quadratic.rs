@@ -60,7 +60,9 @@ impl Quadratic {
     /// `NoConvergence` with the last change of λ; `Overflow` where the numbers leave the range of doubles.
     pub fn polish(&self, value: Complex, vector: &[Complex]) -> Result<Root, Error> {
         let n = self.len();
-        let (mut value, mut right, mut left) = (value, vector.to_vec(), vector.to_vec());
+        let (mut value, mut right) = (value, vector.to_vec());
+        // The left vector starts from the conjugate: `xᵀx` of a whirling shape is nil.
+        let mut left: Vec<Complex> = vector.iter().map(Complex::conj).collect();
         let mut last = f64::INFINITY;
         for steps in 0..=MOST_STEPS {
             if value.norm() == 0.0 || n == 0 || last <= SETTLED {

@@ -9,7 +9,6 @@ use crate::base::error::Error;
 use crate::numeric::expm::expm;
 use crate::numeric::{Matrix, definite};
 use crate::scene::study::Hold;
-use crate::scene::study::Hold;
 
 impl StateSpace {
     /// The same, sampled every `sample_time` seconds.
