@@ -46,17 +46,10 @@ pub enum Command {
         code: Option<String>,
     },
     /// Say what would be computed, what is left out and why, without computing it
-    #[command(after_help = "Example:\n  geardyn plan models/y2250.toml --damped")]
-    Plan {
-        /// A model or a scene
-        model: PathBuf,
-        /// What would be asked of it.
-        #[command(flatten)]
-        study: StudyArgs,
-        /// One JSON document on standard output
-        #[arg(long)]
-        json: bool,
-    },
+    #[command(after_help = "Examples:
+  geardyn plan models/y2250.toml --damped
+  geardyn plan models/y2250.toml --advise 200 --tolerance 0.01")]
+    Plan(PlanArgs),
     /// Natural frequencies, damping, shapes, energies and sensitivities
     #[command(after_help = "Examples:
   geardyn modes models/y2250.toml
@@ -160,6 +153,26 @@ pub enum ReduceWord {
     CraigBampton,
     /// Modes with a static residual
     Modal,
+}
+
+/// Arguments of `plan`.
+#[derive(Debug, Args)]
+pub struct PlanArgs {
+    /// A model or a scene
+    pub model: PathBuf,
+    /// What would be asked of it.
+    #[command(flatten)]
+    pub study: StudyArgs,
+    /// Also solve, and offer the freedoms that could follow statically while all frequencies up to here (Hz where bare) keep
+    /// within --tolerance
+    #[arg(long, value_name = "FREQUENCY")]
+    pub advise: Option<String>,
+    /// Relative change of a frequency that does not matter
+    #[arg(long, value_name = "X", requires = "advise", default_value_t = 1e-3)]
+    pub tolerance: f64,
+    /// One JSON document on standard output
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// Arguments of `modes`.

@@ -63,7 +63,7 @@ fn carry_out(command: &Command) -> Result<u8, Errors> {
         Command::New { file } => new::run(file)?,
         Command::Check { files, json } => check::run(files, *json)?,
         Command::Explain { code } => explain::run(code.as_deref())?,
-        Command::Plan { model, study, json } => plan::run(model, study, *json)?,
+        Command::Plan(args) => plan::run(args)?,
         Command::Modes(args) => modes::run(args)?,
         Command::Completions { shell } => manual::completions(*shell)?,
         Command::Man { folder } => manual::pages(folder)?,
@@ -72,7 +72,8 @@ fn carry_out(command: &Command) -> Result<u8, Errors> {
 
 fn wants_json(command: &Command) -> bool {
     match command {
-        Command::Check { json, .. } | Command::Plan { json, .. } => *json,
+        Command::Check { json, .. } => *json,
+        Command::Plan(args) => args.json,
         Command::Modes(args) => args.json,
         _ => false,
     }

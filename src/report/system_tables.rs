@@ -4,6 +4,8 @@ use comfy_table::CellAlignment;
 
 use super::number::{column, percent};
 use super::table::{finish, plain};
+use crate::machine::parts::Machine;
+use crate::modes::reduction::Advice;
 use crate::modes::state_space::StateSpace;
 use crate::modes::state_space::participation::Participation;
 use crate::numeric::Complex;
@@ -101,6 +103,42 @@ pub fn reduction(found: &Reduction) -> String {
     text + &format!(
         "response between the kept freedoms: error {:.1e} measured, {:.1e} estimated (of the largest response; worst at {:.4} Hz)\n",
         e.measured, e.estimate, e.worst_at_hz
+    )
+}
+
+/// What could be left out, and what that costs.
+pub fn advice(machine: &Machine, advice: &Advice, f_max_hz: f64) -> String {
+    if advice.leave_out.is_empty() {
+        return format!(
+            "\nnothing could be left out of the {} frequencies up to {f_max_hz} Hz\n",
+            advice.compared
+        );
+    }
+    let own = column(
+        &advice
+            .leave_out
+            .iter()
+            .map(|left| left.own_hz)
+            .collect::<Vec<_>>(),
+    );
+    let rows: Vec<Vec<String>> = advice
+        .leave_out
+        .iter()
+        .zip(own)
+        .map(|(left, own)| vec![machine.freedom_name(left.freedom), own])
+        .collect();
+    let mut text = format!(
+        "\ncould follow statically: {} freedoms; nothing is left out by itself\n",
+        rows.len()
+    );
+    text += &aligned(
+        &["freedom", "alone at"].map(str::to_string),
+        &["", "Hz"].map(str::to_string),
+        &rows,
+    );
+    text + &format!(
+        "without them the {} frequencies up to {f_max_hz} Hz change by {:.1e} at most\n",
+        advice.compared, advice.worst_change
     )
 }
 

@@ -2,6 +2,8 @@
 
 use serde_json::{Value, json};
 
+use crate::machine::parts::Machine;
+use crate::modes::reduction::{Advice, LeftOut};
 use crate::modes::state_space::StateSpace;
 use crate::modes::state_space::participation::Participation;
 use crate::numeric::Matrix;
@@ -43,6 +45,17 @@ pub fn reduction_json(found: &Reduction) -> Value {
         "error_estimated": finite(found.error.estimate),
         "error_pointwise": found.error.pointwise,
         "worst_at_hz": found.error.worst_at_hz,
+    })
+}
+
+/// What could be left out, as the `advice` block of a plan.
+pub fn advice_json(machine: &Machine, advice: &Advice, f_max_hz: f64) -> Value {
+    let entry = |left: &LeftOut| json!({ "freedom": machine.freedom_name(left.freedom), "own_hz": finite(left.own_hz) });
+    json!({
+        "f_max_hz": f_max_hz,
+        "leave_out": advice.leave_out.iter().map(entry).collect::<Vec<_>>(),
+        "compared": advice.compared,
+        "worst_change": advice.worst_change,
     })
 }
 

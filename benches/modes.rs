@@ -1,0 +1,141 @@
+//! Modes against SciPy, in one run: whole processes, dense modes in process, the lowest 20 of a long chain.
+//!
+//! `cargo bench --bench modes` prints times, errors against the closed form and ratios. The peer needs `python3` with NumPy and
+//! SciPy, on one thread as ours is; where it is missing only our side is shown.
+
+use std::f64::consts::PI;
+use std::process::Command;
+use std::time::Instant;
+
+use geardyn::modes::basis::{self, Solver};
+use geardyn::modes::lowest::{self, Wanted};
+use geardyn::plan::prepared::Prepared;
+use geardyn::scene;
+
+fn model(n: usize) -> String {
+    format!(
+        "title = \"chain\"\nsource = \"bench\"\nunits = \"SI\"\n[[chain]]\nname = \"c\"\ncount = {n}\nJ = 1.0\nk = 1.0\nheld = \"start\"\n"
+    )
+}
+
+fn prepared(n: usize) -> Prepared {
+    let scene = scene::read_text("chain.toml", &model(n)).expect("the bench's own model is right");
+    Prepared::new(&scene.model).expect("a chain is a machine")
+}
+
+/// `ω_j = 2 sin((2j − 1) π / (2(2n + 1)))` of a uniform chain held at its start.
+fn exact(n: usize, j: usize) -> f64 {
+    2.0 * ((2 * j - 1) as f64 * PI / (2.0 * (2 * n + 1) as f64)).sin()
+}
+
+fn worst(n: usize, omega: impl Iterator<Item = f64>) -> f64 {
+    omega
+        .enumerate()
+        .map(|(at, w)| (w / exact(n, at + 1) - 1.0).abs())
+        .fold(0.0, f64::max)
+}
+
+fn best<T>(runs: usize, mut work: impl FnMut() -> T) -> (f64, T) {
+    let mut found = None;
+    let mut least = f64::INFINITY;
+    for _ in 0..runs {
+        let start = Instant::now();
+        let answer = work();
+        least = least.min(start.elapsed().as_secs_f64());
+        found = Some(answer);
+    }
+    (least, found.expect("at least one run"))
+}
+
+/// Seconds and worst error of the peer.
+fn peer(kind: &str, n: usize) -> Option<(f64, f64)> {
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/peer.py");
+    let output = python()
+        .args([script, kind, &n.to_string()])
+        .output()
+        .ok()?;
+    let text = String::from_utf8(output.stdout).ok()?;
+    let mut numbers = text.split_whitespace().map(|word| word.parse::<f64>().ok());
+    Some((numbers.next()??, numbers.next()??))
+}
+
+fn python() -> Command {
+    let mut command = Command::new("python3");
+    for variable in ["OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"] {
+        command.env(variable, "1");
+    }
+    command
+}
+
+fn row(what: &str, ours: (f64, f64), peer: Option<(f64, f64)>) {
+    let shown = |(time, error): (f64, f64)| format!("{:>10.3} ms {error:>9.1e}", 1e3 * time);
+    let theirs = peer.map_or("–".to_string(), shown);
+    let ratio = peer.map_or("–".to_string(), |p| format!("{:.2}", p.0 / ours.0));
+    println!("{what:<34} {} {theirs:>23} {ratio:>8}", shown(ours));
+}
+
+fn main() {
+    println!(
+        "{:<34} {:>13} {:>9} {:>13} {:>9} {:>8}",
+        "", "geardyn", "error", "SciPy", "error", "ratio"
+    );
+    for n in [20, 100, 500, 1500] {
+        let machine = prepared(n);
+        let theirs = peer("dense", n);
+        for (name, solver) in [
+            ("pencil", Solver::Pencil),
+            ("singular", Solver::Singular),
+            ("factored", Solver::Factored),
+        ] {
+            if solver == Solver::Factored && n > 500 {
+                continue; // an hour's worth of sweeps; large machines reach the digits by the routes above and below
+            }
+            let runs = (400 / n).clamp(1, 20);
+            let (time, found) = best(runs, || {
+                basis::solve(&machine.linear, solver).expect("it solves")
+            });
+            row(
+                &format!("dense, n = {n}, {name}"),
+                (time, worst(n, found.omega.into_iter())),
+                theirs,
+            );
+        }
+    }
+    let n = 100_000;
+    let machine = prepared(n);
+    let wanted = Wanted {
+        count: 20,
+        near: None,
+    };
+    let (time, found) = best(3, || {
+        lowest::find(&machine.linear, machine.forest.as_ref(), wanted).expect("it solves")
+    });
+    row(
+        "lowest 20 of 100 000",
+        (time, worst(n, found.modes.iter().map(|m| m.omega()))),
+        peer("lowest", n),
+    );
+    whole_process();
+}
+
+/// Start to end of `geardyn modes` on 50 freedoms beside a script that does the same.
+fn whole_process() {
+    let path = std::env::temp_dir().join(format!("geardyn-bench-{}.toml", std::process::id()));
+    std::fs::write(&path, model(50)).expect("the temporary folder takes a file");
+    let time = |mut command: Command| {
+        let works = command.output().is_ok_and(|output| output.status.success());
+        works.then(|| best(20, || command.output()).0)
+    };
+    let mut ours = Command::new(env!("CARGO_BIN_EXE_geardyn"));
+    ours.arg("modes").arg(&path);
+    let mut theirs = python();
+    theirs
+        .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/benches/peer.py"))
+        .arg("whole")
+        .arg(&path);
+    let theirs = time(theirs).map(|seconds| (seconds, 0.0));
+    if let Some(seconds) = time(ours) {
+        row("whole process, n = 50", (seconds, 0.0), theirs);
+    }
+    let _ = std::fs::remove_file(path);
+}
