@@ -172,14 +172,6 @@ pub fn json(errors: &Errors) -> Value {
     json!({ "errors": list })
 }
 
-/// Warnings as JSON: a list of `{code, message, hint}`.
-pub fn warnings_json(warnings: &[Warning]) -> Value {
-    warnings
-        .iter()
-        .map(|w| json!({ "code": w.code, "message": w.message, "hint": w.hint }))
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -50,7 +50,7 @@ impl Direction {
     /// `wᵀ q` of a complex q.
     pub fn dot_complex(&self, q: &[Complex]) -> Complex {
         let sum = self.terms.iter().map(|&(freedom, a)| q[freedom] * a);
-        sum.fold(Complex::new(0.0, 0.0), |s, x| s + x) * self.scale
+        sum.fold(Complex::ZERO, |s, x| s + x) * self.scale
     }
 
     /// Freedom and `scale · coefficient`.

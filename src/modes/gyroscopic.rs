@@ -59,7 +59,7 @@ pub fn swings(
         .filter(|&column| values[column] > n as f64 * error)
         .map(|column| {
             let omega = values[column];
-            let mut shape = vec![Complex::new(0.0, 0.0); k.nrows()];
+            let mut shape = vec![Complex::ZERO; k.nrows()];
             moving.iter().enumerate().for_each(|(r, &j)| {
                 shape[j] = vectors[(np + r, column)] / Complex::new(0.0, omega)
             });

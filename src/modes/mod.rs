@@ -18,6 +18,12 @@ pub mod modal;
 /// Modes that gyrate and lose nothing.
 pub mod gyroscopic;
 
+/// Massless coordinates in modal equations.
+mod massless;
+
+/// Modal equations in first-order form.
+mod companion;
+
 /// Complex modes.
 pub mod damped;
 

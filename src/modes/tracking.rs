@@ -246,7 +246,7 @@ fn product(a: &[Complex], b: &[Complex]) -> Complex {
     a.iter()
         .zip(b)
         .map(|(x, y)| x.conj() * y)
-        .fold(Complex::new(0.0, 0.0), |s, t| s + t)
+        .fold(Complex::ZERO, |s, t| s + t)
 }
 
 fn scale(a: &mut [Complex], factor: f64) {
@@ -330,7 +330,7 @@ fn turn_repeated(snapshot: &mut Snapshot, like: &Snapshot) {
 /// `Σ part · mode`; its eigenvalue, equal but for rounding, is the mean.
 fn combination(basis: &[Followed], parts: &[Complex]) -> Followed {
     let mut sum = basis[0].clone();
-    let zero = Complex::new(0.0, 0.0);
+    let zero = Complex::ZERO;
     sum.state.fill(zero);
     sum.mode.shape.fill(zero);
     let (mut lambda, mut weight) = (zero, 0.0);

@@ -4,32 +4,18 @@
 //! the moment arm of θᵢ is `rᵢ cos αₙ cos βᵢ = s zᵢ` whatever the kind (Litvin & Fuentes, Gear Geometry and Applied Theory,
 //! 2nd ed. 2004, ch. 6 for the equation of meshing n·v = 0 behind it).
 
-use super::tooth::{Side, direction};
+use super::tooth::{Side, add_pair, direction};
 use crate::base::error::Error;
 use crate::machine::builder::Builder;
 use crate::machine::direction::Direction;
-use crate::machine::parts::Gear;
 use crate::scene::model::{GearPair, Hand};
 
 /// Puts the mesh between the two bodies.
 pub fn add(builder: &mut Builder, element: usize, pair: &GearPair) -> Result<(), Error> {
     let drive = mesh(builder, pair, pair.pressure_angle)?;
     let coast = mesh(builder, pair, -pair.pressure_angle)?;
-    let branch = builder.machine.branches.len();
-    let coast = (coast != drive).then_some(coast);
-    builder.contact(element, None, drive, coast, &pair.contact);
-    for (node, teeth) in pair.between.iter().zip(pair.teeth) {
-        let turning = builder.theta(node)?;
-        let gear = Gear {
-            element,
-            turning,
-            teeth: Some(teeth),
-            carrier: None,
-            branches: vec![branch],
-        };
-        builder.machine.gears.push(gear);
-    }
-    Ok(())
+    let members = pair.between.iter().zip(pair.teeth);
+    add_pair(builder, element, members, [drive, coast], &pair.contact)
 }
 
 /// The direction of the flank with the signed pressure angle `alpha`.

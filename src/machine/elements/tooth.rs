@@ -9,7 +9,8 @@
 use crate::base::error::Error;
 use crate::machine::builder::Builder;
 use crate::machine::direction::Direction;
-use crate::scene::model::{Axis, Name};
+use crate::machine::parts::Gear;
+use crate::scene::model::{Axis, Contact, Name};
 
 /// The tooth normal seen by one body, and where the mesh stands in its frame.
 pub struct Side<'a> {
@@ -39,6 +40,32 @@ pub fn direction(builder: &Builder, scale: f64, sides: &[Side; 2]) -> Result<Dir
         }
     }
     Ok(Direction::new(scale, terms))
+}
+
+/// Puts one contact between two toothed members, each with its teeth; `flanks` are drive and coast.
+pub fn add_pair<'a>(
+    builder: &mut Builder,
+    element: usize,
+    members: impl Iterator<Item = (&'a Name, u32)>,
+    flanks: [Direction; 2],
+    contact: &Contact,
+) -> Result<(), Error> {
+    let [drive, coast] = flanks;
+    let branch = builder.machine.branches.len();
+    let coast = (coast != drive).then_some(coast);
+    builder.contact(element, None, drive, coast, contact);
+    for (node, teeth) in members {
+        let turning = builder.theta(node)?;
+        let gear = Gear {
+            element,
+            turning,
+            teeth: Some(teeth),
+            carrier: None,
+            branches: vec![branch],
+        };
+        builder.machine.gears.push(gear);
+    }
+    Ok(())
 }
 
 /// `n·d + (ρ × n)·ω` for all axes but θ, with ρ = (r cos ψ, r sin ψ, 0).

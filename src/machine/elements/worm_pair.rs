@@ -4,31 +4,18 @@
 //! itself where γ ≤ ρ (Niemann & Winter, Maschinenelemente III, 2nd ed. 1986, sec. 24.3.3). The losses act against the mean
 //! sliding and do not enter small vibrations about steady running.
 
-use super::tooth::{Side, direction};
+use super::tooth::{Side, add_pair, direction};
 use crate::base::error::Error;
 use crate::machine::builder::Builder;
 use crate::machine::direction::Direction;
-use crate::machine::parts::Gear;
 use crate::scene::model::{Hand, WormPair};
 
 /// Puts the mesh between worm and wheel, and states efficiency and self-locking.
 pub fn add(builder: &mut Builder, element: usize, pair: &WormPair) -> Result<(), Error> {
     let drive = mesh(builder, pair, pair.pressure_angle)?;
     let coast = mesh(builder, pair, -pair.pressure_angle)?;
-    let branch = builder.machine.branches.len();
-    let coast = (coast != drive).then_some(coast);
-    builder.contact(element, None, drive, coast, &pair.contact);
-    for (node, teeth) in pair.between.iter().zip(pair.teeth) {
-        let turning = builder.theta(node)?;
-        let gear = Gear {
-            element,
-            turning,
-            teeth: Some(teeth),
-            carrier: None,
-            branches: vec![branch],
-        };
-        builder.machine.gears.push(gear);
-    }
+    let members = pair.between.iter().zip(pair.teeth);
+    add_pair(builder, element, members, [drive, coast], &pair.contact)?;
     if let Some(friction) = pair.friction {
         let Efficiency { driving, backwards } =
             efficiency(pair.lead_angle, pair.pressure_angle, friction);

@@ -83,7 +83,7 @@ pub fn participation(
     for j in (0..m).filter(|&j| free(j)) {
         let by = |x: f64, size: f64| Complex::new(share(x, size), 0.0);
         seen.push(Seen {
-            eigenvalue: Complex::new(0.0, 0.0),
+            eigenvalue: Complex::ZERO,
             inputs: (0..b.ncols())
                 .map(|k| by(b[(m + j, k)], b_size[k]))
                 .collect(),
@@ -202,7 +202,7 @@ fn rank(mut rows: Vec<Vec<Complex>>) -> usize {
                 .iter()
                 .zip(row.iter())
                 .map(|(l, r)| l.conj() * r)
-                .fold(Complex::new(0.0, 0.0), |s, t| s + t);
+                .fold(Complex::ZERO, |s, t| s + t);
             row.iter_mut()
                 .zip(&lead)
                 .for_each(|(r, l)| *r -= l * along / (length * length));
