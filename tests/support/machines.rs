@@ -388,7 +388,7 @@ pub fn planetary_lateral(seed: u64) -> Description {
         .number("k_ring", k_ring, Unit::Line)
         .number("k_bearing", k_bearing, Unit::Line)
         .words("lateral", true);
-    d.add(if seed % 2 == 0 {
+    d.add(if seed.is_multiple_of(2) {
         stage.words("planets", 4)
     } else {
         stage.words("positions", "[\"0 deg\", \"121 deg\", \"239 deg\"]")
