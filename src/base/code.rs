@@ -5,7 +5,7 @@ macro_rules! codes {
     ($($name:ident $word:literal $exit:literal $explanation:literal)*) => {
         /// What kind of thing went wrong.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-        pub enum Code { $(#[doc = $explanation] $name,)* }
+        pub enum Code { $(#[doc = concat!("`", $word, "`: `geardyn explain` tells it at length.")] $name,)* }
 
         impl Code {
             /// Every code, in the order of this table.

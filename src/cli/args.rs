@@ -77,7 +77,7 @@ pub struct StudyArgs {
     /// Complex modes: damping counts
     #[arg(long)]
     pub damped: bool,
-    /// Mean speed of the first node of [speed] (rpm where bare); gyroscopic terms count
+    /// Mean speed of the first node of `[speed]` (rpm where bare); gyroscopic terms count
     #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
     pub speed: Option<String>,
     /// Modes over speed, FIRST:LAST:POINTS (rpm where bare), crossed with the orders of every gear

@@ -1,6 +1,6 @@
 //! The spanning forest of a machine's springs, `K = Σ k w wᵀ` with `wᵀx = a xᵢ + c xⱼ`: what hangs from what, and along which ratio.
 //!
-//! On a forest the springs join in series and parallel from the leaves to the root (see [`super::elimination`]), and no digit is lost
+//! On a forest the springs join in series and parallel from the leaves to the root (see `numeric::elimination`), and no digit is lost
 //! whatever their spread. Springs to ground only add to their node. A few springs that close loops are kept beside the forest.
 
 /// More springs than this closing loops, and the sparse factorisation is the better tool.

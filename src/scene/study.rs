@@ -30,7 +30,7 @@ pub enum StudyKind {
 pub struct ModesStudy {
     /// Damping counts.
     pub damped: bool,
-    /// Speed of the first node of [speed], rad/s.
+    /// Speed of the first node of `[speed]`, rad/s.
     pub speed: Option<f64>,
     /// Speeds of a Campbell diagram.
     pub campbell: Option<SpeedRange>,
