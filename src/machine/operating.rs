@@ -23,6 +23,17 @@ pub enum ContactState {
     Open,
 }
 
+impl ContactState {
+    /// The word for it.
+    pub fn name(self) -> &'static str {
+        match self {
+            ContactState::Drive => "drive",
+            ContactState::Coast => "coast",
+            ContactState::Open => "open",
+        }
+    }
+}
+
 /// The state of every contact that has play.
 #[derive(Debug, Clone, Default)]
 pub struct Operating {

@@ -3,6 +3,7 @@
 //! `geardyn plan` prints it, and the run goes through it row by row, so that what is announced is what happens.
 
 use super::prepared::Prepared;
+use crate::machine::operating::ContactState;
 use crate::modes::basis::Solver;
 use crate::scene::study::{ModesStudy, ReduceMethod};
 
@@ -202,9 +203,21 @@ fn operating_point(prepared: &Prepared, _: &ModesStudy) -> Verdict {
         (_, true) => Verdict::LeftOut(format!(
             "no load is stated: {contacts} contacts with play stand on their drive flanks"
         )),
-        (_, false) => Verdict::Runs(format!(
-            "{contacts} contacts with play under the mean loads"
-        )),
+        (_, false) => {
+            let count = |state| {
+                prepared
+                    .operating
+                    .contacts
+                    .iter()
+                    .filter(|c| c.1 == state)
+                    .count()
+            };
+            let (drive, coast) = (count(ContactState::Drive), count(ContactState::Coast));
+            let open = count(ContactState::Open);
+            Verdict::Runs(format!(
+                "under the mean loads {drive} contacts with play carry on the drive flank, {coast} on the coast flank, {open} stand open"
+            ))
+        }
     }
 }
 

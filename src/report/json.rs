@@ -7,6 +7,7 @@ use serde_json::{Map, Value, json};
 use super::{campbell, systems};
 use crate::base::error::Warning;
 use crate::base::place::Source;
+use crate::machine::operating::ContactState;
 use crate::machine::parts::Machine;
 use crate::modes::mode::{Mode, modulus};
 use crate::modes::sensitivity::{Parameter, Sensitivity};
@@ -52,12 +53,25 @@ pub fn modes(
     json!({
         "geardyn": header(sources, &trace),
         "modes": list,
+        "contacts": contacts(prepared),
         "campbell": answer.campbell.as_ref().map(campbell::json),
         "state_space": answer.state_space.as_ref().map(|(space, parts)| systems::state_space_json(space, parts)),
         "reduction": answer.reduction.as_ref().map(systems::reduction_json),
         "effort": answer.trace.iter().map(|t| json!({ "stage": t.1, "time_s": t.2 })).collect::<Vec<_>>(),
         "warnings": warnings(&answer.warnings),
     })
+}
+
+/// The operating point: how every contact with play stands, and what it carries, N or N·m.
+fn contacts(prepared: &Prepared) -> Value {
+    let contact = |(branch, state, force): &(usize, ContactState, Option<f64>)| {
+        json!({
+            "branch": prepared.machine.branch_name(*branch),
+            "state": state.name(),
+            "force_si": force,
+        })
+    };
+    prepared.operating.contacts.iter().map(contact).collect()
 }
 
 /// A plan.
