@@ -36,7 +36,7 @@ codes! {
     NotText "not-text" 2 "The file is not UTF-8 text. Save it as UTF-8 in your editor."
     Syntax "syntax" 2 "The file is not valid TOML. What stands after the place shown was not looked at."
     // keys and values
-    UnknownKey "unknown-key" 2 "The table has no such key. `geardyn new` writes a model with every key explained."
+    UnknownKey "unknown-key" 2 "The table has no such key. The reference of model files lists every key; `geardyn new` writes a model that shows the usual ones."
     MissingKey "missing-key" 2 "The table needs this key to mean anything."
     DuplicateName "duplicate-name" 2 "Names are unique over all tables of a file, since results speak of elements by name."
     UnknownNode "unknown-node" 2 "An end of a branch names a node that no [[inertia]], [[chain]] or segmented shaft declares. A massless node is an [[inertia]] with J = \"0 kg·m²\"."

@@ -80,8 +80,13 @@ pub struct StudyArgs {
     /// Mean speed of the first node of `[speed]` (rpm where bare); gyroscopic terms count
     #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
     pub speed: Option<String>,
-    /// Modes over speed, FIRST:LAST:POINTS (rpm where bare), crossed with the orders of every gear
-    #[arg(long, value_name = "A:B:N", allow_hyphen_values = true)]
+    /// Modes over speed, FIRST:LAST:POINTS (rpm where bare, 50 points where left out), crossed with the orders of every gear
+    #[arg(
+        long,
+        value_name = "A:B:N",
+        allow_hyphen_values = true,
+        conflicts_with = "speed"
+    )]
     pub campbell: Option<String>,
     /// Only the lowest N modes
     #[arg(long, value_name = "N")]
@@ -184,10 +189,10 @@ pub struct ModesArgs {
     #[command(flatten)]
     pub study: StudyArgs,
     /// Show mode N at length: energies, sensitivities, shape
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", conflicts_with = "json")]
     pub mode: Option<usize>,
     /// Only the N largest entries of every shape and list in JSON
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", requires = "json")]
     pub top: Option<usize>,
     /// One JSON document on standard output, nothing else there
     #[arg(long)]
@@ -195,7 +200,7 @@ pub struct ModesArgs {
     /// Write the table of modes with their shapes
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
-    /// Draw the mode shapes, and the energies beside (FILE-energies.svg); with --campbell the diagram
+    /// Draw the first 8 mode shapes, and the energies of the first 20 modes beside (FILE-energies.svg); with --campbell the diagram
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
     /// No warnings, no word about what was left out

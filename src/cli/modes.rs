@@ -32,6 +32,12 @@ pub fn run(args: &ModesArgs) -> Result<u8, Errors> {
         written.push(path.display().to_string());
     }
     if let Some(path) = &args.svg {
+        if path.extension().and_then(|e| e.to_str()) != Some("svg") {
+            let message = format!("{} is not named as an SVG picture", path.display());
+            return Err(Error::new(Code::Usage, message)
+                .hint("end it in .svg")
+                .into());
+        }
         for (path, picture) in pictures(path, &prepared, &answer) {
             output::write(&path, picture.as_bytes())?;
             written.push(path.display().to_string());
@@ -49,7 +55,7 @@ pub fn run(args: &ModesArgs) -> Result<u8, Errors> {
     }
     let text = match (chosen, &answer.campbell) {
         (Some(k), _) => report::table::mode(&prepared, &answer, k),
-        (None, Some(found)) => report::table::crossings(found),
+        (None, Some(found)) => report::table::crossings(found, prepared.linear.rigid.len()),
         (None, None) => report::table::modes(&prepared, &answer),
     };
     let mut text = text;
@@ -110,7 +116,10 @@ const ROWS: usize = 20;
 /// The pictures of an answer and where each goes.
 fn pictures(path: &Path, prepared: &Prepared, answer: &Answer) -> Vec<(PathBuf, String)> {
     if let Some(found) = &answer.campbell {
-        return vec![(path.to_path_buf(), report::campbell::picture(found))];
+        return vec![(
+            path.to_path_buf(),
+            report::campbell::picture(found, prepared.linear.rigid.len()),
+        )];
     }
     let mut name = path.file_stem().unwrap_or_default().to_os_string();
     name.push("-energies.svg");

@@ -70,6 +70,10 @@ impl Operating {
     }
 }
 
+/// Share of its stiffness that an open contact keeps in the search: it stands in the middle of its play where nothing pushes it,
+/// and is pushed out of it where something does.
+const WEAK: f64 = 1e-9;
+
 struct Spring {
     branch: usize,
     direction: Direction,
@@ -218,15 +222,15 @@ impl Search {
         };
         let mut k = Matrix::zeros(self.n, self.n);
         let mut f = self.load.clone();
-        for s in self
-            .springs
-            .iter()
-            .filter(|s| centred || s.state != ContactState::Open)
-        {
+        for s in &self.springs {
+            let stiffness = match s.state {
+                ContactState::Open if !centred => WEAK * s.stiffness,
+                _ => s.stiffness,
+            };
             for (i, a) in s.direction.scaled() {
-                f[i] += s.stiffness * a * offset(s);
+                f[i] += stiffness * a * offset(s);
                 for (j, b) in s.direction.scaled() {
-                    k[(i, j)] += s.stiffness * a * b;
+                    k[(i, j)] += stiffness * a * b;
                 }
             }
         }

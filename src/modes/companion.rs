@@ -106,6 +106,17 @@ impl State {
         Ok(a)
     }
 
+    /// What H adds to the state matrix: it acts as an imaginary part of K.
+    pub(super) fn hysteretic(&self, quadratic: &Quadratic, h: &Matrix) -> Result<Matrix, Error> {
+        let with = |stiffness: Matrix| Quadratic {
+            stiffness,
+            hysteretic: None,
+            ..quadratic.clone()
+        };
+        let n = quadratic.len();
+        Ok(self.matrix(&with(h.clone()))? - self.matrix(&with(Matrix::zeros(n, n)))?)
+    }
+
     /// (η, y) from an eigenvector of the state matrix.
     pub(super) fn positions(
         &self,

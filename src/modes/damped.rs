@@ -10,10 +10,11 @@ use super::gyroscopic::{self, Swing};
 use super::massless::Light;
 use super::modal::Modal;
 use super::mode::{Mode, modulus, orient};
+use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::machine::linear::Linear;
 use crate::numeric::quadratic::Quadratic;
-use crate::numeric::{Complex, general};
+use crate::numeric::{Complex, ComplexMatrix, general};
 
 /// Complex modes, sorted by |λ|: rigid ones first, then each pair once, overdamped roots singly.
 ///
@@ -41,6 +42,17 @@ pub fn modes(linear: &Linear, basis: &Basis, modal: &Modal) -> Result<Vec<Mode>,
         Some((swings, error)) => on_the_axis(&quadratic, swings, error),
         None => in_the_plane(&quadratic, &state)?,
     };
+    if let Some(lost) = found
+        .iter()
+        .find(|root| !(modulus(root.value) > 0.0 && modulus(root.value).is_finite()))
+    {
+        let message = format!(
+            "a root that is not of a rigid-body mode came out as {}: its numbers are too far apart",
+            lost.value
+        );
+        return Err(Error::new(Code::Overflow, message)
+            .hint("look for a damping or a speed of absurd size"));
+    }
     found.sort_by(|a, b| modulus(a.value).total_cmp(&modulus(b.value)));
     let rigid = (0..basis.n_rigid).filter(|&j| is_free(&quadratic, j));
     let rigid = rigid.map(|j| {
@@ -74,7 +86,8 @@ pub fn modes(linear: &Linear, basis: &Basis, modal: &Modal) -> Result<Vec<Mode>,
         let mut shape = recover(linear, &p);
         orient(&mut shape);
         let lambda = polished.value;
-        let damping_ratio = (damped && lambda.im != 0.0).then(|| -lambda.re / modulus(lambda));
+        let damping_ratio =
+            (damped && lambda.im != 0.0 && lambda.re != 0.0).then(|| -lambda.re / modulus(lambda));
         Mode {
             eigenvalue: lambda,
             rigid: false,
@@ -111,13 +124,18 @@ fn in_the_plane(quadratic: &Quadratic, state: &State) -> Result<Vec<Polished>, E
     if state.is_empty() {
         return Ok(found);
     }
-    let eigen = general::eigen(&state.matrix(quadratic)?)?;
+    let matrix = state.matrix(quadratic)?;
+    let eigen = general::eigen(&matrix)?;
+    let swings = eigen.values.iter().filter(|value| value.im > 0.0).count();
     for k in (0..eigen.values.len()).filter(|&k| eigen.values[k].im >= 0.0) {
         let value = eigen.values[k];
+        if quadratic.hysteretic.is_some() && value.im > 0.0 {
+            continue;
+        }
         let right: Vec<Complex> = (0..state.len()).map(|i| eigen.right[(i, k)]).collect();
         let vector = state.positions(quadratic, value, &right);
         let error = f64::EPSILON * eigen.norm * eigen.condition[k];
-        let wants = alone(k, &eigen.values) || quadratic.hysteretic.is_some();
+        let wants = alone(k, &eigen.values);
         found.push(polish(
             quadratic,
             Start {
@@ -129,7 +147,53 @@ fn in_the_plane(quadratic: &Quadratic, state: &State) -> Result<Vec<Polished>, E
             Root::Anywhere,
         ));
     }
+    if let Some(h) = &quadratic.hysteretic {
+        let extra = state.hysteretic(quadratic, h)?;
+        let full = ComplexMatrix::from_fn(state.len(), state.len(), |i, j| {
+            Complex::new(matrix[(i, j)], extra[(i, j)])
+        });
+        found.extend(with_loss_factors(quadratic, state, &full, swings)?);
+    }
     Ok(found)
+}
+
+/// Roots above the real axis, where H acts as an imaginary stiffness: as many as swing without it.
+fn with_loss_factors(
+    quadratic: &Quadratic,
+    state: &State,
+    matrix: &ComplexMatrix,
+    swings: usize,
+) -> Result<Vec<Polished>, Error> {
+    let (values, right) = general::eigen_complex(matrix)?;
+    let mut above: Vec<usize> = (0..values.len()).filter(|&k| values[k].im > 0.0).collect();
+    // Roots that are real without H stand beside the axis here; where H has no meaning they are taken without it.
+    above.sort_by(|&a, &b| values[b].im.total_cmp(&values[a].im));
+    above.truncate(swings);
+    if above.len() < swings {
+        let message = format!(
+            "only {} of {swings} modes still swing with these loss factors",
+            above.len()
+        );
+        return Err(Error::new(Code::NoConvergence, message).hint("give viscous damping c instead"));
+    }
+    let size = modulus(values[values.len() - 1]);
+    let polished = above.iter().map(|&k| {
+        let vector: Vec<Complex> = (0..state.len()).map(|i| right[(i, k)]).collect();
+        let vector = state.positions(quadratic, values[k], &vector);
+        // Without the condition of each root a backward error of some ε of the matrix is taken tenfold.
+        let error = 10.0 * f64::EPSILON * size;
+        polish(
+            quadratic,
+            Start {
+                value: values[k],
+                vector,
+                error,
+            },
+            alone(k, &values),
+            Root::Anywhere,
+        )
+    });
+    Ok(polished.collect())
 }
 
 /// Relative error of a root that needs no polishing.
@@ -179,6 +243,9 @@ enum Root {
     OnAxis,
 }
 
+/// A residual up to here is rounding of the equation's own terms.
+const ROUNDING: f64 = 1e-12;
+
 /// Largest order for which every root is polished: a step is a complex LU of that order.
 const POLISH: usize = 160;
 
@@ -187,11 +254,7 @@ const MARGIN: f64 = 10.0;
 
 /// Polishes a root where that is wanted; keeps the start where polishing leads elsewhere.
 fn polish(quadratic: &Quadratic, start: Start, wanted: bool, known: Root) -> Polished {
-    // A loss factor is not in the first-order form, so polishing must bring it in and moves farther.
-    let reach = match quadratic.hysteretic.is_some() {
-        true => 0.5 * modulus(start.value),
-        false => 1e3 * start.error,
-    };
+    let reach = 1e3 * start.error;
     let tries = wanted && quadratic.len() <= POLISH;
     let polished = tries
         .then(|| quadratic.polish(start.value, &start.vector).ok())
@@ -215,11 +278,15 @@ fn polish(quadratic: &Quadratic, start: Start, wanted: bool, known: Root) -> Pol
     if known == Root::OnAxis {
         value = Complex::new(0.0, value.im);
     }
+    if value.im != 0.0 && value.re.abs() <= lost * modulus(value) {
+        // Less than what is certain of λ: no damper sees this mode.
+        value = Complex::new(0.0, value.im);
+    }
     normalise(quadratic, value, &mut x);
-    let digits = if lost.is_nan() {
-        0.0
-    } else {
-        (-lost.log10()).clamp(0.0, 15.0)
+    // No root is better than what is left of its equation.
+    let digits = match lost.max(residual.min(1.0) - ROUNDING) {
+        lost if lost.is_nan() => 0.0,
+        lost => (-lost.log10()).clamp(0.0, 15.0),
     };
     Polished {
         value,

@@ -3,6 +3,7 @@
 //! With `K = L Lᵀ` the state `(Lᵀη, η̇)` has a skew matrix (Meirovitch, AIAA J. 12 (1974), 1337–1342), so that −i times it is
 //! Hermitian: every λ is on the imaginary axis exactly, and repeated ones have as many shapes as they should.
 
+use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::{Complex, ComplexMatrix, Matrix, definite};
 
@@ -55,6 +56,17 @@ pub fn swings(
     }
     let error = f64::EPSILON * size.sqrt();
     let (values, vectors) = definite::hermitian(&h)?;
+    let nonzero = values
+        .iter()
+        .filter(|&&value| value > n as f64 * error)
+        .count();
+    if nonzero < np {
+        let message = format!(
+            "{} of {np} frequencies are below the rounding of the fastest",
+            np - nonzero
+        );
+        return Err(Error::new(Code::Overflow, message).hint("look for a speed of absurd size"));
+    }
     let swings = (0..n)
         .filter(|&column| values[column] > n as f64 * error)
         .map(|column| {

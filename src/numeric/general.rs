@@ -49,6 +49,29 @@ pub fn eigen(a: &Matrix) -> Result<GeneralEigen, Error> {
     Ok(found)
 }
 
+/// Eigenvalues of a complex matrix, and right vectors of length one as columns, by rising |λ|.
+///
+/// # Errors
+/// `NoConvergence`; `Overflow` where an entry is not finite.
+pub fn eigen_complex(a: &ComplexMatrix) -> Result<(Vec<Complex>, ComplexMatrix), Error> {
+    let n = a.nrows();
+    let is_finite = |z: &Complex| z.re.is_finite() && z.im.is_finite();
+    if (0..n).any(|j| a.col_as_slice(j).iter().any(|z| !is_finite(z))) {
+        return Err(Error::new(
+            Code::Overflow,
+            "an entry of a complex matrix is not finite",
+        ));
+    }
+    let found = a.eigen().map_err(|_| no_convergence(n))?;
+    let (values, vectors) = (found.S().column_vector(), found.U());
+    let mut order: Vec<usize> = (0..n).collect();
+    order.sort_by(|&i, &j| values[i].norm().total_cmp(&values[j].norm()));
+    let right = ComplexMatrix::from_fn(n, n, |i, k| {
+        vectors[(i, order[k])] / vectors.col(order[k]).norm_l2()
+    });
+    Ok((order.iter().map(|&k| values[k]).collect(), right))
+}
+
 /// Values λ with `A x = λ E x`; `None` where λ is infinite, as it is for equations without a derivative.
 ///
 /// Errors: `Overflow` where an entry is not finite; `NoConvergence`.

@@ -289,7 +289,11 @@ fn complex(prepared: &Prepared, study: &ModesStudy) -> Verdict {
         reasons.push("stiffness that is negative or not symmetric");
     }
     if !reasons.is_empty() {
-        return Verdict::Runs(format!("because of {}", reasons.join(", ")));
+        let losses = match !study.damped && prepared.linear.is_damped(&prepared.machine) {
+            true => "; losses are not counted, --damped counts them",
+            false => "",
+        };
+        return Verdict::Runs(format!("because of {}{losses}", reasons.join(", ")));
     }
     Verdict::LeftOut(match (study.damped, study.speed.is_some()) {
         (true, _) => "nothing damps".to_string(),
@@ -321,10 +325,18 @@ fn campbell(prepared: &Prepared, study: &ModesStudy) -> Verdict {
     Verdict::Runs(format!("{} speeds, branches followed by MAC", range.count))
 }
 
-fn state_space(_: &Prepared, study: &ModesStudy) -> Verdict {
+fn state_space(prepared: &Prepared, study: &ModesStudy) -> Verdict {
     let Some(wanted) = &study.state_space else {
         return Verdict::LeftOut("not asked for".to_string());
     };
+    if prepared
+        .linear
+        .branches
+        .iter()
+        .any(|b| b.loss_factor != 0.0)
+    {
+        return Verdict::Runs("refused: a loss factor has no state-space form".to_string());
+    }
     let count = |names: &[String]| match names.len() {
         0 => "all".to_string(),
         n => n.to_string(),

@@ -18,7 +18,9 @@ const FAINT: f64 = 0.01;
 
 /// The picture. A large machine has more orders and modes than a picture can show: it shows those that matter, and the table and
 /// the JSON document hold all.
-pub fn picture(found: &Campbell) -> String {
+///
+/// Modes are numbered as they stand at the first speed, after `n_rigid` rigid ones.
+pub fn picture(found: &Campbell, n_rigid: usize) -> String {
     let orders = strongest_orders(found);
     let crowded = found.orders.len() > ORDERS || found.branches.len() > BRANCHES;
     let drawn = |c: &&Crossing| orders.contains(&c.order) && (!crowded || c.participation >= FAINT);
@@ -40,7 +42,7 @@ pub fn picture(found: &Campbell) -> String {
     campbell_picture::campbell(&Diagram {
         shaft: found.reference.clone(),
         speeds_rpm: found.speeds_rpm.clone(),
-        branches: branches.iter().map(|&k| line(found, k)).collect(),
+        branches: branches.iter().map(|&k| line(found, k, n_rigid)).collect(),
         orders: orders.iter().map(|&k| ray(&found.orders[k])).collect(),
         crossings: crossings.map(ring).collect(),
     })
@@ -60,10 +62,10 @@ fn strongest_orders(found: &Campbell) -> Vec<usize> {
     order
 }
 
-fn line(found: &Campbell, k: usize) -> campbell_picture::BranchLine {
+fn line(found: &Campbell, k: usize, n_rigid: usize) -> campbell_picture::BranchLine {
     let whirl = found.branches[k].whirl.iter().rev().flatten().next();
     campbell_picture::BranchLine {
-        label: format!("branch {}", k + 1),
+        label: format!("mode {}", k + 1 + n_rigid),
         whirl: match whirl {
             Some(Whirl::Forward) => campbell_picture::Whirl::Forward,
             Some(Whirl::Backward) => campbell_picture::Whirl::Backward,

@@ -55,7 +55,7 @@ fn power(x: f64, digits: usize) -> String {
 pub fn percent(x: f64) -> String {
     let value = 100.0 * x;
     match value.abs() {
-        0.0 => "0".to_string(),
+        size if size < 1e-6 => "0".to_string(),
         size if size >= 10.0 => format!("{value:.1}"),
         size if size >= 0.01 => format!("{value:.2}"),
         _ => format!("{value:.1e}"),

@@ -39,17 +39,23 @@ pub fn participation(space: &StateSpace, parts: &[Participation]) -> String {
             .map(|p| size(p.eigenvalue) / TURN)
             .collect::<Vec<_>>(),
     );
+    let swings = |p: &Participation| p.eigenvalue.im != 0.0 || size(p.eigenvalue) == 0.0;
     let row = |(p, frequency): (&Participation, String)| {
         let shares = p.controllability[..inputs]
             .iter()
             .chain(&p.observability[..outputs]);
+        let frequency = if swings(p) {
+            frequency
+        } else {
+            "–".to_string()
+        };
         std::iter::once(frequency)
             .chain(shares.map(|&x| percent(x)))
             .collect()
     };
     let rows: Vec<Vec<String>> = parts.iter().zip(frequencies).map(row).collect();
     let mut text = format!(
-        "\nstate space: {} states, {} inputs, {} outputs; ",
+        "\nstate space: states {}, inputs {}, outputs {}; ",
         space.states.len(),
         space.inputs.len(),
         space.outputs.len()
@@ -67,10 +73,11 @@ pub fn participation(space: &StateSpace, parts: &[Participation]) -> String {
             (false, true) => "not reached by the inputs",
             _ => "not seen in the outputs",
         };
-        text += &format!(
-            "the mode at {:.4} Hz is {what}\n",
-            size(p.eigenvalue) / TURN
-        );
+        let at = match swings(p) {
+            true => format!("{:.4} Hz", size(p.eigenvalue) / TURN),
+            false => format!("time constant {:.4} s", -1.0 / p.eigenvalue.re),
+        };
+        text += &format!("the mode at {at} is {what}\n");
     }
     text + &aligned(&heads, &units, &rows)
 }

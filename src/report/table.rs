@@ -90,7 +90,14 @@ fn damping(answer: &Answer, k: usize) -> Option<f64> {
 pub fn mode(prepared: &Prepared, answer: &Answer, k: usize) -> String {
     let machine = &prepared.machine;
     let (mode, energies) = (&answer.modes[k], &answer.energies[k]);
-    let mut text = format!("mode {}: {:.9} Hz", k + 1, mode.frequency_hz());
+    let mut text = match mode.rigid || mode.oscillates() {
+        true => format!("mode {}: {:.9} Hz", k + 1, mode.frequency_hz()),
+        false => format!(
+            "mode {}: time constant {:.9} s, does not swing",
+            k + 1,
+            -1.0 / mode.eigenvalue.re
+        ),
+    };
     if let Some(zeta) = damping(answer, k) {
         text += &format!(", damping {} %", percent(zeta));
     }
@@ -163,6 +170,9 @@ fn by_share(machine: &Machine, all: [Option<&[(usize, f64)]>; 3]) -> Vec<usize> 
     order
 }
 
+/// Components smaller than this part of the largest are shown as nothing.
+const STILL: f64 = 5e-7;
+
 fn shape(machine: &Machine, answer: &Answer, k: usize) -> String {
     let shape = &answer.modes[k].shape;
     let largest = shape.iter().fold(0.0f64, |m, &z| m.max(modulus(z)));
@@ -177,10 +187,16 @@ fn shape(machine: &Machine, answer: &Answer, k: usize) -> String {
     for (i, &z) in shape.iter().enumerate() {
         let mut row = vec![machine.freedom_name(i)];
         if answer.complex {
+            let still = modulus(z) < STILL * largest;
             row.push(format!("{:.6}", modulus(z) / largest));
-            row.push(format!("{:.1}", z.im.atan2(z.re).to_degrees()));
+            row.push(if still {
+                "–".to_string()
+            } else {
+                format!("{:.1}", z.im.atan2(z.re).to_degrees())
+            });
         } else {
-            row.push(format!("{:.6}", z.re / largest));
+            let moves = modulus(z) >= STILL * largest;
+            row.push(format!("{:.6}", if moves { z.re / largest } else { 0.0 }));
         }
         table.add_row(row);
     }
@@ -189,8 +205,12 @@ fn shape(machine: &Machine, answer: &Answer, k: usize) -> String {
 }
 
 /// Where orders meet modes, those in which the excited part takes most part first.
-pub fn crossings(found: &Campbell) -> String {
-    let mut order: Vec<usize> = (0..found.crossings.len()).collect();
+/// Modes are numbered as they stand at the first speed, after `n_rigid` rigid ones.
+pub fn crossings(found: &Campbell, n_rigid: usize) -> String {
+    // What takes part with less than one in a thousand is not in danger.
+    let mut order: Vec<usize> = (0..found.crossings.len())
+        .filter(|&k| found.crossings[k].participation >= 1e-3)
+        .collect();
     order.sort_by(|&a, &b| {
         found.crossings[b]
             .participation
@@ -202,7 +222,7 @@ pub fn crossings(found: &Campbell) -> String {
         format!("{} at", found.reference),
         "frequency".into(),
         "order".into(),
-        "branch".into(),
+        "mode".into(),
         "takes part".into(),
         "excited by".into(),
     ]);
@@ -225,15 +245,20 @@ pub fn crossings(found: &Campbell) -> String {
         table.add_row(vec![
             speeds[row].clone(),
             frequencies[row].clone(),
-            order.fraction.clone(),
-            (crossing.branch + 1).to_string(),
+            if order.fraction.len() > 9 {
+                format!("{:.4}", order.value)
+            } else {
+                order.fraction.clone()
+            },
+            (crossing.branch + 1 + n_rigid).to_string(),
             percent(crossing.participation),
             campbell::words(order),
         ]);
     }
     right_but_last(&mut table);
     let mut text = match shown.len() {
-        0 => "no order meets a mode in this range of speeds\n".to_string(),
+        0 => "no order meets a mode that takes part with 0.1 % or more in this range of speeds\n"
+            .to_string(),
         _ => finish(&table),
     };
     if order.len() > shown.len() {

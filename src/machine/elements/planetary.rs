@@ -75,6 +75,8 @@ pub fn add(builder: &mut Builder, element: usize, stage: &Planetary) -> Result<(
         builder.theta_of(ring)?,
         builder.theta_of(carrier)?,
     ];
+    refuse_what_needs_lateral(stage)?;
+    carry_planets(builder, element, stage, &arms, thetas[2])?;
     let mut meshes = [Vec::new(), Vec::new()];
     for (at, &position) in stage.positions.iter().enumerate() {
         let name = planet(stage, at + 1);
@@ -143,6 +145,48 @@ pub fn add(builder: &mut Builder, element: usize, stage: &Planetary) -> Result<(
             }
         }
     }
+    Ok(())
+}
+
+/// A planet's bearing gives way only where planets move sideways.
+fn refuse_what_needs_lateral(stage: &Planetary) -> Result<(), Error> {
+    if stage.lateral || stage.planet_bearing.is_none() {
+        return Ok(());
+    }
+    let message = format!(
+        "`{}` gives its planets' bearings a stiffness, and its planets do not move sideways",
+        stage.name.text
+    );
+    Err(Error::new(Code::Conflict, message)
+        .at(&stage.name.place)
+        .hint("add `lateral = true`, or leave out `k_bearing`"))
+}
+
+/// Planets that do not move sideways ride with the carrier: `n m r²` on its rotation.
+fn carry_planets(
+    builder: &mut Builder,
+    element: usize,
+    stage: &Planetary,
+    arms: &Arms,
+    carrier: Option<usize>,
+) -> Result<(), Error> {
+    let (Some(mass), Some(carrier), false) = (stage.planet_mass, carrier, stage.lateral) else {
+        return Ok(());
+    };
+    if matches!(stage.size, PlanetarySize::Teeth { module: None, .. }) && mass > 0.0 {
+        let message = format!(
+            "`{}` states planet_mass without a module, so the radius it turns at is not known",
+            stage.name.text
+        );
+        return Err(Error::new(Code::MissingKey, message)
+            .at(&stage.name.place)
+            .hint("add `module`"));
+    }
+    builder.mass(
+        element,
+        carrier,
+        mass * stage.positions.len() as f64 * arms.centre * arms.centre,
+    );
     Ok(())
 }
 

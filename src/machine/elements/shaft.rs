@@ -5,11 +5,12 @@
 
 use std::f64::consts::PI;
 
+use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::machine::builder::{Builder, law, twist};
 use crate::machine::direction::Direction;
 use crate::machine::parts::Law;
-use crate::scene::model::{Axis, BarMass, Shaft, ShaftBody};
+use crate::scene::model::{Axis, BarMass, Loss, Shaft, ShaftBody};
 
 /// Polar second moment of area of a ring, m⁴.
 pub fn polar_area(outer: f64, inner: f64) -> f64 {
@@ -54,6 +55,16 @@ pub fn add(builder: &mut Builder, element: usize, shaft: &Shaft) -> Result<(), E
         );
         return Ok(());
     };
+    if segments > 1 && matches!(shaft.loss, Loss::Ratio(_)) {
+        let message = format!(
+            "the damping ratio of `{}` would mean less the more lengths it is cut into",
+            shaft.name.text
+        );
+        let hint = "each length would take its own small mass as the one it swings against; give c or loss_factor";
+        return Err(Error::new(Code::Conflict, message)
+            .at(&shaft.name.place)
+            .hint(hint));
+    }
     let (area, piece) = (polar_area(outer, inner), length / segments as f64);
     let (stiffness, inertia) = (shear_modulus * area / piece, density * area * piece);
     let mut ends = vec![first];

@@ -104,21 +104,25 @@ impl Reduced {
             inputs: rows(&band.inputs),
             outputs: rows(&band.outputs),
         };
-        let zeta = if full.is_dissipative() {
-            0.0
-        } else {
-            band.damping_ratio
-        };
         let free = !case.linear.rigid.is_empty();
-        let mut points = Vec::new();
-        for omega in self.grid(case, band)? {
-            let s = Complex::new(zeta * omega, omega);
-            points.push((
-                omega,
-                comparison.at(s, omega, if free { s.norm().powi(2) } else { 1.0 })?,
-            ));
+        let grid = self.grid(case, band)?;
+        let measure = |zeta: f64| -> Result<BandError, Error> {
+            let at = |&omega: &f64| {
+                let s = Complex::new(zeta * omega, omega);
+                let scale = if free { s.norm().powi(2) } else { 1.0 };
+                Ok((omega, comparison.at(s, omega, scale)?))
+            };
+            let points = grid.iter().map(at).collect::<Result<Vec<_>, Error>>()?;
+            Ok(summary(&points, band.floor))
+        };
+        if !full.is_dissipative() {
+            return measure(band.damping_ratio);
         }
-        Ok(summary(&points, band.floor))
+        // A mode that no damper sees is infinite at its own frequency; then all is compared beside the axis.
+        match measure(0.0) {
+            Err(error) if error.code == Code::Indefinite => measure(band.damping_ratio),
+            measured => measured,
+        }
     }
 
     /// Frequencies by logarithm, and every natural one of both machines in the band, rad/s, rising.

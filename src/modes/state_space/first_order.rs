@@ -30,7 +30,7 @@ pub fn first_order(equations: &Equations, forces: &Matrix) -> Result<FirstOrder,
     if equations.hysteretic.is_some() {
         let message =
             "a loss factor has no state-space form: its force would have to know the future";
-        let hint = "give the branches damping_ratio (half the loss factor, the same at resonance) or c instead";
+        let hint = "give the branches c or damping_ratio instead; which value stands for a loss factor depends on the frequency";
         return Err(Error::new(Code::Conflict, message).hint(hint));
     }
     let split = Split::new(equations);
