@@ -6,5 +6,8 @@ use clap::Parser;
 use geardyn::cli::{self, args::Arguments};
 
 fn main() -> ExitCode {
-    cli::run(&Arguments::parse())
+    match Arguments::try_parse() {
+        Ok(arguments) => cli::run(&arguments),
+        Err(usage) => cli::usage(&usage),
+    }
 }

@@ -32,7 +32,7 @@ macro_rules! codes {
 codes! {
     // files
     FileMissing "file-missing" 2 "The file could not be found or opened. Paths are taken from the folder the command is run in."
-    FileTooLarge "file-too-large" 2 "Model files are a page or two of text; anything above 64 MB is refused before it is read. A log is read by `identify` and `spectrum`, not by commands that take a model."
+    FileTooLarge "file-too-large" 2 "Model files are a page or two of text; anything above 64 MB is refused before it is read. Look whether the right file was named."
     NotText "not-text" 2 "The file is not UTF-8 text. Save it as UTF-8 in your editor."
     Syntax "syntax" 2 "The file is not valid TOML. What stands after the place shown was not looked at."
     // keys and values

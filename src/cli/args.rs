@@ -132,7 +132,12 @@ pub struct StudyArgs {
     #[arg(long, value_name = "N", requires = "reduce")]
     pub keep_modes: Option<u32>,
     /// The modes nearest a frequency (Hz where bare); as many as --lowest says, 20 otherwise
-    #[arg(long, value_name = "FREQUENCY", allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "FREQUENCY",
+        allow_hyphen_values = true,
+        conflicts_with = "campbell"
+    )]
     pub near: Option<String>,
 }
 

@@ -24,7 +24,7 @@ pub fn run(files: &[PathBuf], as_json: bool) -> Result<u8, Errors> {
                 found
                     .warnings
                     .iter()
-                    .for_each(|w| eprint!("{}", diagnostic::warning(w, diagnostic::colour())));
+                    .for_each(|w| output::tell(&diagnostic::warning(w, diagnostic::colour())));
             }
             Err(errors) => {
                 exit = exit.max(
@@ -38,7 +38,7 @@ pub fn run(files: &[PathBuf], as_json: bool) -> Result<u8, Errors> {
                 if as_json {
                     documents.push(diagnostic::json(&errors));
                 } else {
-                    eprint!("{}", diagnostic::errors(&errors, diagnostic::colour()));
+                    output::tell(&diagnostic::errors(&errors, diagnostic::colour()));
                 }
             }
         }
@@ -95,7 +95,7 @@ impl Found {
         format!(
             "{}   {}\n  {} elements, {} freedoms{joints}, {} rigid-body {}{studies}\n",
             self.path,
-            self.title,
+            diagnostic::harmless(&self.title),
             self.elements,
             self.freedoms,
             self.rigid,

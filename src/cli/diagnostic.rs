@@ -28,6 +28,19 @@ pub fn colour() -> bool {
     !plain && std::io::stderr().is_terminal()
 }
 
+/// Text from a file as a terminal may show it: control characters would command it.
+pub fn harmless(text: &str) -> String {
+    text.chars()
+        .map(|c| {
+            if c.is_control() {
+                char::REPLACEMENT_CHARACTER
+            } else {
+                c
+            }
+        })
+        .collect()
+}
+
 /// The first errors of a file at length, and how many more there are; ends in a line break.
 pub fn errors(errors: &Errors, coloured: bool) -> String {
     let list = errors.list();
@@ -46,7 +59,7 @@ pub fn errors(errors: &Errors, coloured: bool) -> String {
 
 /// One error with the line it stands in; ends in a line break.
 pub fn error(error: &Error, coloured: bool) -> String {
-    let title = format!("{} [{}]", error.message, error.code.word());
+    let title = format!("{} [{}]", harmless(&error.message), error.code.word());
     let label = error.label.as_deref().map(normalize_untrusted_str);
     let window = error
         .place
@@ -79,7 +92,7 @@ pub fn error(error: &Error, coloured: bool) -> String {
 
 /// One warning; ends in a line break.
 pub fn warning(warning: &Warning, coloured: bool) -> String {
-    let title = format!("{} [{}]", warning.message, warning.code);
+    let title = format!("{} [{}]", harmless(&warning.message), warning.code);
     let title = Level::WARNING.primary_title(normalize_untrusted_str(&title));
     print(Group::with_title(title), warning.hint.as_deref(), coloured)
 }

@@ -34,6 +34,7 @@ use std::process::ExitCode;
 
 use args::{Arguments, Command};
 
+use crate::base::code::Code;
 use crate::base::error::Errors;
 
 /// Carries out a command and says how it ended: 0 answered, 1 a bad verdict, 2 bad input or usage, 3 numerical failure.
@@ -51,11 +52,33 @@ pub fn run(arguments: &Arguments) -> ExitCode {
                 // Whoever asked for JSON reads standard output.
                 let _ = output::print(&format!("{:#}\n", diagnostic::json(&errors)));
             } else {
-                eprint!("{}", diagnostic::errors(&errors, diagnostic::colour()));
+                output::tell(&diagnostic::errors(&errors, diagnostic::colour()));
             }
             ExitCode::from(exit)
         }
     }
+}
+
+/// Says how the command is to be called: as JSON where that was asked for. Help and version are answers.
+pub fn usage(error: &clap::Error) -> ExitCode {
+    // Printing knows whether colours suit; where nobody reads it there is nothing to say.
+    if !error.use_stderr() {
+        let _ = error.print();
+        return ExitCode::SUCCESS;
+    }
+    if std::env::args().any(|argument| argument == "--json") {
+        let text = error.render().to_string();
+        let message = text
+            .trim_start_matches("error: ")
+            .lines()
+            .next()
+            .unwrap_or("wrong usage");
+        let wrong = crate::base::error::Error::new(Code::Usage, message).hint("see --help");
+        let _ = output::print(&format!("{:#}\n", diagnostic::json(&wrong.into())));
+    } else {
+        let _ = error.print();
+    }
+    ExitCode::from(2)
 }
 
 fn carry_out(command: &Command) -> Result<u8, Errors> {

@@ -20,8 +20,14 @@ use crate::scene;
 /// # Errors
 /// Whatever is wrong with the file, the flags or the solution.
 pub fn run(args: &ModesArgs) -> Result<u8, Errors> {
-    let study = study::of(&args.study)?;
     let scene = scene::read(&args.model)?;
+    let study = study::of(&args.study, &scene)?;
+    let inputs: Vec<PathBuf> = scene
+        .sources
+        .iter()
+        .map(|source| PathBuf::from(&source.path))
+        .collect();
+    output::check(&outputs(args)?, &inputs)?;
     let prepared = Prepared::new(&scene.model)?;
     let plan = Plan::modes(&prepared, &study);
     let answer = run::run(&prepared, &study, &plan)?;
@@ -32,12 +38,6 @@ pub fn run(args: &ModesArgs) -> Result<u8, Errors> {
         written.push(path.display().to_string());
     }
     if let Some(path) = &args.svg {
-        if path.extension().and_then(|e| e.to_str()) != Some("svg") {
-            let message = format!("{} is not named as an SVG picture", path.display());
-            return Err(Error::new(Code::Usage, message)
-                .hint("end it in .svg")
-                .into());
-        }
         for (path, picture) in pictures(path, &prepared, &answer) {
             output::write(&path, picture.as_bytes())?;
             written.push(path.display().to_string());
@@ -67,9 +67,39 @@ pub fn run(args: &ModesArgs) -> Result<u8, Errors> {
     }
     output::print(&text)?;
     if !args.quiet {
-        eprint!("{}", epilogue(&plan, &answer, &written));
+        output::tell(&epilogue(&plan, &answer, &written));
     }
     Ok(0)
+}
+
+/// Every file this command will write, with names that say their format.
+fn outputs(args: &ModesArgs) -> Result<Vec<PathBuf>, Error> {
+    let ends = |path: &Path, known: &[&str]| -> Result<(), Error> {
+        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
+        if known.contains(&extension) {
+            return Ok(());
+        }
+        let message = format!("{} does not say its format", path.display());
+        Err(Error::new(Code::Usage, message).hint(format!("end it in .{}", known.join(" or ."))))
+    };
+    let mut all: Vec<PathBuf> = args.csv.iter().cloned().collect();
+    if let Some(path) = &args.svg {
+        ends(path, &["svg"])?;
+        all.push(path.clone());
+        all.extend(args.study.campbell.is_none().then(|| energies_beside(path)));
+    }
+    if let Some(path) = &args.study.state_space {
+        ends(path, &["json", "csv", "mat"])?;
+        all.push(path.clone());
+    }
+    Ok(all)
+}
+
+/// Where the picture of energies goes beside that of shapes.
+fn energies_beside(path: &Path) -> PathBuf {
+    let mut name = path.file_stem().unwrap_or_default().to_os_string();
+    name.push("-energies.svg");
+    path.with_file_name(name)
 }
 
 /// The state-space form in the format that the file's name asks for.
@@ -78,11 +108,7 @@ fn state_space(path: &Path, space: &StateSpace) -> Result<Vec<u8>, Error> {
     let written = match path.extension().and_then(|e| e.to_str()) {
         Some("json") => write!(bytes, "{:#}", space.to_json()),
         Some("csv") => space.write_csv(&mut bytes),
-        Some("mat") => space.write_mat(&mut bytes),
-        _ => {
-            let message = format!("{} does not say its format", path.display());
-            return Err(Error::new(Code::Usage, message).hint("end it in .json, .csv or .mat"));
-        }
+        _ => space.write_mat(&mut bytes),
     };
     let failed = |e| {
         Error::new(
@@ -121,15 +147,13 @@ fn pictures(path: &Path, prepared: &Prepared, answer: &Answer) -> Vec<(PathBuf, 
             report::campbell::picture(found, prepared.linear.rigid.len()),
         )];
     }
-    let mut name = path.file_stem().unwrap_or_default().to_os_string();
-    name.push("-energies.svg");
     vec![
         (
             path.to_path_buf(),
             report::shapes::mode_shapes(prepared, answer, PANELS),
         ),
         (
-            path.with_file_name(name),
+            energies_beside(path),
             report::energy_bars::energy_matrix(prepared, answer, ROWS),
         ),
     ]

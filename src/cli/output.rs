@@ -1,7 +1,8 @@
 //! Where answers go: standard output, and files that appear whole or not at all.
 
+use std::fs::OpenOptions;
 use std::io::{self, ErrorKind, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -21,23 +22,64 @@ pub fn print(text: &str) -> Result<(), Error> {
     }
 }
 
-/// Writes a file under a temporary name beside it, and renames it when it is whole.
+/// Says something beside the answer, on standard error. Where that cannot be written nobody reads it.
+pub fn tell(text: &str) {
+    let _ = io::stderr().lock().write_all(text.as_bytes());
+}
+
+/// Refuses outputs that would overwrite an input or each other, before any work is done.
+///
+/// # Errors
+/// Names the path.
+pub fn check(outputs: &[PathBuf], inputs: &[PathBuf]) -> Result<(), Error> {
+    let same = |a: &Path, b: &Path| {
+        a == b
+            || a.canonicalize()
+                .is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b))
+    };
+    for (at, path) in outputs.iter().enumerate() {
+        let name = path.display();
+        if inputs.iter().any(|input| same(path, input)) {
+            let message =
+                format!("{name} is read by this command and would be overwritten by its output");
+            return Err(Error::new(Code::Usage, message).hint("name another file"));
+        }
+        if outputs[..at].iter().any(|other| same(path, other)) && is_replaced(path) {
+            return Err(
+                Error::new(Code::Usage, format!("two outputs go to {name}")).hint("name two files")
+            );
+        }
+    }
+    Ok(())
+}
+
+/// A regular file, or none yet; devices and pipes are written to.
+fn is_replaced(path: &Path) -> bool {
+    path.metadata().map_or(true, |found| found.is_file())
+}
+
+/// Writes a file under a temporary name beside it, and renames it when it is whole. What is no regular file (a device, a pipe) is
+/// written to as it is; a link is followed; a file that exists keeps its permissions.
 ///
 /// # Errors
 /// The folder or the file cannot be written.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
-    let folder = path
-        .parent()
-        .filter(|p| !p.as_os_str().is_empty())
-        .unwrap_or(Path::new("."));
     let whole = || -> io::Result<()> {
-        let mut file = tempfile::Builder::new()
-            .prefix(".geardyn-")
-            .tempfile_in(folder)?;
+        if !is_replaced(path) {
+            return OpenOptions::new().write(true).open(path)?.write_all(bytes);
+        }
+        let target = path.canonicalize().unwrap_or(path.to_path_buf());
+        let folder = target
+            .parent()
+            .filter(|p| !p.as_os_str().is_empty())
+            .unwrap_or(Path::new("."));
+        let mut file = builder().tempfile_in(folder)?;
         file.write_all(bytes)?;
+        if let Ok(old) = target.metadata() {
+            file.as_file().set_permissions(old.permissions())?;
+        }
         file.as_file().sync_all()?;
-        readable_by_others(&file)?;
-        file.persist(path).map_err(|e| e.error)?;
+        file.persist(&target).map_err(|e| e.error)?;
         Ok(())
     };
     whole().map_err(|e| {
@@ -49,14 +91,13 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
 }
 
 /// Temporary files are made for their owner alone; an answer has the rights of any new file.
-#[cfg(unix)]
-fn readable_by_others(file: &tempfile::NamedTempFile) -> io::Result<()> {
-    use std::os::unix::fs::PermissionsExt;
-    file.as_file()
-        .set_permissions(std::fs::Permissions::from_mode(0o644))
-}
-
-#[cfg(not(unix))]
-fn readable_by_others(_: &tempfile::NamedTempFile) -> io::Result<()> {
-    Ok(())
+fn builder() -> tempfile::Builder<'static, 'static> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".geardyn-");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(std::fs::Permissions::from_mode(0o666));
+    }
+    builder
 }

@@ -18,8 +18,8 @@ use crate::scene;
 /// # Errors
 /// Whatever is wrong with the file or the flags.
 pub fn run(args: &PlanArgs) -> Result<u8, Errors> {
-    let study = study::of(&args.study)?;
     let scene = scene::read(&args.model)?;
+    let study = study::of(&args.study, &scene)?;
     let prepared = Prepared::new(&scene.model)?;
     let plan = Plan::modes(&prepared, &study);
     let band = args

@@ -5,15 +5,20 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::kind::Kind;
 use crate::base::units;
+use crate::scene::Scene;
 use crate::scene::study::{
-    Hold, ModesStudy, ReduceMethod, ReduceStudy, SpeedRange, StateSpaceStudy,
+    Hold, ModesStudy, ReduceMethod, ReduceStudy, SpeedRange, StateSpaceStudy, StudyKind,
 };
 
-/// The study that the flags ask for.
+/// The study that is asked for: the first a scene lists, with what the flags say put in its place.
 ///
 /// # Errors
 /// A quantity without sense.
-pub fn of(args: &StudyArgs) -> Result<ModesStudy, Error> {
+pub fn of(args: &StudyArgs, scene: &Scene) -> Result<ModesStudy, Error> {
+    let listed = scene.studies.first().map(|study| match &study.kind {
+        StudyKind::Modes(modes) => modes.clone(),
+    });
+    let listed = listed.unwrap_or_default();
     let quantity = |text: &Option<String>, kind, unit, flag| -> Result<Option<f64>, Error> {
         text.as_deref()
             .map(|t| units::parse_or_bare(t, kind, unit, flag))
@@ -31,15 +36,16 @@ pub fn of(args: &StudyArgs) -> Result<ModesStudy, Error> {
             .hint("--lowest takes a count of at least 1"));
     }
     Ok(ModesStudy {
-        damped: args.damped,
-        speed: quantity(&args.speed, Kind::Speed, "rpm", "--speed")?,
+        damped: args.damped || listed.damped,
+        speed: quantity(&args.speed, Kind::Speed, "rpm", "--speed")?.or(listed.speed),
         campbell: args
             .campbell
             .as_deref()
             .map(|text| SpeedRange::parse(text, "--campbell"))
-            .transpose()?,
-        lowest: args.lowest,
-        near: hertz,
+            .transpose()?
+            .or(listed.campbell),
+        lowest: args.lowest.or(listed.lowest),
+        near: hertz.or(listed.near),
         state_space: state_space(args)?,
         reduce: reduce(args)?,
     })

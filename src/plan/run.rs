@@ -83,6 +83,7 @@ const ENOUGH_DIGITS: f64 = 9.0;
 /// # Errors
 /// Those of the stages.
 pub fn run(prepared: &Prepared, study: &ModesStudy, plan: &Plan) -> Result<Answer, Error> {
+    refuse_hopeless(prepared, study)?;
     let mut run = Run {
         prepared,
         study,
@@ -99,6 +100,24 @@ pub fn run(prepared: &Prepared, study: &ModesStudy, plan: &Plan) -> Result<Answe
         }
     }
     Ok(run.answer)
+}
+
+/// The largest machine whose modes are all found densely: beyond, K alone would take a gigabyte.
+const MOST: usize = 10_000;
+
+/// Says at once what would take hours or more memory than there is.
+fn refuse_hopeless(prepared: &Prepared, study: &ModesStudy) -> Result<(), Error> {
+    let n = prepared.linear.n;
+    let systems = study.state_space.is_some() || study.reduce.is_some() || study.campbell.is_some();
+    let all = systems || !prepared.linear.is_sum_of_squares();
+    if (systems && n > COMPLEX) || (all && n > MOST) {
+        let message = format!("this needs all modes of {n} freedoms in dense matrices");
+        let hint = format!(
+            "up to {COMPLEX} freedoms this is a matter of seconds; model the machine with fewer"
+        );
+        return Err(Error::new(Code::Hopeless, message).hint(hint));
+    }
+    Ok(())
 }
 
 impl Answer {
