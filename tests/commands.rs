@@ -383,3 +383,76 @@ fn law_the_readme_shows_what_is_printed() {
         .unwrap();
     assert!(printed.starts_with(table), "{printed}");
 }
+
+/// An output never replaces an input or another output; it is refused before any work is done.
+#[test]
+fn refuses_outputs_over_inputs_and_each_other() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = folder.path().join("model.toml");
+    std::fs::copy(root().join("models/two_disc.toml"), &model).unwrap();
+    let before = std::fs::read(&model).unwrap();
+    let run = |arguments: &[&str]| {
+        run_in(
+            folder.path(),
+            &[&["modes", "model.toml"], arguments].concat(),
+        )
+    };
+    for wrong in [
+        &["--csv", "model.toml"][..],
+        &["--csv", "./model.toml"],
+        &["--csv", "a.svg", "--svg", "a.svg"],
+        &["--svg", "a.svg", "--csv", "a-energies.svg"],
+        &["--svg", "a.png"],
+        &["--csv", "ok.csv", "--state-space", "a.txt"],
+    ] {
+        assert_eq!(run(wrong).status.code(), Some(2), "{wrong:?}");
+    }
+    assert_eq!(std::fs::read(&model).unwrap(), before);
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
+/// A scene's study is what `modes` starts from; flags add to it.
+#[test]
+fn law_modes_takes_the_study_of_a_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::copy(
+        root().join("models/geared_damped.toml"),
+        folder.path().join("model.toml"),
+    )
+    .unwrap();
+    let scene = "model = \"model.toml\"\n[[study]]\nkind = \"modes\"\ndamped = true\nlowest = 3\n";
+    std::fs::write(folder.path().join("scene.toml"), scene).unwrap();
+    let modes = |arguments: &[&str]| -> Value {
+        let output = run_in(
+            folder.path(),
+            &[&["modes", "scene.toml", "--json"], arguments].concat(),
+        );
+        serde_json::from_slice(&output.stdout).unwrap()
+    };
+    let found = modes(&[]);
+    assert_eq!(found["modes"].as_array().unwrap().len(), 3);
+    assert!(
+        found["geardyn"]["trace"]
+            .as_array()
+            .unwrap()
+            .contains(&Value::from("complex modes"))
+    );
+    assert_eq!(
+        modes(&["--lowest", "2"])["modes"].as_array().unwrap().len(),
+        2
+    );
+}
+
+/// Wrong usage is JSON too where JSON was asked for, and what a terminal would obey is not printed.
+#[test]
+fn refuses_usage_as_json_and_prints_nothing_a_terminal_obeys() {
+    let output = geardyn(&["modes", "--json"]);
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(found["errors"][0]["code"], "usage");
+    let folder = tempfile::tempdir().unwrap();
+    let text = "title = \"x\\u001b]0;pwn\\u0007\"\nsource = \"y\"\n[[inertia]]\nname = \"a\"\nJ = \"1 kg·m²\"\n";
+    std::fs::write(folder.path().join("m.toml"), text).unwrap();
+    let output = run_in(folder.path(), &["check", "m.toml"]);
+    assert_eq!(output.status.code(), Some(0));
+    assert!(output.stdout.iter().all(|&b| b >= 0x20 || b == b'\n'));
+}

@@ -134,3 +134,36 @@ fn ref_numpy_four_square() {
     );
     assert!((one + other).abs() < 1e-9 * one.abs(), "{one} {other}");
 }
+
+/// A contact behind which nothing is loaded stands open, however large a load acts elsewhere.
+#[test]
+fn exact_contact_that_carries_nothing() {
+    for torque in [10.0, 1e-3] {
+        let machine = prepared(&format!(
+            "title = \"t\"\nsource = \"test\"\nunits = \"SI\"\n\
+             [[inertia]]\nname = \"a\"\nJ = 1.0\n[[inertia]]\nname = \"b\"\nJ = 1.0\n\
+             [[coupling]]\nname = \"held\"\nbetween = [\"a\", \"ground\"]\nk = 1000.0\n\
+             [[coupling]]\nname = \"loose\"\nbetween = [\"a\", \"b\"]\nk = 1000.0\nbacklash = 0.001\n\
+             [[load]]\nat = \"a\"\ntorque = {torque:?}\n"
+        ));
+        assert_eq!(
+            machine.operating.contacts[0].1,
+            ContactState::Open,
+            "{torque} N·m"
+        );
+    }
+}
+
+/// Loads that do not balance are said to accelerate the train.
+#[test]
+fn law_unbalanced_loads_are_said() {
+    let codes = |machine: &Prepared| {
+        machine
+            .warnings()
+            .iter()
+            .map(|w| w.code)
+            .collect::<Vec<_>>()
+    };
+    assert!(codes(&drive(&[("motor", 30.0)])).contains(&"loads-accelerate"));
+    assert!(!codes(&drive(&[("motor", 30.0), ("roll", 90.0)])).contains(&"loads-accelerate"));
+}

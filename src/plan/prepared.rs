@@ -57,28 +57,29 @@ impl Prepared {
         for note in &self.machine.notes {
             warn(note.code, note.text.clone(), None);
         }
-        for (branch, state, force) in &self.operating.contacts {
-            let name = self.machine.branch_name(*branch);
-            match (state, force) {
-                (ContactState::Open, _) => {
-                    warn(
-                        "contact-open",
-                        format!("{name} is open under the mean loads: it has no stiffness here"),
-                        None,
-                    );
-                }
-                (_, None) if self.machine.loads.is_empty() => {
-                    let hint = "state mean torques in [[load]] to find the flanks that carry";
-                    warn(
-                        "no-load",
-                        format!(
-                            "{name} has play and no load is stated: taken as closed on its drive flank"
-                        ),
-                        Some(hint),
-                    );
-                }
-                _ => {}
+        for (branch, state, _) in &self.operating.contacts {
+            if *state == ContactState::Open {
+                let name = self.machine.branch_name(*branch);
+                warn(
+                    "contact-open",
+                    format!("{name} is open under the mean loads: it has no stiffness here"),
+                    None,
+                );
             }
+        }
+        let playing = self.operating.contacts.len();
+        if playing > 0 && self.machine.loads.is_empty() {
+            let hint = "state mean torques in [[load]] to find the flanks that carry";
+            let message = format!(
+                "no load is stated: {playing} contacts with play are taken as closed on their drive flanks"
+            );
+            warn("no-load", message, Some(hint));
+        }
+        if self.accelerates() {
+            let hint =
+                "state the torque that holds against them, if the machine is meant to run steadily";
+            let message = "the mean loads do not balance: contacts are taken as the train accelerates under them";
+            warn("loads-accelerate", message.to_string(), Some(hint));
         }
         if self.machine.damping.mass != 0.0 && !self.linear.rigid.is_empty() {
             let hint = "leave rayleigh_mass out of a free machine, or mean it";
@@ -123,6 +124,24 @@ impl Prepared {
             )
         })
         .collect()
+    }
+
+    /// The loads do work on a rigid-body motion, so that the train speeds up.
+    fn accelerates(&self) -> bool {
+        // Of the sum of their works; torques are stated to a few digits.
+        const BALANCED: f64 = 1e-3;
+        self.linear.rigid.iter().any(|r| {
+            let q = self.linear.recover(r);
+            let works = self
+                .machine
+                .loads
+                .iter()
+                .map(|&(freedom, torque)| torque * q[freedom]);
+            let (sum, size) = works.fold((0.0, 0.0), |(sum, size): (f64, f64), w| {
+                (sum + w, size + w.abs())
+            });
+            sum.abs() > BALANCED * size
+        })
     }
 
     fn unsupported(&self) -> bool {

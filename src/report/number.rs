@@ -51,6 +51,18 @@ fn power(x: f64, digits: usize) -> String {
     format!("{mantissa}e{exponent}")
 }
 
+/// One number with six significant digits, as a power of ten where it is very small or large.
+pub fn significant(x: f64) -> String {
+    match x.abs() {
+        0.0 => "0".to_string(),
+        size if (1e-3..1e6).contains(&size) => {
+            let decimals = (SHOWN - 1 - size.log10().floor() as i32).max(0) as usize;
+            format!("{x:.decimals$}")
+        }
+        _ => power(x, (SHOWN - 1) as usize),
+    }
+}
+
 /// A share or a ratio as per cent with a sensible number of digits.
 pub fn percent(x: f64) -> String {
     let value = 100.0 * x;

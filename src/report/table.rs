@@ -4,7 +4,7 @@ use comfy_table::presets::NOTHING;
 use comfy_table::{CellAlignment, ContentArrangement, Table};
 
 use super::campbell;
-use super::number::{column, percent};
+use super::number::{column, percent, significant};
 use super::words::mostly_in;
 use crate::machine::parts::Machine;
 use crate::modes::campbell::Campbell;
@@ -60,7 +60,7 @@ pub fn modes(prepared: &Prepared, answer: &Answer) -> String {
             row.push(if swings {
                 "–".to_string()
             } else {
-                format!("{:.5}", -1.0 / mode.eigenvalue.re)
+                significant(-1.0 / mode.eigenvalue.re)
             });
         }
         row.push(mostly_in(&prepared.machine, mode, &answer.energies[k]));
@@ -93,9 +93,9 @@ pub fn mode(prepared: &Prepared, answer: &Answer, k: usize) -> String {
     let mut text = match mode.rigid || mode.oscillates() {
         true => format!("mode {}: {:.9} Hz", k + 1, mode.frequency_hz()),
         false => format!(
-            "mode {}: time constant {:.9} s, does not swing",
+            "mode {}: time constant {} s, does not swing",
             k + 1,
-            -1.0 / mode.eigenvalue.re
+            significant(-1.0 / mode.eigenvalue.re)
         ),
     };
     if let Some(zeta) = damping(answer, k) {

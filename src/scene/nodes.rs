@@ -148,7 +148,7 @@ impl<'a> Nodes<'a> {
         } else if self.elements.contains(node.as_str()) {
             format!("`{node}` is an element, not a body; name one of the bodies it joins")
         } else {
-            let mut known: Vec<&str> = self.bodies.iter().copied().collect();
+            let mut known: Vec<&str> = self.bodies.iter().copied().chain(["ground"]).collect();
             known.sort_unstable();
             match suggestion(node, known.into_iter()) {
                 Some(meant) => format!("did you mean `{meant}`?"),

@@ -76,6 +76,7 @@ pub fn add(builder: &mut Builder, element: usize, stage: &Planetary) -> Result<(
         builder.theta_of(carrier)?,
     ];
     refuse_what_needs_lateral(stage)?;
+    note_assembly(builder, stage);
     carry_planets(builder, element, stage, &arms, thetas[2])?;
     let mut meshes = [Vec::new(), Vec::new()];
     for (at, &position) in stage.positions.iter().enumerate() {
@@ -160,6 +161,30 @@ fn refuse_what_needs_lateral(stage: &Planetary) -> Result<(), Error> {
     Err(Error::new(Code::Conflict, message)
         .at(&stage.name.place)
         .hint("add `lateral = true`, or leave out `k_bearing`"))
+}
+
+/// Equally spaced planets find their teeth only where `(z_s + z_r)/N` is whole (Müller, Die Umlaufgetriebe, 2nd ed. 1998, sec. 5.2).
+fn note_assembly(builder: &mut Builder, stage: &Planetary) {
+    let PlanetarySize::Teeth {
+        teeth: [sun, _, ring],
+        ..
+    } = stage.size
+    else {
+        return;
+    };
+    let n = stage.positions.len();
+    let pitch = std::f64::consts::TAU / n as f64;
+    let gap = |pair: &[f64]| (pair[1] - pair[0] - pitch).abs() < 1e-6;
+    if n > 1
+        && stage.positions.windows(2).all(gap)
+        && !(u64::from(sun) + u64::from(ring)).is_multiple_of(n as u64)
+    {
+        let text = format!(
+            "{}: {n} equally spaced planets do not fit sun {sun} and ring {ring}: (z_s + z_r)/{n} is not whole",
+            stage.name.text
+        );
+        builder.note("assembly", text);
+    }
 }
 
 /// Planets that do not move sideways ride with the carrier: `n m r²` on its rotation.
