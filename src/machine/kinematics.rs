@@ -61,13 +61,16 @@ impl Kinematics {
             .collect()
     }
 
-    /// A basis, over all freedoms, of the motions that deform none of `branches`.
+    /// The motions over all freedoms that deform none of `branches`.
     pub fn free_motions<'a>(&self, branches: impl Iterator<Item = &'a Branch>) -> Motions {
+        self.motions(branches.map(|branch| branch.direction.terms.as_slice()))
+    }
+
+    /// The motions over all freedoms that leave every row, `Σ coefficient · q`, at zero.
+    pub fn motions<'a>(&self, rows: impl Iterator<Item = &'a [(usize, f64)]>) -> Motions {
         let mut constraints = self.constraints.clone();
         // Short rows first: what ground holds drops out before meshes are looked at.
-        let mut rows: Vec<&[(usize, f64)]> = branches
-            .map(|branch| branch.direction.terms.as_slice())
-            .collect();
+        let mut rows: Vec<&[(usize, f64)]> = rows.collect();
         rows.sort_by_key(|row| row.len());
         for row in rows {
             constraints.impose(row);

@@ -201,17 +201,7 @@ impl Linear {
             let place = &machine.elements[node.element].place;
             return Err(Error::new(Code::Disconnected, message).at(place).hint(hint));
         }
-        // A massless freedom in a free motion has neither inertia nor stiffness.
-        let loose = self.massless.iter().find(|&&j| {
-            self.rigid.iter().any(|r| {
-                r[j] != 0.0
-                    && r.iter()
-                        .enumerate()
-                        .all(|(i, &x)| x == 0.0 || self.massless.contains(&i))
-            })
-        });
-        if let Some(&j) = loose {
-            let freedom = kinematics.free[j];
+        if let Some(freedom) = self.loose(machine, kinematics) {
             let name = machine.freedom_name(freedom);
             let message = format!(
                 "{name} has no inertia, and no branch with stiffness ties it to anything that has"
@@ -223,6 +213,26 @@ impl Linear {
                 .hint(hint));
         }
         Ok(())
+    }
+}
+
+impl Linear {
+    /// A freedom that moves with all inertia at rest and no spring deformed: it has no equation of motion.
+    fn loose(&self, machine: &Machine, kinematics: &Kinematics) -> Option<usize> {
+        if self.massless.is_empty() {
+            return None;
+        }
+        let springs = self.branches.iter().filter(|b| b.stiffness != 0.0);
+        let springs = springs.map(|b| machine.branches[b.index].direction.terms.as_slice());
+        let masses = machine
+            .masses
+            .iter()
+            .map(|mass| mass.direction.terms.as_slice());
+        kinematics
+            .motions(springs.chain(masses))
+            .free
+            .first()
+            .copied()
     }
 }
 

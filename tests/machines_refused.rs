@@ -1,0 +1,132 @@
+//! Files that read well and are no machine: what is said, where, with which exit code.
+
+use geardyn::base::code::Code;
+use geardyn::base::error::Error;
+use geardyn::plan::prepared::Prepared;
+use geardyn::plan::run::{Answer, run};
+use geardyn::plan::stages::Plan;
+use geardyn::scene;
+use geardyn::scene::study::ModesStudy;
+
+const HEAD: &str = "title = \"t\"\nsource = \"test\"\nunits = \"SI\"\n";
+
+fn body(name: &str, j: f64) -> String {
+    format!("[[inertia]]\nname = \"{name}\"\nJ = {j:?}\n")
+}
+
+fn spring(name: &str, a: &str, b: &str, k: f64) -> String {
+    format!("[[coupling]]\nname = \"{name}\"\nbetween = [\"{a}\", \"{b}\"]\nk = {k:?}\n")
+}
+
+fn solve(text: &str, study: ModesStudy) -> Result<Answer, Error> {
+    let scene =
+        scene::read_text("test.toml", &(HEAD.to_string() + text)).unwrap_or_else(|e| panic!("{e}"));
+    let prepared = Prepared::new(&scene.model)?;
+    run(&prepared, &study, &Plan::modes(&prepared, &study))
+}
+
+fn refused(text: &str, study: ModesStudy) -> Error {
+    solve(text, study).err().expect("it is refused")
+}
+
+/// A body that no element names.
+#[test]
+fn refuses_a_body_joined_to_nothing() {
+    let text = body("a", 1.0) + &body("b", 1.0) + &body("alone", 1.0) + &spring("s", "a", "b", 1e3);
+    let error = refused(&text, ModesStudy::default());
+    assert_eq!((error.code, error.code.exit()), (Code::Disconnected, 2));
+    assert!(error.message.contains("`alone`"), "{error}");
+    assert_eq!(error.place.unwrap().line(), 11);
+}
+
+/// A massless node that only a damper holds.
+#[test]
+fn refuses_a_massless_node_without_stiffness() {
+    let text = body("a", 1.0)
+        + &body("light", 0.0)
+        + "[[damper]]\nname = \"d\"\nbetween = [\"a\", \"light\"]\nc = 1.0\n";
+    let error = refused(&text, ModesStudy::default());
+    assert_eq!(error.code, Code::Disconnected);
+    assert!(error.message.contains("light.theta"), "{error}");
+}
+
+/// Two trains in one file are two rigid-body modes, not an error.
+#[test]
+fn exact_two_trains() {
+    let train = |p: &str| body(&format!("{p}1"), 1.0) + &body(&format!("{p}2"), 2.0);
+    let text = train("a")
+        + &train("b")
+        + &spring("x", "a1", "a2", 300.0)
+        + &spring("y", "b1", "b2", 600.0);
+    let modes = solve(&text, ModesStudy::default()).unwrap().modes;
+    assert_eq!(modes.iter().filter(|m| m.rigid).count(), 2);
+    for (mode, k) in modes[2..].iter().zip([300.0, 600.0]) {
+        assert!((mode.omega() / (k * 1.5f64).sqrt() - 1.0).abs() < 1e-14);
+    }
+}
+
+/// A speed is asked of a machine that cannot turn.
+#[test]
+fn refuses_a_speed_of_what_is_held() {
+    let text = body("a", 1.0) + &spring("s", "a", "ground", 1e3);
+    let study = ModesStudy {
+        speed: Some(10.0),
+        ..Default::default()
+    };
+    assert_eq!(refused(&text, study).code, Code::NoSpeed);
+}
+
+/// Two parts that turn by themselves and one speed: the other does not follow.
+#[test]
+fn refuses_a_speed_that_does_not_follow() {
+    let text = body("a", 1.0)
+        + &body("b", 1.0)
+        + &body("c", 1.0)
+        + &body("d", 1.0)
+        + &spring("x", "a", "b", 1e3)
+        + &spring("y", "c", "d", 1e3)
+        + "[speed]\na = 100.0\n";
+    let study = ModesStudy {
+        speed: Some(10.0),
+        ..Default::default()
+    };
+    let error = refused(&text, study);
+    assert_eq!(error.code, Code::NoSpeed);
+    assert!(error.message.contains('c'), "{error}");
+}
+
+/// A body alone turns freely; a body held rigidly has no mode left.
+#[test]
+fn survives_one_body() {
+    let modes = solve(&body("a", 1.0), ModesStudy::default()).unwrap().modes;
+    assert!(modes.len() == 1 && modes[0].rigid);
+    let held = body("a", 1.0) + "[[coupling]]\nname = \"s\"\nbetween = [\"a\", \"ground\"]\n";
+    assert!(
+        solve(&held, ModesStudy::default())
+            .unwrap()
+            .modes
+            .is_empty()
+    );
+}
+
+/// Numbers at the ends of double precision give a frequency or an error, never a NaN.
+#[test]
+fn survives_absurd_scales() {
+    for (j, k) in [
+        (1e-300, 1e300),
+        (1e300, 1e-300),
+        (1e-308, 1e-308),
+        (1e308, 1e308),
+        (5e-324, 1.0),
+    ] {
+        let text = body("a", j) + &body("b", j) + &spring("s", "a", "b", k);
+        match solve(&text, ModesStudy::default()) {
+            Ok(answer) => {
+                let omega = answer.modes[1].omega();
+                assert!(omega.is_finite() && omega > 0.0, "{j:e} {k:e}: {omega}");
+                assert!((omega / (2.0f64.sqrt() * k.sqrt() / j.sqrt()) - 1.0).abs() < 1e-9);
+            }
+            Err(error) => assert_eq!(error.code.exit(), 3, "{error}"),
+        }
+    }
+}
