@@ -83,7 +83,6 @@ fn main() {
         let machine = prepared(n);
         let theirs = peer("dense", n);
         for (name, solver) in [
-            ("pencil", Solver::Pencil),
             ("singular", Solver::Singular),
             ("factored", Solver::Factored),
         ] {

@@ -16,8 +16,6 @@ pub enum Solver {
     Factored,
     /// Singular values by bidiagonal reduction: small ones to ε of the largest.
     Singular,
-    /// The definite pencil, formed and solved by tridiagonal reduction: small ω to ε of the largest ω² over theirs.
-    Pencil,
 }
 
 /// Undamped modes over the coordinates that stay.
@@ -86,13 +84,6 @@ pub fn solve(linear: &Linear, solver: Solver) -> Result<Basis, Error> {
                 }),
             )
         }
-        Solver::Pencil => {
-            let found = definite::symmetric(&(scaled.transpose() * &scaled))?;
-            (
-                found.values.iter().map(|&l| l.max(0.0).sqrt()).collect(),
-                found.vectors,
-            )
-        }
     };
     let heavy = root.left_divide_transposed(&vectors);
     let light = if first > 0 {
@@ -136,11 +127,7 @@ fn digits(solver: Solver, omega: f64, largest: f64) -> f64 {
     match solver {
         _ if omega == 0.0 => f64::INFINITY,
         Solver::Factored => FACTORED_DIGITS,
-        // Backward error of the pencil: ε λ_max in every λ, half of it relative in ω.
         Solver::Singular => (-(4.0 * f64::EPSILON * largest / omega).log10()).clamp(0.0, 16.0),
-        Solver::Pencil => {
-            (-(4.0 * f64::EPSILON * (largest / omega).powi(2)).log10()).clamp(0.0, 16.0)
-        }
     }
 }
 

@@ -58,15 +58,6 @@ pub struct Reduction {
     pub error: BandError,
 }
 
-/// The next solver where one leaves too few digits: dearer and more exact.
-fn more_exact(solver: Solver) -> Option<Solver> {
-    match solver {
-        Solver::Pencil => Some(Solver::Singular),
-        Solver::Singular => Some(Solver::Factored),
-        Solver::Factored => None,
-    }
-}
-
 fn lowest_digits(basis: &Basis) -> f64 {
     basis
         .digits
@@ -181,12 +172,10 @@ impl Run<'_> {
 
     fn basis(&mut self) -> Result<(), Error> {
         let linear = &self.prepared.linear;
-        let mut basis = basis::solve(linear, solver(linear.n - linear.massless.len()))?;
-        while let (Some(next), true) = (
-            more_exact(basis.solver),
-            lowest_digits(&basis) < ENOUGH_DIGITS,
-        ) {
-            basis = basis::solve(linear, next)?;
+        let first = solver(linear.n - linear.massless.len());
+        let mut basis = basis::solve(linear, first)?;
+        if first == Solver::Singular && lowest_digits(&basis) < ENOUGH_DIGITS {
+            basis = basis::solve(linear, Solver::Factored)?;
         }
         self.answer.modes = self.selected(undamped::modes(linear, &basis));
         self.basis = Some(basis);

@@ -172,7 +172,7 @@ pub fn solver(n: usize) -> Solver {
     if n <= FACTORED {
         Solver::Factored
     } else {
-        Solver::Pencil
+        Solver::Singular
     }
 }
 
@@ -239,8 +239,8 @@ fn basis(prepared: &Prepared, study: &ModesStudy) -> Verdict {
     };
     Verdict::Runs(match solver(n) {
         Solver::Factored => format!("all {n}, as singular values of √k W M^-½; {kind}"),
-        Solver::Singular | Solver::Pencil => format!(
-            "all {n}, by the definite pencil, as singular values where that leaves too few digits; {kind}"
+        Solver::Singular => format!(
+            "all {n}, as singular values of √k W M^-½ by bidiagonal reduction, in graded form where that leaves too few digits; {kind}"
         ),
     })
 }
