@@ -4,6 +4,7 @@
 //! pp. 1179–1193, Algorithm 2.3 with the bounds of Table 2.3. Balanced by powers of two first, as position and velocity of
 //! a stiff machine differ by a frequency: fewer squarings, fewer digits lost (ibid., step 1; Parlett & Reinsch 1969).
 
+use super::balance::balance;
 use super::definite::solve;
 use super::{Matrix, check_finite};
 use crate::base::code::Code;
@@ -18,7 +19,7 @@ pub fn expm(a: &Matrix) -> Result<Matrix, Error> {
     if a.nrows() == 0 {
         return Ok(a.clone());
     }
-    let (balanced, scale) = balance(a);
+    let (balanced, scale) = balance(a, |sum, x| sum + x.abs());
     let scaled = scaled_exponential(&balanced)?;
     let n = a.nrows();
     let answer = Matrix::from_fn(n, n, |i, j| scaled[(i, j)] * (scale[i] / scale[j]));
@@ -164,38 +165,6 @@ fn one_norm(a: &Matrix) -> f64 {
     (0..a.ncols())
         .map(|j| (0..a.nrows()).map(|i| a[(i, j)].abs()).sum())
         .fold(0.0, f64::max)
-}
-
-/// `D⁻¹ A D` with rows and columns of like size, and the powers of two in D.
-fn balance(a: &Matrix) -> (Matrix, Vec<f64>) {
-    let n = a.nrows();
-    let (mut b, mut scale) = (a.clone(), vec![1.0; n]);
-    for _ in 0..100 {
-        let mut settled = true;
-        for i in 0..n {
-            let others = || (0..n).filter(|&j| j != i);
-            let (column, row) = others().fold((0.0, 0.0), |(c, r): (f64, f64), j| {
-                (c + b[(j, i)].abs(), r + b[(i, j)].abs())
-            });
-            if column == 0.0 || row == 0.0 {
-                continue;
-            }
-            let f = (0.5 * (row.log2() - column.log2()))
-                .round()
-                .clamp(-500.0, 500.0)
-                .exp2();
-            if column * f + row / f < 0.95 * (column + row) {
-                settled = false;
-                scale[i] *= f;
-                others().for_each(|j| b[(j, i)] *= f);
-                others().for_each(|j| b[(i, j)] /= f);
-            }
-        }
-        if settled {
-            break;
-        }
-    }
-    (b, scale)
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@
 use crate::base::code::Code;
 use crate::base::error::Error;
 
+use super::balance::balance;
 use super::definite::solve_complex;
 use super::{Complex, ComplexMatrix, Matrix, check_finite};
 
@@ -30,7 +31,7 @@ pub struct GeneralEigen {
 pub fn eigen(a: &Matrix) -> Result<GeneralEigen, Error> {
     check_finite(a, "a square matrix")?;
     let n = a.nrows();
-    let (balanced, scale) = balance(a);
+    let (balanced, scale) = balance(a, f64::hypot);
     let (values, right) = sorted_eigen(&balanced)?;
     let left = match biorthogonal(&right) {
         Some(left) => left,
@@ -114,40 +115,6 @@ fn sorted_eigen(a: &Matrix) -> Result<(Vec<Complex>, ComplexMatrix), Error> {
     let vectors = ComplexMatrix::from_fn(n, n, |i, j| found.U()[(i, order[j])]);
     Ok((order.iter().map(|&i| values[i]).collect(), vectors))
 }
-
-/// `D⁻¹ A D` with rows and columns of like length, and D.
-fn balance(a: &Matrix) -> (Matrix, Vec<f64>) {
-    let n = a.nrows();
-    let (mut b, mut scale) = (a.clone(), vec![1.0; n]);
-    for _ in 0..MOST_PASSES {
-        let mut settled = true;
-        for i in 0..n {
-            let others = || (0..n).filter(|&j| j != i);
-            let column = others().fold(0.0, |sum: f64, j| sum.hypot(b[(j, i)]));
-            let row = others().fold(0.0, |sum: f64, j| sum.hypot(b[(i, j)]));
-            if column == 0.0 || row == 0.0 {
-                continue;
-            }
-            let f = (0.5 * (row.log2() - column.log2()))
-                .round()
-                .clamp(-500.0, 500.0)
-                .exp2();
-            if column * f + row / f < WORTH_IT * (column + row) {
-                settled = false;
-                scale[i] *= f;
-                others().for_each(|j| b[(j, i)] *= f);
-                others().for_each(|j| b[(i, j)] /= f);
-            }
-        }
-        if settled {
-            break;
-        }
-    }
-    (b, scale)
-}
-
-const WORTH_IT: f64 = 0.95; // of Parlett & Reinsch
-const MOST_PASSES: usize = 100; // a handful in practice
 
 /// `X⁻ᴴ`, so that `Yᴴ X = I`; nothing where X is too near singular for its digits to mean anything.
 fn biorthogonal(right: &ComplexMatrix) -> Option<ComplexMatrix> {

@@ -33,6 +33,9 @@ pub mod assignment;
 /// Symmetric eigenproblems, Cholesky factors, linear systems.
 pub mod definite;
 
+/// Rows and columns brought to like size.
+mod balance;
+
 /// Nonsymmetric eigenproblems with the condition of every eigenvalue.
 pub mod general;
 
