@@ -12,6 +12,12 @@ pub type ComplexMatrix = faer::Mat<Complex>;
 /// A complex number.
 pub type Complex = faer::c64;
 
+/// Discrete Fourier transforms.
+pub mod fft;
+
+/// Distributions.
+pub mod statistics;
+
 /// Constraints in exact fractions.
 pub mod exact;
 

@@ -1,0 +1,47 @@
+//! Distributions, the only file that names their package.
+
+use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, Normal, StudentsT};
+
+/// The value a standard normal variable stays below with probability `p`, `0 < p < 1`.
+pub fn normal_quantile(p: f64) -> f64 {
+    Normal::standard().inverse_cdf(p)
+}
+
+/// The value a χ² variable of `freedoms` stays below with probability `p`; infinite where `freedoms` is not positive.
+pub fn chi_squared_quantile(p: f64, freedoms: f64) -> f64 {
+    ChiSquared::new(freedoms).map_or(f64::INFINITY, |d| d.inverse_cdf(p))
+}
+
+/// The probability that a χ² variable of `freedoms` exceeds `x`.
+pub fn chi_squared_above(x: f64, freedoms: f64) -> f64 {
+    ChiSquared::new(freedoms).map_or(f64::NAN, |d| d.sf(x))
+}
+
+/// The probability that an F variable with `(d1, d2)` freedoms exceeds `x`.
+pub fn fisher_above(x: f64, d1: f64, d2: f64) -> f64 {
+    FisherSnedecor::new(d1, d2).map_or(f64::NAN, |d| d.sf(x))
+}
+
+/// The value Student's t of `freedoms` stays below with probability `p`.
+pub fn student_quantile(p: f64, freedoms: f64) -> f64 {
+    StudentsT::new(0.0, 1.0, freedoms).map_or(f64::INFINITY, |d| d.inverse_cdf(p))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Tabulated values to their printed digits (any table of these distributions).
+    #[test]
+    fn ref_tables() {
+        let close = |a: f64, b: f64| assert!((a - b).abs() < 5e-4 * b.abs().max(1.0), "{a} {b}");
+        close(normal_quantile(0.975), 1.960);
+        close(chi_squared_quantile(0.95, 10.0), 18.307);
+        close(chi_squared_above(18.307, 10.0), 0.05);
+        close(student_quantile(0.975, 10.0), 2.228);
+        close(fisher_above(3.326, 5.0, 10.0), 0.05);
+        // exp(−x/2) for two freedoms, far out in the tail
+        let tail = chi_squared_above(200.0, 2.0);
+        assert!((tail / (-100.0_f64).exp() - 1.0).abs() < 1e-9);
+    }
+}
