@@ -10,6 +10,15 @@ pub mod base;
 /// Linear algebra, without knowledge of files, gears or the terminal.
 pub mod numeric;
 
+/// Logs of measured signals.
+pub mod recording;
+
+/// What frequencies are in a signal.
+pub mod spectrum;
+
+/// From measured responses to transfer functions and modes.
+pub mod identify;
+
 /// Model and scene files as written.
 pub mod scene;
 

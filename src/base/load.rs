@@ -76,7 +76,11 @@ pub fn decode(path: String, bytes: Vec<u8>) -> Result<Arc<Source>, Error> {
 /// A text under the name `path`; a byte-order mark is taken off.
 pub fn source(path: String, text: &str) -> Arc<Source> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text).to_string();
-    Arc::new(Source { path, text })
+    Arc::new(Source {
+        path,
+        text,
+        first_line: 1,
+    })
 }
 
 #[cfg(test)]

@@ -9,8 +9,10 @@ use std::sync::Arc;
 pub struct Source {
     /// The name as the user gave it.
     pub path: String,
-    /// All of it.
+    /// All of it, or the part that matters of a file too large to keep.
     pub text: String,
+    /// The line of the file the text begins on, counted from 1.
+    pub first_line: usize,
 }
 
 /// A stretch of a file. Cheap to clone: the text is shared.
@@ -32,6 +34,16 @@ impl Place {
         }
     }
 
+    /// A stretch of one line of a file too large to keep: `line` (from 1) has the text `text`, and `span` of it is meant.
+    pub fn in_line(path: &str, line: usize, text: &str, span: Range<usize>) -> Place {
+        let source = Source {
+            path: path.to_string(),
+            text: text.to_string(),
+            first_line: line,
+        };
+        Place::new(Arc::new(source), span)
+    }
+
     /// The file it is in.
     pub fn source(&self) -> &Arc<Source> {
         &self.source
@@ -49,7 +61,7 @@ impl Place {
 
     /// The line it begins in, counted from 1.
     pub fn line(&self) -> usize {
-        1 + self.before().bytes().filter(|&b| b == b'\n').count()
+        self.source.first_line + self.before().bytes().filter(|&b| b == b'\n').count()
     }
 
     /// The character of the line it begins at, counted from 1.

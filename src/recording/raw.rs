@@ -1,0 +1,103 @@
+//! A log as written: values, units and stamps, nothing repaired.
+
+use super::column::Column;
+use super::responses::FrequencyResponses;
+use crate::base::error::Warning;
+
+/// What a reader understood of one file.
+#[derive(Debug, Default)]
+pub struct Raw {
+    /// The file, as the user named it.
+    pub path: String,
+    /// Format and dialect in words: `CSV, semicolon, decimal comma, Latin-1, 3 header lines`.
+    pub dialect: String,
+    /// What the header says beside channels and rate, as written: date, operator, instrument.
+    pub facts: Vec<(String, String)>,
+    /// Channels, grouped by the clock they share; nearly always one group.
+    pub groups: Vec<Group>,
+    /// Frequency responses, where the file holds them.
+    pub responses: Option<FrequencyResponses>,
+    /// Doubts.
+    pub warnings: Vec<Warning>,
+    /// What was passed over or changed on the way in (footer lines, cells that hold no number), never silently.
+    pub repairs: Vec<Repair>,
+}
+
+/// Channels sampled by one clock.
+#[derive(Debug, Default)]
+pub struct Group {
+    /// What the file says of the clock.
+    pub clock: Clock,
+    /// The channels, of equal length.
+    pub channels: Vec<RawChannel>,
+}
+
+/// One channel as written.
+#[derive(Debug, Default)]
+pub struct RawChannel {
+    /// Its name; made up from its place where the file has none (`column 3`).
+    pub name: String,
+    /// Its unit as written; empty where the file has none.
+    pub unit: String,
+    /// Values as written; NaN where a cell is blank, `NaN` or an overload word.
+    pub samples: Column,
+    /// How many cells were an overload word.
+    pub overloads: usize,
+}
+
+/// What a file says of the clock of its channels.
+#[derive(Debug, Default)]
+pub struct Clock {
+    /// The stamps of the rows, where there are any.
+    pub stamps: Option<Stamps>,
+    /// The sample rate the header states, Hz, and where it says so (`Delta_X`, `Sampling Frequency`).
+    pub header_rate: Option<(f64, String)>,
+    /// How many samples the header states.
+    pub header_samples: Option<usize>,
+    /// Date and time of the first sample as written.
+    pub start: Option<String>,
+    /// Line of the file each row stands on.
+    pub lines: Lines,
+}
+
+/// Time stamps of the rows.
+#[derive(Debug, Default)]
+pub struct Stamps {
+    /// What the column is called.
+    pub name: String,
+    /// Unit as written, or `date-time`.
+    pub unit: String,
+    /// Seconds since the first stamp.
+    pub seconds: Column,
+    /// One unit of the last digit written, s: stamps are rounded to it.
+    pub resolution_s: f64,
+}
+
+/// Which line of a text file each row stands on, as runs of consecutive lines.
+#[derive(Debug, Clone, Default)]
+pub struct Lines(Vec<(usize, usize)>);
+
+impl Lines {
+    /// Row `row` (from 0) stands on line `line` (from 1); rows in rising order.
+    pub fn note(&mut self, row: usize, line: usize) {
+        let expected = self.0.last().map(|&(r, l)| l + (row - r));
+        if expected != Some(line) {
+            self.0.push((row, line));
+        }
+    }
+
+    /// The line of a row; `None` for files that are not text.
+    pub fn of(&self, row: usize) -> Option<usize> {
+        let run = self.0.partition_point(|&(r, _)| r <= row).checked_sub(1)?;
+        self.0.get(run).map(|&(r, l)| l + (row - r))
+    }
+}
+
+/// Something done to the data, said in every answer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Repair {
+    /// A word: `resampled`, `gap-split`, `gap-filled`, `cells-missing`, `footer-skipped`, `detrended`, `decimated`.
+    pub kind: &'static str,
+    /// What was done, where, and how large its error is.
+    pub message: String,
+}

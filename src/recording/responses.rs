@@ -1,0 +1,40 @@
+//! Frequency responses, read from a file or estimated from signals.
+
+use crate::numeric::Complex;
+
+/// What a frequency response joins: a channel and its unit.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Terminal {
+    /// Name of the channel.
+    pub name: String,
+    /// Unit as text, such as `m/s²`; empty where unknown.
+    pub unit: String,
+}
+
+/// One frequency response function over the lines of its table.
+#[derive(Debug, Clone, Default)]
+pub struct FrequencyResponse {
+    /// What drives; `None` where the file does not say.
+    pub input: Option<Terminal>,
+    /// What answers.
+    pub output: Terminal,
+    /// Output over input by line, in the unit of the output over that of the input.
+    pub value: Vec<Complex>,
+    /// `E|error|²` of each value, where it was measured.
+    pub variance: Option<Vec<f64>>,
+    /// Ordinary coherence (multiple coherence with several inputs), where it was measured.
+    pub coherence: Option<Vec<f64>>,
+}
+
+/// Frequency responses over common lines.
+#[derive(Debug, Clone, Default)]
+pub struct FrequencyResponses {
+    /// Lines, Hz, rising.
+    pub frequency_hz: Vec<f64>,
+    /// The functions.
+    pub functions: Vec<FrequencyResponse>,
+    /// Effective number of independent averages behind each value, where known.
+    pub averages: Option<f64>,
+    /// An exponential window `exp(−σt)` lies on the responses and shifts every pole to the left by `σ`, 1/s; 0 without one.
+    pub window_decay: f64,
+}

@@ -1,0 +1,73 @@
+//! What a reader may be told instead of guessing: by flags, or by a sidecar file `[log]`.
+
+/// Everything that may be said of a log. What is `None` is found from the file.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Settings {
+    /// How the text is laid out.
+    pub dialect: DialectSettings,
+    /// Which rate is trusted.
+    pub rate: Option<RateSource>,
+    /// The column of time stamps; `Some("none")` where no column is one.
+    pub time_column: Option<String>,
+    /// Unit of the time stamps, such as `ms`.
+    pub time_unit: Option<String>,
+    /// What is said of single channels.
+    pub channels: Vec<ChannelSettings>,
+    /// Only these channels are kept, in this order; all where empty.
+    pub only: Vec<String>,
+    /// What is done about gaps.
+    pub gaps: Gaps,
+    /// Nothing before this time is kept, s from the first sample.
+    pub from_s: Option<f64>,
+    /// Nothing from this time on is kept, s from the first sample.
+    pub to_s: Option<f64>,
+}
+
+/// How a text log is laid out.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct DialectSettings {
+    /// Between cells.
+    pub delimiter: Option<char>,
+    /// `.` or `,`.
+    pub decimal: Option<char>,
+    /// A label of the encoding standard, such as `latin1`, `gbk`, `utf-16le`.
+    pub encoding: Option<String>,
+    /// Lines above the first line of numbers.
+    pub header_lines: Option<usize>,
+}
+
+/// Where the sample rate comes from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum RateSource {
+    /// This, Hz.
+    Hertz(f64),
+    /// The time stamps.
+    Time,
+    /// What the header says.
+    Header,
+}
+
+/// What is said of one channel.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ChannelSettings {
+    /// Its name in the file.
+    pub name: String,
+    /// What it is called from here on.
+    pub rename: Option<String>,
+    /// The unit its numbers are in, instead of what the file says.
+    pub unit: Option<String>,
+    /// Sensitivity of the sensor as text, such as `"100 mV/g"`: numbers in V divided by it are the quantity.
+    pub sensitivity: Option<String>,
+    /// Numbers at or beyond this size are overloads.
+    pub overload: Option<f64>,
+}
+
+/// What is done about samples that are missing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Gaps {
+    /// The recording falls into stretches; averages are taken inside each.
+    #[default]
+    Split,
+    /// Straight lines bridge them, and this is reported.
+    Fill,
+}

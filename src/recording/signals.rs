@@ -1,0 +1,50 @@
+//! Channels with units on a uniform time base: what every analysis of a log starts from.
+
+use std::ops::Range;
+
+use super::column::Column;
+use super::raw::Repair;
+use crate::base::error::Warning;
+
+/// Channels on a uniform time base.
+#[derive(Debug)]
+pub struct Recording {
+    /// The file, as the user named it.
+    pub path: String,
+    /// Format and dialect in words.
+    pub dialect: String,
+    /// Samples a second, Hz.
+    pub rate_hz: f64,
+    /// Where the rate comes from, in words: `by regression over 12 403 stamps`.
+    pub rate_source: String,
+    /// Samples of every channel.
+    pub samples: usize,
+    /// Stretches without a gap, in samples, rising; at least one.
+    pub stretches: Vec<Range<usize>>,
+    /// The channels.
+    pub channels: Vec<Channel>,
+    /// Everything done to the data.
+    pub repairs: Vec<Repair>,
+    /// Doubts.
+    pub warnings: Vec<Warning>,
+}
+
+/// One channel in the unit it is analysed in.
+#[derive(Debug)]
+pub struct Channel {
+    /// Its name.
+    pub name: String,
+    /// Its unit as shown; empty where unknown.
+    pub unit: String,
+    /// Samples in that unit; finite inside every stretch.
+    pub samples: Column,
+    /// Samples at or beyond the overload level.
+    pub overloads: usize,
+}
+
+impl Recording {
+    /// Time from the first to after the last sample, s.
+    pub fn duration_s(&self) -> f64 {
+        self.samples as f64 / self.rate_hz
+    }
+}
