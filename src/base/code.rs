@@ -51,12 +51,25 @@ codes! {
     ContradictoryRatios "contradictory-ratios" 2 "Rigid gear pairs that close a loop must multiply to one. Where they do not, the loop cannot turn at all; make one pair elastic (give it k) or mend its tooth numbers."
     NoSuchFreedom "no-such-freedom" 2 "The node has no freedom along that axis: lateral and tilting axes exist only where a bearing gives the node one."
     NoSpeed "no-speed" 2 "The question needs the speed of the shafts, and the model does not fix it: nothing can turn, or several parts turn independently of each other. State speeds in [speed]."
+    // logs
+    UnknownFormat "unknown-format" 2 "The file is none of the formats logs are read from: delimited text (CSV and its kin), LabVIEW LVM, UFF 58, WAV, MATLAB level 5; each also inside gzip or zip. The message says what its first bytes look like."
+    BrokenFile "broken-file" 2 "The file begins as a known format and then breaks its rules: it was cut off, damaged or written by a program that strays from the format."
+    EmptyLog "empty-log" 2 "The log holds no samples: the file is empty, or nothing but a header."
+    RaggedRow "ragged-row" 2 "A row of numbers has more or fewer cells than the rows before it. The row is never cut, filled or passed over; mend the file, or state the delimiter and the decimal mark where they were misread."
+    NotANumber "not-a-number" 2 "A cell of a channel holds text. Blank cells, NaN and overload words are understood as missing samples; anything else is not guessed at."
+    BadTime "bad-time" 2 "The time stamps repeat or run backward, so that the order of the samples is in doubt."
+    RateUnknown "rate-unknown" 2 "Neither time stamps nor the header give the sample rate. State it: --rate 5000, or `rate` in the sidecar."
+    RateDisagrees "rate-disagrees" 2 "The sample rate by the time stamps, by the header and by the sample count over the duration differ by more than 0.1 %. Say which one is right: --rate-from time, --rate-from header, or --rate."
+    NoChannel "no-channel" 2 "The log has no channel of that name. `geardyn check LOG` lists the channels."
+    NoSignal "no-signal" 2 "The channel holds nothing to analyse: all zero, constant, or no number at all."
+    TooShort "too-short" 2 "The record has fewer samples than the analysis needs."
     Usage "usage" 2 "The command was called in a way it does not take. See its --help."
     OutputFailed "output-failed" 2 "The output file could not be written. Nothing half-written is left behind."
     // numbers
     Indefinite "indefinite" 3 "The mass matrix is not positive definite, so the modes are not defined. A consistent mass or a rigid joint has left a combination of freedoms without inertia."
     NoConvergence "no-convergence" 3 "An iteration ended without reaching its tolerance. The message says which, and how far it came."
     Overflow "overflow" 3 "Numbers of the model are so far apart that their products leave the range of double precision (1e-308 to 1e308). Check the units of the values named."
+    IllPosed "ill-posed" 3 "The data do not determine what is asked: the equations of the fit are singular, or fewer independent values than unknowns are at hand."
     Hopeless "hopeless" 3 "The request would need more memory or time than is sensible for it. The message says what to ask instead."
 }
 
