@@ -15,6 +15,9 @@ pub type Complex = faer::c64;
 /// Discrete Fourier transforms.
 pub mod fft;
 
+/// Values between samples at any instants.
+pub mod band_limited;
+
 /// Distributions.
 pub mod statistics;
 

@@ -21,12 +21,19 @@ pub mod systems;
 /// JSON documents.
 pub mod json;
 
+/// What was understood of a log.
+pub mod recording;
+
 /// CSV files.
 pub mod csv;
 
 /// Tables for a terminal.
 #[cfg(feature = "cli")]
 pub mod table;
+
+/// Tables of logs.
+#[cfg(feature = "cli")]
+pub mod log_tables;
 
 /// Tables of state-space forms and reduced machines.
 #[cfg(feature = "cli")]
