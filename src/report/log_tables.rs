@@ -10,8 +10,16 @@ use crate::recording::survey::Survey;
 /// What was understood of a log.
 pub fn survey(recording: &Recording, surveys: &[Survey]) -> String {
     let mut text = format!("{}   {}\n", recording.path, recording.dialect);
-    text += &format!("  time base   {} Hz, {}\n", rate(recording.rate_hz), recording.rate_source);
-    text += &format!("              {} samples, {} s", recording.samples, brief(recording.duration_s()));
+    text += &format!(
+        "  time base   {} Hz, {}\n",
+        rate(recording.rate_hz),
+        recording.rate_source
+    );
+    text += &format!(
+        "              {} samples, {} s",
+        recording.samples,
+        brief(recording.duration_s())
+    );
     text += &match recording.stretches.len() {
         1 => "\n".to_string(),
         n => format!(" in {n} stretches\n"),
@@ -24,10 +32,23 @@ pub fn survey(recording: &Recording, surveys: &[Survey]) -> String {
     for (channel, survey) in recording.channels.iter().zip(surveys) {
         let (range, noise) = match survey.empty {
             true => ("–".to_string(), "–".to_string()),
-            false => (format!("{} … {}", brief(survey.range.0), brief(survey.range.1)), brief(survey.noise)),
+            false => (
+                format!("{} … {}", brief(survey.range.0), brief(survey.range.1)),
+                brief(survey.noise),
+            ),
         };
-        let unit = if channel.unit.is_empty() { "?" } else { &channel.unit };
-        table.add_row(vec![format!("  {}", channel.name), unit.to_string(), range, noise, note(survey)]);
+        let unit = if channel.unit.is_empty() {
+            "?"
+        } else {
+            &channel.unit
+        };
+        table.add_row(vec![
+            format!("  {}", channel.name),
+            unit.to_string(),
+            range,
+            noise,
+            note(survey),
+        ]);
     }
     text + &finish(&table)
 }
@@ -36,15 +57,32 @@ pub fn survey(recording: &Recording, surveys: &[Survey]) -> String {
 pub fn responses(path: &str, dialect: &str, found: &FrequencyResponses) -> String {
     let ends = |f: Option<&f64>| f.map_or("–".to_string(), |&f| brief(f));
     let lines = &found.frequency_hz;
-    let mut text = format!("{path}   {dialect}\n  {} frequency responses over {} lines, {} … {} Hz\n",
-        found.functions.len(), lines.len(), ends(lines.first()), ends(lines.last()));
+    let mut text = format!(
+        "{path}   {dialect}\n  {} frequency responses over {} lines, {} … {} Hz\n",
+        found.functions.len(),
+        lines.len(),
+        ends(lines.first()),
+        ends(lines.last())
+    );
     let mut table = plain();
     table.add_row(vec!["  response", "unit", "input", "unit", "coherence"]);
     for f in &found.functions {
         let input = f.input.clone().unwrap_or_default();
-        let or = |text: &str| if text.is_empty() { "?".to_string() } else { text.to_string() };
+        let or = |text: &str| {
+            if text.is_empty() {
+                "?".to_string()
+            } else {
+                text.to_string()
+            }
+        };
         let coherence = if f.coherence.is_some() { "yes" } else { "–" };
-        table.add_row(vec![format!("  {}", or(&f.output.name)), or(&f.output.unit), or(&input.name), or(&input.unit), coherence.to_string()]);
+        table.add_row(vec![
+            format!("  {}", or(&f.output.name)),
+            or(&f.output.unit),
+            or(&input.name),
+            or(&input.unit),
+            coherence.to_string(),
+        ]);
     }
     text += &finish(&table);
     text

@@ -6,6 +6,18 @@ pub mod number;
 /// The surface of every picture.
 pub mod style;
 
+/// Axes of curves over frequency.
+pub mod axes;
+
+/// Frequency responses as pictures.
+pub mod bode;
+
+/// Poles as pictures.
+pub mod poles_picture;
+
+/// Spectra as pictures.
+pub mod lines_picture;
+
 /// Frequencies over speed, as a picture.
 pub mod campbell_picture;
 

@@ -48,20 +48,29 @@ pub fn json(recording: &Recording, surveys: &[Survey]) -> Value {
 }
 
 fn facts(recording: &Recording) -> Value {
-    recording.facts.iter().map(|(key, text)| (key.clone(), json!(text))).collect::<serde_json::Map<_, _>>().into()
+    recording
+        .facts
+        .iter()
+        .map(|(key, text)| (key.clone(), json!(text)))
+        .collect::<serde_json::Map<_, _>>()
+        .into()
 }
 
 /// What frequency responses a file holds.
 pub fn responses(found: &FrequencyResponses) -> Value {
-    let functions: Vec<Value> = found.functions.iter().map(|f| {
-        json!({
-            "input": f.input.as_ref().map(|t| t.name.clone()),
-            "input_unit": f.input.as_ref().map(|t| t.unit.clone()),
-            "output": f.output.name,
-            "output_unit": f.output.unit,
-            "coherence": f.coherence.is_some(),
+    let functions: Vec<Value> = found
+        .functions
+        .iter()
+        .map(|f| {
+            json!({
+                "input": f.input.as_ref().map(|t| t.name.clone()),
+                "input_unit": f.input.as_ref().map(|t| t.unit.clone()),
+                "output": f.output.name,
+                "output_unit": f.output.unit,
+                "coherence": f.coherence.is_some(),
+            })
         })
-    }).collect();
+        .collect();
     json!({
         "lines": found.frequency_hz.len(),
         "from_hz": found.frequency_hz.first(),
@@ -72,7 +81,9 @@ pub fn responses(found: &FrequencyResponses) -> Value {
 
 /// What was done to the data, as a list.
 pub fn repairs(list: &[Repair]) -> Value {
-    list.iter().map(|r| json!({ "kind": r.kind, "message": r.message })).collect()
+    list.iter()
+        .map(|r| json!({ "kind": r.kind, "message": r.message }))
+        .collect()
 }
 
 /// What a survey found remarkable, in words; empty where nothing is.
@@ -85,7 +96,11 @@ pub fn note(survey: &Survey) -> String {
         notes.push("constant".to_string());
     }
     if let Some((count, level)) = survey.clipped {
-        let times = if count == 1 { "once".to_string() } else { format!("{count} times") };
+        let times = if count == 1 {
+            "once".to_string()
+        } else {
+            format!("{count} times")
+        };
         notes.push(format!("clipped at {} {times}", brief(level)));
     }
     match survey.overloads {
