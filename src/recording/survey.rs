@@ -61,7 +61,11 @@ pub fn survey(recording: &Recording, channel: &Channel) -> Result<Survey, Error>
         }
         const ENOUGH: usize = 200_000;
         if fourths.len() < ENOUGH {
-            fourths.extend(block.windows(5).map(|w| (w[0] - 4.0 * w[1] + 6.0 * w[2] - 4.0 * w[3] + w[4]).abs()));
+            fourths.extend(
+                block
+                    .windows(5)
+                    .map(|w| (w[0] - 4.0 * w[1] + 6.0 * w[2] - 4.0 * w[3] + w[4]).abs()),
+            );
         }
     })?;
     let empty = count == 0.0;
@@ -94,7 +98,12 @@ fn noise(fourths: &mut [f64]) -> f64 {
 }
 
 /// Flat tops at the larger extreme that has any.
-fn clipping(recording: &Recording, channel: &Channel, (low, high): (f64, f64), resolution: f64) -> Result<Option<(usize, f64)>, Error> {
+fn clipping(
+    recording: &Recording,
+    channel: &Channel,
+    (low, high): (f64, f64),
+    resolution: f64,
+) -> Result<Option<(usize, f64)>, Error> {
     let mut tops = [(0usize, high), (0usize, low)];
     // Length of the present run at each extreme, and the jump into it.
     let mut runs = [(0usize, 0.0f64); 2];
@@ -118,7 +127,11 @@ fn clipping(recording: &Recording, channel: &Channel, (low, high): (f64, f64), r
     Ok(tops.into_iter().filter(|t| t.0 > 0).max_by_key(|t| t.0))
 }
 
-fn each_block(recording: &Recording, channel: &Channel, mut see: impl FnMut(&[f64])) -> Result<(), Error> {
+fn each_block(
+    recording: &Recording,
+    channel: &Channel,
+    mut see: impl FnMut(&[f64]),
+) -> Result<(), Error> {
     let mut block = vec![0.0; BLOCK.min(recording.samples)];
     for stretch in &recording.stretches {
         let mut at = stretch.start;
@@ -171,7 +184,9 @@ mod tests {
         assert_eq!(of(&cut).clipped, Some((10, 0.8)));
         let whole: Vec<f64> = (0..314).map(sine).collect();
         assert_eq!(of(&whole).clipped, None);
-        let coarse: Vec<f64> = (0..3140).map(|k| ((0.002 * f64::from(k)).sin() * 50.0).round()).collect();
+        let coarse: Vec<f64> = (0..3140)
+            .map(|k| ((0.002 * f64::from(k)).sin() * 50.0).round())
+            .collect();
         assert_eq!(of(&coarse).clipped, None);
     }
 
@@ -180,7 +195,9 @@ mod tests {
         let mut random = fastrand::Rng::with_seed(5);
         // The sum of twelve uniform numbers is nearly normal with variance 1.
         let mut normal = || (0..12).map(|_| random.f64()).sum::<f64>() - 6.0;
-        let x: Vec<f64> = (0..100_000).map(|k| 3.0 + (0.01 * f64::from(k)).sin() + 0.1 * normal()).collect();
+        let x: Vec<f64> = (0..100_000)
+            .map(|k| 3.0 + (0.01 * f64::from(k)).sin() + 0.1 * normal())
+            .collect();
         let found = of(&x);
         assert!((found.mean - 3.0).abs() < 0.01);
         assert!((found.noise / 0.1 - 1.0).abs() < 0.03, "{}", found.noise);

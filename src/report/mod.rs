@@ -36,6 +36,9 @@ pub mod json;
 /// What was understood of a log.
 pub mod recording;
 
+/// What was identified from a log.
+pub mod identified;
+
 /// CSV files.
 pub mod csv;
 

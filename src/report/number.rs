@@ -82,6 +82,15 @@ pub fn brief(x: f64) -> String {
     text.replace('-', "−").replace("e−", "e-")
 }
 
+/// A value with its standard deviation, to two digits of the deviation: `26.602 ± 0.014`.
+pub fn with_deviation(value: f64, deviation: f64) -> String {
+    if !(deviation > 0.0 && deviation.is_finite() && value.is_finite()) {
+        return significant(value);
+    }
+    let decimals = (1.0 - deviation.log10().floor()).clamp(0.0, 12.0) as usize;
+    format!("{value:.decimals$} ± {deviation:.decimals$}")
+}
+
 /// A share or a ratio as per cent with a sensible number of digits.
 pub fn percent(x: f64) -> String {
     let value = 100.0 * x;

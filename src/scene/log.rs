@@ -56,7 +56,10 @@ pub fn read(source: &Arc<Source>) -> Result<Settings, Errors> {
         f.optional_text(said);
     }
     f.item("units", "the text \"SI\"");
-    f.item("truth", "a table of what is known of a simulated recording, read by nobody here");
+    f.item(
+        "truth",
+        "a table of what is known of a simulated recording, read by nobody here",
+    );
     let mut settings = one(&mut f, "log", log).unwrap_or_default();
     settings.channels = each(&mut f, "channel", channel);
     f.ends();
@@ -70,15 +73,26 @@ fn log(f: &mut Fields) -> Settings {
     let dialect = DialectSettings {
         delimiter: f.choice(
             "delimiter",
-            &[(",", ','), (";", ';'), ("tab", '\t'), ("space", ' '), ("|", '|')],
+            &[
+                (",", ','),
+                (";", ';'),
+                ("tab", '\t'),
+                ("space", ' '),
+                ("|", '|'),
+            ],
         ),
         decimal: character(f.choice("decimal", &[(".", "."), (",", ",")])),
         encoding: f.optional_text("encoding").map(str::to_string),
-        header_lines: f.optional_count("header_lines", 0, 100_000).map(|n| n as usize),
+        header_lines: f
+            .optional_count("header_lines", 0, 100_000)
+            .map(|n| n as usize),
     };
     f.exclusive("rate", "rate_from");
     let stated = f.optional_quantity("rate", Kind::Frequency, Range::Positive);
-    let from = f.choice("rate_from", &[("time", RateSource::Time), ("header", RateSource::Header)]);
+    let from = f.choice(
+        "rate_from",
+        &[("time", RateSource::Time), ("header", RateSource::Header)],
+    );
     let hertz = stated.map(|omega| RateSource::Hertz(omega / std::f64::consts::TAU));
     Settings {
         dialect,
@@ -87,7 +101,9 @@ fn log(f: &mut Fields) -> Settings {
         time_unit: f.optional_text("time_unit").map(str::to_string),
         channels: Vec::new(),
         only: Vec::new(),
-        gaps: f.choice("gaps", &[("split", Gaps::Split), ("fill", Gaps::Fill)]).unwrap_or_default(),
+        gaps: f
+            .choice("gaps", &[("split", Gaps::Split), ("fill", Gaps::Fill)])
+            .unwrap_or_default(),
         from_s: f.optional_quantity("from", Kind::Time, Range::NotNegative),
         to_s: f.optional_quantity("to", Kind::Time, Range::Positive),
     }
@@ -107,15 +123,28 @@ fn channel(f: &mut Fields) -> ChannelSettings {
 
 /// A sidecar that says what was understood of a log, for somebody to correct.
 pub fn write(settings: &Settings, rate_hz: f64, channels: &[(String, String)]) -> String {
-    let quoted = |text: &str| format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\"").replace(['\n', '\r', '\t'], " "));
-    let mut text = String::from("# What was understood of the log beside this file. Correct what is wrong; what is left out is found from the log.\n\n[log]\n");
+    let quoted = |text: &str| {
+        format!(
+            "\"{}\"",
+            text.replace('\\', "\\\\")
+                .replace('"', "\\\"")
+                .replace(['\n', '\r', '\t'], " ")
+        )
+    };
+    let mut text = String::from(
+        "# What was understood of the log beside this file. Correct what is wrong; what is left out is found from the log.\n\n[log]\n",
+    );
     text += &match settings.rate {
         Some(RateSource::Time) => "rate_from = \"time\"\n".to_string(),
         Some(RateSource::Header) => "rate_from = \"header\"\n".to_string(),
         Some(RateSource::Hertz(rate)) => format!("rate = \"{rate} Hz\"\n"),
         None => format!("# rate = \"{rate_hz} Hz\"       # or rate_from = \"time\", \"header\"\n"),
     };
-    for (key, value) in [("time", &settings.time_column), ("time_unit", &settings.time_unit), ("encoding", &settings.dialect.encoding)] {
+    for (key, value) in [
+        ("time", &settings.time_column),
+        ("time_unit", &settings.time_unit),
+        ("encoding", &settings.dialect.encoding),
+    ] {
         if let Some(value) = value {
             text += &format!("{key} = {}\n", quoted(value));
         }
@@ -178,7 +207,11 @@ mod tests {
         let settings = Settings {
             rate: Some(RateSource::Hertz(331.4)),
             time_column: Some("t \"x\"".into()),
-            dialect: DialectSettings { delimiter: Some('\t'), decimal: Some(','), ..DialectSettings::default() },
+            dialect: DialectSettings {
+                delimiter: Some('\t'),
+                decimal: Some(','),
+                ..DialectSettings::default()
+            },
             gaps: Gaps::Fill,
             from_s: Some(0.5),
             channels: vec![ChannelSettings {
