@@ -6,6 +6,9 @@
 /// Long sequences of samples in bounded memory.
 pub mod column;
 
+/// Names of channels with units in them.
+pub mod names;
+
 /// What a reader may be told instead of guessing.
 pub mod settings;
 
@@ -17,3 +20,12 @@ pub mod raw;
 
 /// Channels on a uniform time base.
 pub mod signals;
+
+/// Delimited text.
+pub mod text;
+
+/// gzip and zip.
+mod container;
+
+/// A log of any format.
+pub mod open;
