@@ -9,6 +9,9 @@ pub mod quantity;
 /// Long sequences of samples in bounded memory.
 pub mod column;
 
+/// Names of channels with units in them.
+pub mod names;
+
 /// What a reader may be told instead of guessing.
 pub mod settings;
 
@@ -17,6 +20,15 @@ pub mod responses;
 
 /// A log as written.
 pub mod raw;
+
+/// Delimited text.
+pub mod text;
+
+/// gzip and zip.
+mod container;
+
+/// A log of any format.
+pub mod open;
 
 /// The clock of a log.
 pub mod time_base;
