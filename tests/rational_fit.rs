@@ -164,6 +164,7 @@ fn errors(fit: &RationalFit, case: &Case) -> Option<(f64, f64)> {
 #[test]
 fn law_five_modes_in_noise() {
     let f = lines();
+    let mut missed = Vec::new();
     for case in &CASES {
         let clean = case.responses(&f, &constant);
         for (seed, snr) in [(1, 60.0), (2, 40.0), (3, 20.0)] {
@@ -176,21 +177,28 @@ fn law_five_modes_in_noise() {
                 let fit = fit(&measured(&f, &h, variance), &RationalOptions::default()).unwrap();
                 let worst = errors(&fit, case);
                 println!("{} {snr} dB given {given}: {worst:?} {}", case.name, describe(&fit));
-                assert!(worst.is_some(), "{} {snr} dB given {given}", case.name);
+                if worst.is_none() {
+                    missed.push(format!("{} {snr} dB given {given}", case.name));
+                }
             }
         }
     }
+    assert!(missed.is_empty(), "{missed:?}");
 }
 
 /// Without noise the poles come back to rounding.
 #[test]
 fn exact_five_modes() {
     let f = lines();
+    let mut missed = Vec::new();
     for case in &CASES {
         let h = case.responses(&f, &constant);
         let fit = fit(&measured(&f, &h, None), &RationalOptions::default()).unwrap();
         println!("{}: {}", case.name, describe(&fit));
-        let (df, dz) = errors(&fit, case).unwrap();
+        let Some((df, dz)) = errors(&fit, case) else {
+            missed.push(case.name);
+            continue;
+        };
         println!("{}: {df:.1e} {dz:.1e}", case.name);
         assert!(df < 1e-13 && dz < 1e-12, "{}: {df:.1e} {dz:.1e}", case.name);
         let back = fit.synthesise(123.5);
@@ -198,4 +206,5 @@ fn exact_five_modes() {
             assert!((back[i] - h[i][246]).norm() < 1e-11 * h[i][246].norm().max(0.01));
         }
     }
+    assert!(missed.is_empty(), "{missed:?}");
 }

@@ -38,6 +38,19 @@ const TRIALS: usize = 4;
 /// Steps of all poles together after one was added. No precision is bought before all are in.
 const STEPS: usize = 12;
 
+/// Before a place near a pole is looked at, the poles are brought to theirs.
+const SETTLE: Stop = Stop {
+    steps: 25,
+    fall: 1.0,
+    share: 1e-3,
+};
+
+/// Poles added at once share less than this with any other.
+const CLEAR: f64 = 0.03;
+
+/// A local fit sees most of what a pole gains; below this share of the threshold it is not worth a fit of all lines.
+const NEAR_THRESHOLD: f64 = 0.7;
+
 /// A peak of the scan is followed from this share of the threshold on: the scan cuts Lorentzians off.
 const WORTH_TRYING: f64 = 0.3;
 
@@ -76,6 +89,7 @@ impl<'a> Growth<'a> {
 
     /// Adds poles until none is worth it.
     pub fn grow(&mut self, mut fitted: Fitted, evidence: &mut Vec<Step>) -> Fitted {
+        let mut settled = false;
         loop {
             let count = fitted.model.poles.len();
             let limit = self.rules.order.unwrap_or(self.rules.most);
@@ -84,11 +98,22 @@ impl<'a> Growth<'a> {
             }
             let peaks = self.worth_trying(&fitted);
             let best = peaks.first().map_or(0.0, |p| p.gain);
-            let next = self
-                .several(&fitted, &peaks, limit - count, evidence)
-                .or_else(|| self.single(&fitted, &peaks, evidence));
-            match next {
-                Some(next) => fitted = next,
+            if let Some(next) = self.several(&fitted, &peaks, limit - count, evidence) {
+                (fitted, settled) = (next, false);
+                continue;
+            }
+            // what poles not yet at their place leave beside them is not taken for others
+            if !settled && !peaks.is_empty() {
+                let before = fitted.chi2;
+                fitted = refine(self.problem, fitted, self.numerators, SETTLE);
+                self.steps += fitted.steps;
+                settled = true;
+                if before - fitted.chi2 > self.threshold {
+                    continue;
+                }
+            }
+            match self.single(&fitted, &peaks, evidence) {
+                Some(next) => (fitted, settled) = (next, false),
                 None => {
                     if peaks.is_empty() {
                         evidence.push(self.step(&fitted, fitted.chi2 - best, 1, false, "no place in the band promises enough"));
@@ -128,7 +153,9 @@ impl<'a> Growth<'a> {
             .collect();
         let mut distinct: Vec<Placed> = Vec::new();
         for p in placed {
-            if !distinct.iter().any(|q| q.pole.overlap(&p.pole) > 0.25) {
+            let old = fitted.model.poles.iter();
+            let mut others = old.chain(distinct.iter().map(|q| &q.pole));
+            if others.all(|q| q.overlap(&p.pole) < CLEAR) {
                 distinct.push(p);
             }
         }
@@ -171,13 +198,18 @@ impl<'a> Growth<'a> {
             tries.push((placed.as_ref().map_or(peak.gain, |p| p.gain), model, placed));
         }
         tries.sort_by(|a, b| b.0.total_cmp(&a.0));
-        for (_, model, _) in tries {
+        for (gain, model, _) in tries {
             let start = model.poles.last().copied()?;
+            if gain < NEAR_THRESHOLD * self.threshold && self.rules.order.is_none() {
+                evidence.push(self.step(fitted, fitted.chi2 - gain, 1, false, NOISE));
+                self.refused.push(start);
+                continue;
+            }
             let next = self.polish(&model);
             let fall = fitted.chi2 - next.chi2;
             let forced = self.rules.order.is_some() && fall > 0.0;
             if fall < self.threshold && !forced {
-                evidence.push(self.step(fitted, next.chi2, 1, false, "less than noise gives somewhere in the band"));
+                evidence.push(self.step(fitted, next.chi2, 1, false, NOISE));
                 self.refused.push(start);
                 continue;
             }
@@ -305,6 +337,9 @@ impl<'a> Growth<'a> {
         }
     }
 }
+
+/// Why a pole is refused.
+const NOISE: &str = "no more than noise gives somewhere in the band";
 
 /// Real numbers one more pole brings.
 fn freedoms(problem: &Problem, numerators: usize) -> f64 {
