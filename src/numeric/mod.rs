@@ -54,6 +54,9 @@ pub mod expm;
 /// Polishing of damped modes.
 pub mod quadratic;
 
+/// Orthonormal bases of column spaces.
+pub mod orthonormal;
+
 /// Sums over long vectors.
 mod slices;
 
