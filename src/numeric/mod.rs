@@ -52,7 +52,7 @@ pub mod expm;
 pub mod quadratic;
 
 /// Sums over long vectors.
-mod slices;
+pub mod slices;
 
 /// Sparse symmetric matrices, and their factorisation with a count of negative eigenvalues.
 pub mod sparse;
