@@ -59,8 +59,10 @@ pub fn separate(samples: &[f64], settings: SeparationSettings) -> Result<Separat
             format!("a block of {block} samples, where an even number is needed"),
         ));
     }
-    let least = block.saturating_mul(LEAST_BLOCKS + 1) / 2;
-    check(samples, least.saturating_add(delay))?;
+    // so many blocks and their delay, and everywhere either the past or the future within reach
+    let blocks = block.saturating_mul(LEAST_BLOCKS + 1) / 2;
+    let reach = delay.saturating_mul(2).saturating_add(block);
+    check(samples, blocks.saturating_add(delay).max(reach))?;
     let (past, future, blocks) = filters(samples, settings);
     let deterministic = predict(samples, settings, &past, &future);
     let random = samples
@@ -156,7 +158,6 @@ fn predict(
         *f = match (j >= reach, j + reach <= n) {
             (true, true) => 0.5 * (*f + b),
             (true, false) => *f,
-            // near the start, and in the middle of a signal hardly longer than the reach, where the future says more
             (false, _) => *b,
         };
     }
