@@ -58,7 +58,7 @@ pub mod quadratic;
 pub mod orthonormal;
 
 /// Sums over long vectors.
-mod slices;
+pub mod slices;
 
 /// Sparse symmetric matrices, and their factorisation with a count of negative eigenvalues.
 pub mod sparse;

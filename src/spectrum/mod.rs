@@ -30,3 +30,33 @@ pub mod sweep;
 
 /// Stepped sines.
 pub mod sine;
+
+/// What every method asks of its samples first.
+mod samples;
+
+/// Linear-phase low-pass filters by Kaiser's window.
+pub mod lowpass;
+
+/// Decimation without aliases, in blocks that join exactly.
+pub mod decimate;
+
+/// One band of a signal: band-pass, analytic signal, zoom.
+pub mod band;
+
+/// Envelope and squared-envelope spectrum.
+pub mod envelope;
+
+/// Real and power cepstrum, liftering, rahmonics.
+pub mod cepstrum;
+
+/// Spectra by time block.
+pub mod spectrogram;
+
+/// Between acceleration, velocity and displacement.
+pub mod integrate;
+
+/// Naming measured lines by what was expected.
+pub mod label;
+
+/// What turns with a shaft: tacho, angle, orders, averages over revolutions.
+pub mod rotation;
