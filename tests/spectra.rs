@@ -717,7 +717,8 @@ fn exact_sweep() {
         }
     };
     run(0.0);
-    (0..20).for_each(|_| run(1.0));
+    // So much noise that the change of the response within a group is nothing beside it.
+    (0..20).for_each(|_| run(5.0));
     let ratio: f64 = stated / scatter;
     println!("sweep: stated over found {ratio:.3}");
     assert!((ratio - 1.0).abs() < 0.08, "{ratio}");
@@ -758,7 +759,8 @@ fn ref_beam_hit() {
     let text = std::fs::read_to_string(path).unwrap().replace(',', ".");
     let rows: Vec<Vec<f64>> = text
         .lines()
-        .skip(24)
+        .skip(23)
+        .filter(|line| !line.trim().is_empty())
         .map(|line| {
             line.split_whitespace()
                 .map(|x| x.parse().unwrap())
