@@ -9,6 +9,7 @@ use super::basis::{Pole, Problem};
 use super::local::{Placed, place};
 use super::projection::{Fitted, Model, Stop, at, refine};
 use super::scan::{Peak, scan, spacing};
+use super::spread::{Scatter, beside, disagreement};
 
 /// What growth is told.
 #[derive(Debug, Clone, Copy)]
@@ -62,6 +63,8 @@ pub(super) struct Growth<'a> {
     /// Fall of χ² a pole must bring.
     pub threshold: f64,
     refused: Vec<Pole>,
+    /// A disagreement that ended the growth: the lines want other weights.
+    pub scatter: Option<Scatter>,
     /// Steps of all poles together.
     pub steps: usize,
     /// Scans made.
@@ -82,6 +85,7 @@ impl<'a> Growth<'a> {
             rules,
             threshold,
             refused: Vec::new(),
+            scatter: None,
             steps: 0,
             scans: 0,
         }
@@ -115,7 +119,7 @@ impl<'a> Growth<'a> {
             match self.single(&fitted, &peaks, evidence) {
                 Some(next) => (fitted, settled) = (next, false),
                 None => {
-                    if peaks.is_empty() {
+                    if peaks.is_empty() && self.scatter.is_none() {
                         evidence.push(self.step(&fitted, fitted.chi2 - best, 1, false, "no place in the band promises enough"));
                     }
                     return fitted;
@@ -204,6 +208,15 @@ impl<'a> Growth<'a> {
                 evidence.push(self.step(fitted, fitted.chi2 - gain, 1, false, NOISE));
                 self.refused.push(start);
                 continue;
+            }
+            let near = beside(&fitted.model.poles, &start, self.problem[0].y.ncols());
+            if let (Some(r), None) = (near, self.rules.order) {
+                self.scatter =
+                    disagreement(&self.problem[0], fitted, self.numerators, r, start);
+                if self.scatter.is_some() {
+                    evidence.push(self.step(fitted, fitted.chi2 - gain, 1, false, DISAGREE));
+                    return None;
+                }
             }
             let next = self.polish(&model);
             let fall = fitted.chi2 - next.chi2;
@@ -340,6 +353,9 @@ impl<'a> Growth<'a> {
 
 /// Why a pole is refused.
 const NOISE: &str = "no more than noise gives somewhere in the band";
+
+/// Or taken for something else.
+const DISAGREE: &str = "the responses disagree about a pole at hand rather than share another";
 
 /// Real numbers one more pole brings.
 fn freedoms(problem: &Problem, numerators: usize) -> f64 {
