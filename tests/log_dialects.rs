@@ -211,6 +211,7 @@ fn refuses_what_is_wrong_at_its_place() {
         ("t,a,b\n0,1,1\n1,2,3\n2,3\n", Code::RaggedRow, 4, "2,3"),
         ("t,a\n0,1\nx,2\n2,3\n3,4\n", Code::NotANumber, 3, "x"),
         ("1,2\n1,2,3\n2,3,4\n3,4,5\n", Code::RaggedRow, 1, "1,2"),
+        ("a,b\n1,x\n1,2\n1,2\n1,2\n", Code::NotANumber, 2, "x"),
         ("größe;b\n1;2\n1;ä ö\n3;4\n", Code::NotANumber, 3, "ä ö"),
         ("t,a\n0,1\n1,1e400\n2,1\n", Code::NotANumber, 3, "1e400"),
         ("date,a\n03/04/2023 1:00,1\n05/07/2023 1:00,2\n", Code::BadTime, 3, "05/07/2023 1:00"),
@@ -407,7 +408,7 @@ const RECORDINGS: &[(&str, usize, usize, Option<f64>, bool)] = &[
     ("dropbear/slow_10steps_test1.txt", 70_000, 3, Some(5000.0), true),
     ("dropbear/random_set0_test0.txt", 60_000, 5, Some(5000.0), true),
     ("koma_shearframe/koma_shearframe.csv", 14_400, 5, None, false),
-    ("f16_vibration/f-16.txt", 32_000, 3, None, false),
+    ("f16_vibration/f-16.txt", 32_768, 3, None, false),
     ("munich_bridge/AllM100Hz.csv.zip", 72_000, 4, None, true),
     ("munich_bridge/ReferenceStateINCAt100Hz.csv.zip", 60_000, 2, None, true),
 ];

@@ -460,7 +460,7 @@ mod tests {
     fn exact_resolution_from_the_digits() {
         let resolution = |form, cells: &[&str]| {
             let mut reader = Reader::new(form, 1.0, b'.', None);
-            cells.iter().for_each(|c| drop(reader.seconds(c.as_bytes())));
+            cells.iter().for_each(|c| assert!(reader.seconds(c.as_bytes()).is_ok()));
             reader.resolution_s()
         };
         assert_eq!(resolution(Form::Decimal, &["0.0", "0.002352083", "0.5"]), 1e-9);
