@@ -17,3 +17,15 @@ pub mod raw;
 
 /// Channels on a uniform time base.
 pub mod signals;
+
+/// MATLAB files of level 5.
+pub mod mat;
+
+/// UFF 58 files.
+pub mod uff;
+
+/// WAV files.
+pub mod wav;
+
+/// LabVIEW measurement files.
+pub mod lvm;
