@@ -186,6 +186,10 @@ const OWNERS: &[(&str, &str)] = &[
     ("clap", "cli/"),
     ("annotate_snippets", "cli/"),
     ("tempfile", "cli/output.rs"),
+    ("tempfile", "recording/column.rs"),
+    ("encoding_rs", "recording/text/encodings.rs"),
+    ("zip", "recording/"),
+    ("flate2", "recording/"),
 ];
 
 /// Outside packages are named where they belong and nowhere else.
