@@ -3,3 +3,6 @@
 
 /// A mode as identified.
 pub mod mode;
+
+/// Common poles of many frequency responses, without hints.
+pub mod rational;

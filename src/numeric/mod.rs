@@ -15,6 +15,9 @@ pub type Complex = faer::c64;
 /// Discrete Fourier transforms.
 pub mod fft;
 
+/// Values between samples at any instants.
+pub mod band_limited;
+
 /// Distributions.
 pub mod statistics;
 
@@ -51,8 +54,11 @@ pub mod expm;
 /// Polishing of damped modes.
 pub mod quadratic;
 
+/// Orthonormal bases of column spaces.
+pub mod orthonormal;
+
 /// Sums over long vectors.
-mod slices;
+pub mod slices;
 
 /// Sparse symmetric matrices, and their factorisation with a count of negative eigenvalues.
 pub mod sparse;

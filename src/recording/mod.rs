@@ -3,6 +3,9 @@
 //! The data flow one way: a file is opened ([`raw::Raw`]: values as written, nothing repaired), its time base is settled
 //! ([`signals::Recording`]: channels with units on a uniform time base), and analyses read blocks of samples from it.
 
+/// What channels measure, by their units.
+pub mod quantity;
+
 /// Long sequences of samples in bounded memory.
 pub mod column;
 
@@ -18,9 +21,6 @@ pub mod responses;
 /// A log as written.
 pub mod raw;
 
-/// Channels on a uniform time base.
-pub mod signals;
-
 /// Delimited text.
 pub mod text;
 
@@ -29,3 +29,33 @@ mod container;
 
 /// A log of any format.
 pub mod open;
+
+/// The clock of a log.
+pub mod time_base;
+
+/// Jittered samples to a uniform time base.
+pub mod resample;
+
+/// Channels on a uniform time base.
+pub mod signals;
+
+/// From numbers in a file to quantities.
+pub mod calibrate;
+
+/// A log as written becomes a recording.
+pub mod settle;
+
+/// What a channel looks like.
+pub mod survey;
+
+/// MATLAB files of level 5.
+pub mod mat;
+
+/// UFF 58 files.
+pub mod uff;
+
+/// WAV files.
+pub mod wav;
+
+/// LabVIEW measurement files.
+pub mod lvm;
