@@ -28,7 +28,7 @@ pub struct Understood {
 /// Whatever is wrong with the log, the flags or the sidecar.
 pub fn check(path: &Path, args: &LogArgs, write: bool) -> Result<Understood, Errors> {
     let (settings, sidecar) = args.settings(path)?;
-    let raw = open::open(path, &settings)?;
+    let raw = open::open(&path.display().to_string(), &settings)?;
     let written: Vec<(String, String)> = raw
         .groups
         .iter()

@@ -57,6 +57,12 @@ pub struct LogArgs {
     /// Lines above the first row of numbers
     #[arg(long, value_name = "N")]
     pub header_lines: Option<usize>,
+    /// Dates such as 03/04/2023 begin with the day
+    #[arg(long, conflicts_with = "month_first")]
+    pub day_first: bool,
+    /// Dates such as 03/04/2023 begin with the month
+    #[arg(long)]
+    pub month_first: bool,
     /// Do not read the sidecar beside the log
     #[arg(long)]
     pub no_sidecar: bool,
@@ -135,6 +141,9 @@ impl LogArgs {
             dialect.decimal = Some(mark);
         }
         dialect.encoding = self.encoding.clone().or(dialect.encoding.take());
+        if self.day_first || self.month_first {
+            dialect.day_first = Some(self.day_first);
+        }
         dialect.header_lines = self.header_lines.or(dialect.header_lines);
         Ok(())
     }

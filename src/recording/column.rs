@@ -33,10 +33,8 @@ pub struct Column {
 impl Column {
     /// The samples of a slice.
     pub fn from_slice(samples: &[f64]) -> Column {
-        let mut column = Column {
-            memory: samples.to_vec(),
-            ..Column::default()
-        };
+        let mut column = Column::default();
+        column.memory.extend_from_slice(samples);
         column.count();
         column
     }

@@ -30,12 +30,16 @@ pub fn gunzipped<R: Read>(reader: R) -> impl Read {
 ///
 /// # Errors
 /// The archive is broken, empty, or holds several members none or several of which are logs.
-pub fn only_log<R: Read + Seek>(path: &str, archive: &mut ZipArchive<R>) -> Result<(usize, String), Error> {
+pub fn only_log<R: Read + Seek>(
+    path: &str,
+    archive: &mut ZipArchive<R>,
+) -> Result<(usize, String), Error> {
     let mut members = Vec::new();
     for index in 0..archive.len() {
         let member = archive.by_index_raw(index).map_err(|e| broken(path, &e))?;
         let name = member.name().to_string();
-        let hidden = name.starts_with("__MACOSX/") || name.rsplit('/').next().is_some_and(|n| n.starts_with('.'));
+        let hidden = name.starts_with("__MACOSX/")
+            || name.rsplit('/').next().is_some_and(|n| n.starts_with('.'));
         if member.is_file() && !hidden {
             members.push((index, name));
         }
@@ -50,12 +54,18 @@ pub fn only_log<R: Read + Seek>(path: &str, archive: &mut ZipArchive<R>) -> Resu
     let logs: Vec<&(usize, String)> = members.iter().filter(|m| is_log(&m.1)).collect();
     match logs.as_slice() {
         [only] => Ok((*only).clone()),
-        _ if members.is_empty() => {
-            Err(Error::new(Code::EmptyLog, format!("{path} is a zip archive without members")).hint("look whether the right file was named"))
-        }
+        _ if members.is_empty() => Err(Error::new(
+            Code::EmptyLog,
+            format!("{path} is a zip archive without members"),
+        )
+        .hint("look whether the right file was named")),
         _ => Err(Error::new(
             Code::UnknownFormat,
-            format!("{path} holds {} files: {}", members.len(), words::listed(members.iter().map(|m| m.1.as_str()))),
+            format!(
+                "{path} holds {} files: {}",
+                members.len(),
+                words::listed(members.iter().map(|m| m.1.as_str()))
+            ),
         )
         .hint("unpack it and name the one that is the log")),
     }
@@ -63,6 +73,9 @@ pub fn only_log<R: Read + Seek>(path: &str, archive: &mut ZipArchive<R>) -> Resu
 
 /// The error of an archive that breaks its rules.
 pub fn broken(path: &str, why: &ZipError) -> Error {
-    Error::new(Code::BrokenFile, format!("{path} is a zip archive that cannot be unpacked: {why}"))
-        .hint("copy it again, or unpack it and name the log inside")
+    Error::new(
+        Code::BrokenFile,
+        format!("{path} is a zip archive that cannot be unpacked: {why}"),
+    )
+    .hint("copy it again, or unpack it and name the log inside")
 }

@@ -32,7 +32,11 @@ pub fn open(path: &str, settings: &Settings) -> Result<Raw, Errors> {
     let unreadable = |e: io::Error| missing(format!("{path} cannot be read: {e}"), FOLDER);
     let facts = std::fs::metadata(path).map_err(unreadable)?;
     if !facts.is_file() {
-        let what = if facts.is_dir() { "a folder" } else { "a device or a pipe" };
+        let what = if facts.is_dir() {
+            "a folder"
+        } else {
+            "a device or a pipe"
+        };
         return Err(missing(format!("{path} is {what}, not a file"), "name a log").into());
     }
     let mut file = File::open(path).map_err(unreadable)?;
@@ -63,22 +67,36 @@ fn taste(path: &str, reader: &mut dyn Read) -> Result<Vec<u8>, Error> {
 }
 
 /// Reads the only log of a zip archive.
-fn unzip<R: Read + Seek>(path: &str, reader: R, settings: &Settings, depth: usize) -> Result<Raw, Errors> {
+fn unzip<R: Read + Seek>(
+    path: &str,
+    reader: R,
+    settings: &Settings,
+    depth: usize,
+) -> Result<Raw, Errors> {
     let mut archive = ZipArchive::new(reader).map_err(|e| container::broken(path, &e))?;
     let (index, name) = container::only_log(path, &mut archive)?;
-    let mut member = archive.by_index(index).map_err(|e| container::broken(path, &e))?;
+    let mut member = archive
+        .by_index(index)
+        .map_err(|e| container::broken(path, &e))?;
     let mut raw = stream(path, &mut member, settings, depth - 1)?;
     raw.dialect = format!("zip ({name}), {}", raw.dialect);
     Ok(raw)
 }
 
 /// Reads a log from a stream, unpacking what is packed.
-fn stream(path: &str, reader: &mut dyn Read, settings: &Settings, depth: usize) -> Result<Raw, Errors> {
+fn stream(
+    path: &str,
+    reader: &mut dyn Read,
+    settings: &Settings,
+    depth: usize,
+) -> Result<Raw, Errors> {
     let head = taste(path, reader)?;
     let packed = head.starts_with(container::GZIP) || head.starts_with(container::ZIP);
     if packed && depth == 0 {
         let message = format!("{path} holds archives within archives");
-        return Err(Error::new(Code::UnknownFormat, message).hint("unpack it and name the log inside").into());
+        return Err(Error::new(Code::UnknownFormat, message)
+            .hint("unpack it and name the log inside")
+            .into());
     }
     let mut whole = Cursor::new(&head).chain(reader);
     if head.starts_with(container::GZIP) {
@@ -89,7 +107,9 @@ fn stream(path: &str, reader: &mut dyn Read, settings: &Settings, depth: usize) 
     }
     if head.starts_with(container::ZIP) {
         let mut bytes = Vec::new();
-        whole.read_to_end(&mut bytes).map_err(|e| text::body::broken(path, &e))?;
+        whole
+            .read_to_end(&mut bytes)
+            .map_err(|e| text::body::broken(path, &e))?;
         return unzip(path, Cursor::new(bytes), settings, depth - 1);
     }
     text::read(path, whole, settings)

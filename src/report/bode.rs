@@ -3,7 +3,7 @@
 use super::axes::{decades, frame, rule_decades, runs, span};
 use super::style::{
     Anchor, BLACK, BLUE, Canvas, FAINT, GREY, Ink, ORANGE, Panel, SMALL, Stroke, TITLE, WIDTH,
-    picture, shortened, ticks, width_of,
+    paler, picture, shortened, ticks, width_of,
 };
 use crate::numeric::Complex;
 

@@ -1,6 +1,6 @@
 //! Poles as pictures: in the complex plane with zeros, and over the order of the model.
 
-use super::axes::{decades, frame, rule_decades, runs, span};
+use super::axes::{decades, frame, runs, span};
 use super::style::{
     Anchor, BLACK, BLUE, Canvas, FAINT, GREY, ORANGE, Panel, SMALL, Stroke, TITLE, WIDTH, picture,
     ticks,

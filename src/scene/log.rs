@@ -86,6 +86,7 @@ fn log(f: &mut Fields) -> Settings {
         header_lines: f
             .optional_count("header_lines", 0, 100_000)
             .map(|n| n as usize),
+        day_first: f.choice("dates", &[("day-first", true), ("month-first", false)]),
     };
     f.exclusive("rate", "rate_from");
     let stated = f.optional_quantity("rate", Kind::Frequency, Range::Positive);
@@ -162,6 +163,12 @@ pub fn write(settings: &Settings, rate_hz: f64, channels: &[(String, String)]) -
     }
     if let Some(lines) = settings.dialect.header_lines {
         text += &format!("header_lines = {lines}\n");
+    }
+    if let Some(day_first) = settings.dialect.day_first {
+        text += &format!(
+            "dates = \"{}-first\"\n",
+            if day_first { "day" } else { "month" }
+        );
     }
     if settings.gaps == Gaps::Fill {
         text += "gaps = \"fill\"\n";

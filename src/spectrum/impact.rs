@@ -52,6 +52,16 @@ pub enum Fault {
 }
 
 impl Fault {
+    /// In one word or two.
+    pub fn word(self) -> &'static str {
+        match self {
+            Fault::Double => "double",
+            Fault::Overload => "clipped",
+            Fault::CutShort => "cut short",
+            Fault::LateStart => "begun late",
+        }
+    }
+
     /// In words.
     pub fn words(self) -> &'static str {
         match self {
@@ -83,6 +93,8 @@ pub struct Impact {
     pub hits: Vec<Hit>,
     /// Samples of a block.
     pub block: usize,
+    /// Power of the force by line, averaged over the hits used.
+    pub force_power: Vec<f64>,
     /// Channel 0 is the force, 1, 2, … are the responses. With a single hit the variance is that of the noise before it, and there
     /// is no coherence. `window_decay` is σ.
     pub estimate: Estimate,
@@ -146,7 +158,7 @@ pub fn analyse(
     }
     record.set_aside_overloads(options);
     let (block, sigma) = record.settle_block(options)?;
-    let estimate = record.estimate(block, sigma)?;
+    let (estimate, force_power) = record.estimate(block, sigma)?;
     let hit = |cut: &Cut| Hit {
         sample: cut.pulse.peak,
         time_s: cut.pulse.peak as f64 / rate_hz,
@@ -156,6 +168,7 @@ pub fn analyse(
     Ok(Impact {
         hits: record.cuts.iter().map(hit).collect(),
         block,
+        force_power,
         estimate,
     })
 }
@@ -348,7 +361,7 @@ impl Record<'_> {
         .hint("a shorter block, or stated overload levels, let more of them through")
     }
 
-    fn estimate(&self, block: usize, sigma: f64) -> Result<Estimate, Error> {
+    fn estimate(&self, block: usize, sigma: f64) -> Result<(Estimate, Vec<f64>), Error> {
         let window: Vec<f64> = (0..block)
             .map(|j| (-sigma * j as f64 / self.rate_hz).exp())
             .collect();
@@ -397,7 +410,7 @@ impl Record<'_> {
         if let (1, Some(cut)) = (hits, self.sound().next()) {
             self.error_by_noise(cut, &window, &spectra, &mut found)?;
         }
-        Ok(found)
+        Ok((found, spectra.psd.swap_remove(0)))
     }
 
     /// The variance of a single hit's responses: `(E|N_y|² + |H|² E|N_f|²)/|F|²` by the noise before the hit.

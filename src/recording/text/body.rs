@@ -85,11 +85,18 @@ pub struct Reader<'p> {
     line: usize,
 }
 
-const MEND: &str = "mend the file, or say how it is laid out: --delimiter, --decimal, --header-lines";
+const MEND: &str =
+    "mend the file, or say how it is laid out: --delimiter, --decimal, --header-lines";
 
 impl<'p> Reader<'p> {
     /// A reader of rows, the first of which stands on `line`.
-    pub fn new(path: &'p str, plan: &'p mut Plan, marks: Marks, coding: Coding, line: usize) -> Reader<'p> {
+    pub fn new(
+        path: &'p str,
+        plan: &'p mut Plan,
+        marks: Marks,
+        coding: Coding,
+        line: usize,
+    ) -> Reader<'p> {
         let n = plan.sinks.len();
         Reader {
             path,
@@ -136,7 +143,11 @@ impl<'p> Reader<'p> {
             if filled > LONGEST_LINE {
                 return Err(Error::new(
                     Code::BrokenFile,
-                    format!("line {} is longer than {} MB", self.line, LONGEST_LINE >> 20),
+                    format!(
+                        "line {} is longer than {} MB",
+                        self.line,
+                        LONGEST_LINE >> 20
+                    ),
                 )
                 .hint("look whether this is a text log with one row a line"));
             }
@@ -196,9 +207,12 @@ impl<'p> Reader<'p> {
             *count += 1;
             return Ok(());
         }
-        let begins = cells::Cells::new(line, self.marks.delimiter).map(|(_, cell)| cells::bare(cell)).find(|c| !c.is_empty());
+        let begins = cells::Cells::new(line, self.marks.delimiter)
+            .map(|(_, cell)| cells::bare(cell))
+            .find(|c| !c.is_empty());
         let text_first = begins.is_some_and(|cell| {
-            matches!(cells::read(cell, self.marks.decimal), Cell::Text) && super::stamps::form(cell).is_none()
+            matches!(cells::read(cell, self.marks.decimal), Cell::Text)
+                && super::stamps::form(cell).is_none()
         });
         let error = self.error(&fault, line, number);
         if !text_first || self.body.rows == 0 {
@@ -212,7 +226,11 @@ impl<'p> Reader<'p> {
     /// Reads one row to the end of the batch.
     fn row(&mut self, line: &[u8]) -> Result<(), Fault> {
         let blanks = self.marks.delimiter == b' ';
-        let end = if blanks { line.trim_ascii_end().len() } else { line.len() };
+        let end = if blanks {
+            line.trim_ascii_end().len()
+        } else {
+            line.len()
+        };
         let line = &line[..end];
         let base = self.batch.len();
         self.batch.resize(base + self.plan.sinks.len(), f64::NAN);
@@ -233,7 +251,11 @@ impl<'p> Reader<'p> {
                 _ => self.slow(line, start, column, base)?,
             };
             more = next < line.len();
-            at = if blanks { cells::skip_blanks(line, next) } else { next + 1 };
+            at = if blanks {
+                cells::skip_blanks(line, next)
+            } else {
+                next + 1
+            };
             column += 1;
         }
         if column < self.plan.required {
@@ -258,7 +280,13 @@ impl<'p> Reader<'p> {
     }
 
     /// A cell of any kind; where it ends.
-    fn slow(&mut self, line: &[u8], start: usize, column: usize, base: usize) -> Result<usize, Fault> {
+    fn slow(
+        &mut self,
+        line: &[u8],
+        start: usize,
+        column: usize,
+        base: usize,
+    ) -> Result<usize, Fault> {
         let end = cells::cell_end(line, start, self.marks.delimiter);
         let cell = &line[start..end];
         let Some(role) = self.plan.roles.get(column).copied() else {
@@ -282,7 +310,9 @@ impl<'p> Reader<'p> {
                     self.groups.push(sink);
                 }
                 gap @ (Cell::Missing | Cell::Overload) => self.gaps.push((sink, gap)),
-                Cell::Complex(..) | Cell::Text => return Err(self.no_number(sink, cell, start..end)),
+                Cell::Complex(..) | Cell::Text => {
+                    return Err(self.no_number(sink, cell, start..end));
+                }
             },
             Role::Complex(sink) => match cells::read(cell, self.marks.decimal) {
                 Cell::Complex(re, im) => {
@@ -310,7 +340,9 @@ impl<'p> Reader<'p> {
             let required = self.plan.required;
             return Err(Fault {
                 code: Code::RaggedRow,
-                message: format!("the row has {cells} cells where the rows before it have {required}"),
+                message: format!(
+                    "the row has {cells} cells where the rows before it have {required}"
+                ),
                 span: 0..line.len(),
                 label: format!("{cells} cells"),
                 hint: MEND,
@@ -364,7 +396,9 @@ impl<'p> Reader<'p> {
             },
             Trouble::DayOrMonth => Fault {
                 code: Code::BadTime,
-                message: format!("\"{text}\" of `{name}` may have the day or the month first, and the dates do not tell"),
+                message: format!(
+                    "\"{text}\" of `{name}` may have the day or the month first, and the dates do not tell"
+                ),
                 span,
                 label: "day or month".into(),
                 hint: "say which comes first: `day_first` in the sidecar",
@@ -375,11 +409,17 @@ impl<'p> Reader<'p> {
     fn error(&self, fault: &Fault, line: &[u8], number: usize) -> Error {
         // Lines far too long to be shown are shown around the cell.
         const SHOWN: usize = 2000;
-        let from = if line.len() <= SHOWN { 0 } else { fault.span.start.saturating_sub(SHOWN / 2) };
+        let from = if line.len() <= SHOWN {
+            0
+        } else {
+            fault.span.start.saturating_sub(SHOWN / 2)
+        };
         let to = line.len().min(from + SHOWN);
         let clip = |at: usize| at.clamp(from, to);
         let before = self.coding.text(&line[from..clip(fault.span.start)]);
-        let within = self.coding.text(&line[clip(fault.span.start)..clip(fault.span.end)]);
+        let within = self
+            .coding
+            .text(&line[clip(fault.span.start)..clip(fault.span.end)]);
         let after = self.coding.text(&line[clip(fault.span.end)..to]);
         let span = before.len()..before.len() + within.len();
         let place = Place::in_line(self.path, number, &format!("{before}{within}{after}"), span);
@@ -431,7 +471,10 @@ impl<'p> Reader<'p> {
 
     fn finish(mut self) -> Result<Body, Error> {
         self.flush()?;
-        self.body.footer = self.doubt.take().map(|(_, line, count, text)| (count, line, text));
+        self.body.footer = self
+            .doubt
+            .take()
+            .map(|(_, line, count, text)| (count, line, text));
         Ok(self.body)
     }
 }
@@ -452,6 +495,9 @@ pub fn fill(reader: &mut dyn Read, block: &mut [u8]) -> std::io::Result<usize> {
 
 /// The error of a stream that ends or breaks within.
 pub fn broken(path: &str, why: &std::io::Error) -> Error {
-    Error::new(Code::BrokenFile, format!("{path} cannot be read to its end: {why}"))
-        .hint("the file was cut off or damaged: copy it again from where it was recorded")
+    Error::new(
+        Code::BrokenFile,
+        format!("{path} cannot be read to its end: {why}"),
+    )
+    .hint("the file was cut off or damaged: copy it again from where it was recorded")
 }

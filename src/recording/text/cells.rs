@@ -33,15 +33,59 @@ pub enum Cell {
 
 /// Words for a sample that is not there, in lower case.
 const MISSING: &[&str] = &[
-    "nan", "-nan", "+nan", "nan(ind)", "-nan(ind)", "inf", "-inf", "+inf", "infinity", "-infinity",
-    "+infinity", "∞", "-∞", "+∞", "null", "none", "n/a", "na", "#n/a", "#nv", "#value!", "#num!",
-    "#div/0!", "-", "--", "---", "?", "no data", "nodata", "missing", "invalid", "bad",
+    "nan",
+    "-nan",
+    "+nan",
+    "nan(ind)",
+    "-nan(ind)",
+    "inf",
+    "-inf",
+    "+inf",
+    "infinity",
+    "-infinity",
+    "+infinity",
+    "∞",
+    "-∞",
+    "+∞",
+    "null",
+    "none",
+    "n/a",
+    "na",
+    "#n/a",
+    "#nv",
+    "#value!",
+    "#num!",
+    "#div/0!",
+    "-",
+    "--",
+    "---",
+    "?",
+    "no data",
+    "nodata",
+    "missing",
+    "invalid",
+    "bad",
 ];
 
 /// Words for a sample beyond the range of the instrument, in lower case, without sign.
 const OVERLOAD: &[&str] = &[
-    "overload", "overld", "ovld", "ovl", "ovr", "over", "overrange", "over range", "overflow", "ol",
-    "clip", "clipped", "saturated", "underrange", "under range", "underflow", "under",
+    "overload",
+    "overld",
+    "ovld",
+    "ovl",
+    "ovr",
+    "over",
+    "overrange",
+    "over range",
+    "overflow",
+    "ol",
+    "clip",
+    "clipped",
+    "saturated",
+    "underrange",
+    "under range",
+    "underflow",
+    "under",
 ];
 
 /// The longest text a number or one of the words takes, bytes.
@@ -198,7 +242,8 @@ fn word(cell: &[u8]) -> Cell {
     let text = text.to_lowercase();
     // What old C libraries of Windows print: -1.#IND, 1.#QNAN, 1.#INF00.
     let windows = text.trim_start_matches(['+', '-']).strip_prefix("1.#");
-    if windows.is_some_and(|w| w.starts_with("ind") || w.starts_with("qnan") || w.starts_with("inf"))
+    if windows
+        .is_some_and(|w| w.starts_with("ind") || w.starts_with("qnan") || w.starts_with("inf"))
         || MISSING.contains(&text.as_str())
     {
         return Cell::Missing;
@@ -219,7 +264,11 @@ pub struct Cells<'r> {
 impl<'r> Cells<'r> {
     /// The cells of `row`, which holds no line end.
     pub fn new(row: &'r [u8], delimiter: u8) -> Cells<'r> {
-        let at = if delimiter == b' ' { skip_blanks(row, 0) } else { 0 };
+        let at = if delimiter == b' ' {
+            skip_blanks(row, 0)
+        } else {
+            0
+        };
         let empty = delimiter == b' ' && at == row.len();
         Cells {
             row,
@@ -277,7 +326,11 @@ fn until(rest: &[u8], delimiter: u8) -> usize {
 
 /// Where the cell at `at` begins: past blanks where these are the delimiter.
 pub fn skip_blanks_of(row: &[u8], at: usize, delimiter: u8) -> usize {
-    if delimiter == b' ' { skip_blanks(row, at) } else { at }
+    if delimiter == b' ' {
+        skip_blanks(row, at)
+    } else {
+        at
+    }
 }
 
 /// The first byte from `at` on that is no blank.
@@ -294,21 +347,38 @@ mod tests {
     #[test]
     fn exact_numbers_of_every_shape() {
         let point: &[(&str, f64)] = &[
-            ("1.5", 1.5), ("-1.5e3", -1500.0), ("+2", 2.0), ("1.5E-003", 1.5e-3), (" 7 ", 7.0),
-            ("\"3.25\"", 3.25), (".5", 0.5), ("5.", 5.0), ("1.0D-02", 0.01), ("1.234-100", 1.234e-100),
-            ("−4.5", -4.5), ("2.614265943586755E-4", 2.614265943586755e-4), ("1e-320", 1e-320),
+            ("1.5", 1.5),
+            ("-1.5e3", -1500.0),
+            ("+2", 2.0),
+            ("1.5E-003", 1.5e-3),
+            (" 7 ", 7.0),
+            ("\"3.25\"", 3.25),
+            (".5", 0.5),
+            ("5.", 5.0),
+            ("1.0D-02", 0.01),
+            ("1.234-100", 1.234e-100),
+            ("−4.5", -4.5),
+            ("2.614265943586755E-4", 2.614265943586755e-4),
+            ("1e-320", 1e-320),
         ];
         for &(text, value) in point {
             assert_eq!(read(text.as_bytes(), b'.'), Cell::Number(value), "{text}");
         }
         assert_eq!(read(b"-1,5E-3", b','), Cell::Number(-1.5e-3));
         let grouped: &[(&str, u8, f64, bool)] = &[
-            ("1,234.5", b'.', 1234.5, true), ("1.234.567,5", b',', 1_234_567.5, true),
-            ("1 234", b'.', 1234.0, true), ("1'234.5", b'.', 1234.5, true), ("1,234", b'.', 1234.0, false),
+            ("1,234.5", b'.', 1234.5, true),
+            ("1.234.567,5", b',', 1_234_567.5, true),
+            ("1 234", b'.', 1234.0, true),
+            ("1'234.5", b'.', 1234.5, true),
+            ("1,234", b'.', 1234.0, false),
             ("-12\u{202f}345,25", b',', -12_345.25, true),
         ];
         for &(text, decimal, value, sure) in grouped {
-            assert_eq!(read(text.as_bytes(), decimal), Cell::Grouped { value, sure }, "{text}");
+            assert_eq!(
+                read(text.as_bytes(), decimal),
+                Cell::Grouped { value, sure },
+                "{text}"
+            );
         }
         assert_eq!(read(b"(1.5-2e-3j)", b'.'), Cell::Complex(1.5, -2e-3));
         assert_eq!(read(b"1E-2 + 2i", b'.'), Cell::Complex(1e-2, 2.0));
@@ -318,13 +388,26 @@ mod tests {
     /// Missing and overloaded samples are words; everything else is text.
     #[test]
     fn exact_words_for_no_number() {
-        for text in ["", "  ", "NaN", "-1.#IND", "1.#QNAN00", "***", "∞", "-Inf", "#####", "N/A"] {
+        for text in [
+            "",
+            "  ",
+            "NaN",
+            "-1.#IND",
+            "1.#QNAN00",
+            "***",
+            "∞",
+            "-Inf",
+            "#####",
+            "N/A",
+        ] {
             assert_eq!(read(text.as_bytes(), b'.'), Cell::Missing, "{text}");
         }
         for text in ["OVERLOAD", "Over", "-OVL", "Over range"] {
             assert_eq!(read(text.as_bytes(), b'.'), Cell::Overload, "{text}");
         }
-        for text in ["abc", "1.2.3", "1,23,456", "1e400", "--5", "+-5", "i", "1-2", "1.5 g", "e5", "-"] {
+        for text in [
+            "abc", "1.2.3", "1,23,456", "1e400", "--5", "+-5", "i", "1-2", "1.5 g", "e5", "-",
+        ] {
             let is = read(text.as_bytes(), b'.');
             assert!(is == Cell::Text || text == "-", "{text}: {is:?}");
         }
@@ -335,7 +418,9 @@ mod tests {
     fn exact_cells_of_a_row() {
         let of = |row: &'static str, delimiter| -> Vec<&str> {
             let cells = Cells::new(row.as_bytes(), delimiter);
-            cells.map(|(_, c)| std::str::from_utf8(c).unwrap()).collect()
+            cells
+                .map(|(_, c)| std::str::from_utf8(c).unwrap())
+                .collect()
         };
         assert_eq!(of("a,\"b,\"\"c\",d,", b','), ["a", "\"b,\"\"c\"", "d", ""]);
         assert_eq!(of("  1 \t 2  ", b' '), ["1", "2"]);

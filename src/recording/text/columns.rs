@@ -60,22 +60,95 @@ pub struct Plan {
 
 /// Names of a time column, folded.
 const TIMES: &[&str] = &[
-    "time", "t", "zeit", "时间", "时刻", "temps", "tiempo", "tempo", "время", "timestamp", "time stamp", "date", "datetime",
-    "date time", "date/time", "datum", "uhrzeit", "zeitstempel", "elapsed", "elapsed time", "elapsed seconds", "seconds",
-    "sec", "secs", "time s", "time sec", "time seconds", "time ms", "time us", "t s", "t ms", "zeit s", "x value", "clock",
-    "relative time", "abs time", "absolute time", "rel time", "time axis", "timestamp s", "timestamp ms", "timestamp us",
-    "timestamp ns", "epoch", "unix time", "messzeit", "采样时间", "日期", "日期时间",
+    "time",
+    "t",
+    "zeit",
+    "时间",
+    "时刻",
+    "temps",
+    "tiempo",
+    "tempo",
+    "время",
+    "timestamp",
+    "time stamp",
+    "date",
+    "datetime",
+    "date time",
+    "date/time",
+    "datum",
+    "uhrzeit",
+    "zeitstempel",
+    "elapsed",
+    "elapsed time",
+    "elapsed seconds",
+    "seconds",
+    "sec",
+    "secs",
+    "time s",
+    "time sec",
+    "time seconds",
+    "time ms",
+    "time us",
+    "t s",
+    "t ms",
+    "zeit s",
+    "x value",
+    "clock",
+    "relative time",
+    "abs time",
+    "absolute time",
+    "rel time",
+    "time axis",
+    "timestamp s",
+    "timestamp ms",
+    "timestamp us",
+    "timestamp ns",
+    "epoch",
+    "unix time",
+    "messzeit",
+    "采样时间",
+    "日期",
+    "日期时间",
 ];
 
 /// Names of a column that counts rows, folded.
 const COUNTERS: &[&str] = &[
-    "sample", "samples", "sample number", "sample no", "sample index", "index", "idx", "no", "nr", "n", "#", "count",
-    "counter", "scan", "scan number", "point", "row", "序号", "lfd nr", "packet", "",
+    "sample",
+    "samples",
+    "sample number",
+    "sample no",
+    "sample index",
+    "index",
+    "idx",
+    "no",
+    "nr",
+    "n",
+    "#",
+    "count",
+    "counter",
+    "scan",
+    "scan number",
+    "point",
+    "row",
+    "序号",
+    "lfd nr",
+    "packet",
+    "",
 ];
 
 /// Names of a column of frequencies, folded.
 const FREQUENCIES: &[&str] = &[
-    "frequency", "freq", "f", "frequenz", "frequency hz", "freq hz", "f hz", "频率", "fréquence", "frecuencia", "hz",
+    "frequency",
+    "freq",
+    "f",
+    "frequenz",
+    "frequency hz",
+    "freq hz",
+    "f hz",
+    "频率",
+    "fréquence",
+    "frecuencia",
+    "hz",
 ];
 
 /// Rows of the head that are looked at for rising numbers.
@@ -83,8 +156,15 @@ const LOOKED_AT: usize = 200;
 
 /// A name in lower case, without signs between words.
 fn folded(name: &str) -> String {
-    let spaced: String = name.chars().map(|c| if matches!(c, '_' | '-' | '.') { ' ' } else { c }).collect();
-    spaced.split_whitespace().collect::<Vec<_>>().join(" ").to_lowercase()
+    let spaced: String = name
+        .chars()
+        .map(|c| if matches!(c, '_' | '-' | '.') { ' ' } else { c })
+        .collect();
+    spaced
+        .split_whitespace()
+        .collect::<Vec<_>>()
+        .join(" ")
+        .to_lowercase()
 }
 
 /// The columns with what the head shows of them.
@@ -99,14 +179,20 @@ impl Columns<'_> {
     fn is_named(&self, column: usize, table: &[&str]) -> bool {
         let name = folded(&self.header.names[column]);
         // `time1`, `Time 2`, `Time_acc` of logs with a clock per channel.
-        let bare = name.trim_end_matches(|c: char| c.is_ascii_digit()).trim_end();
+        let bare = name
+            .trim_end_matches(|c: char| c.is_ascii_digit())
+            .trim_end();
         let own = !self.header.written[column].is_empty();
         own && (table.contains(&name.as_str()) || (!bare.is_empty() && table.contains(&bare)))
     }
 
     /// Numbers that never fall and rise somewhere, or a single row.
     fn is_rising(&self, column: usize) -> bool {
-        let numbers: Vec<f64> = self.sample[column].iter().copied().filter(|x| x.is_finite()).collect();
+        let numbers: Vec<f64> = self.sample[column]
+            .iter()
+            .copied()
+            .filter(|x| x.is_finite())
+            .collect();
         let last = numbers.len().saturating_sub(1);
         numbers.windows(2).all(|w| w[1] >= w[0]) && (last == 0 || numbers[last] > numbers[0])
     }
@@ -114,14 +200,21 @@ impl Columns<'_> {
     /// Whole numbers that rise by one.
     fn is_counting(&self, column: usize) -> bool {
         let numbers = &self.sample[column];
-        numbers.len() > 1 && numbers.windows(2).all(|w| w[1] == w[0] + 1.0) && numbers[0].fract() == 0.0
+        numbers.len() > 1
+            && numbers.windows(2).all(|w| w[1] == w[0] + 1.0)
+            && numbers[0].fract() == 0.0
     }
 
     /// Steps alike to half of the largest: a clock, where there is no name to tell.
     fn is_even(&self, column: usize) -> bool {
         const ENOUGH: usize = 8;
-        let steps: Vec<f64> = self.sample[column].windows(2).map(|w| w[1] - w[0]).collect();
-        let (least, most) = steps.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), s| (a.min(*s), b.max(*s)));
+        let steps: Vec<f64> = self.sample[column]
+            .windows(2)
+            .map(|w| w[1] - w[0])
+            .collect();
+        let (least, most) = steps
+            .iter()
+            .fold((f64::INFINITY, 0.0_f64), |(a, b), s| (a.min(*s), b.max(*s)));
         steps.len() + 1 >= ENOUGH && least > 0.5 * most && steps.iter().all(|s| s.is_finite())
     }
 
@@ -153,7 +246,10 @@ fn sample(rows: &[&str], marks: Marks, width: usize) -> Vec<Vec<f64>> {
     for row in rows.iter().filter(|r| !r.trim().is_empty()).take(LOOKED_AT) {
         let mut cells = Cells::new(row.as_bytes(), marks.delimiter);
         for column in &mut sample {
-            let value = match cells.next().map(|(_, cell)| cells::read(cell, marks.decimal)) {
+            let value = match cells
+                .next()
+                .map(|(_, cell)| cells::read(cell, marks.decimal))
+            {
                 Some(Cell::Number(value) | Cell::Grouped { value, .. }) => value,
                 _ => f64::NAN,
             };
@@ -184,7 +280,11 @@ pub fn plan(
     let filled = |at: &usize| kinds[*at] != Kind::Empty;
     let required = (0..kinds.len()).rev().find(filled).map_or(0, |at| at + 1);
     let named = |at: &usize| !header.written[*at].is_empty();
-    let width = (0..kinds.len()).rev().find(named).map_or(0, |at| at + 1).max(required);
+    let width = (0..kinds.len())
+        .rev()
+        .find(named)
+        .map_or(0, |at| at + 1)
+        .max(required);
     let mut plan = Plan {
         required,
         groups: 1,
@@ -200,7 +300,9 @@ pub fn plan(
     let wanted = Wanted::new(&columns, width, &clock, settings, plan.over_frequency)?;
     for column in 0..width {
         let group = clock.times.iter().rposition(|t| *t <= column).unwrap_or(0);
-        let role = plan.role(column, group, &columns, &clock, &wanted, rate, marks, settings);
+        let role = plan.role(
+            column, group, &columns, &clock, &wanted, rate, marks, settings,
+        );
         plan.roles.push(role);
     }
     Ok(plan)
@@ -212,7 +314,10 @@ fn over_frequency(columns: &Columns<'_>, width: usize) -> bool {
     let named = columns.is_named(0, FREQUENCIES);
     let complex = columns.kinds[1..width.max(1)].contains(&Kind::Complex);
     let unnamed = columns.header.written[0].is_empty();
-    width > 1 && columns.is_number(0) && columns.is_rising(0) && (named || (unnamed && (hertz() || complex)))
+    width > 1
+        && columns.is_number(0)
+        && columns.is_rising(0)
+        && (named || (unnamed && (hertz() || complex)))
 }
 
 /// Which columns tell the time.
@@ -222,13 +327,24 @@ struct Clock {
 }
 
 impl Clock {
-    fn find(columns: &Columns<'_>, width: usize, settings: &Settings, plan: &mut Plan) -> Result<Clock, Error> {
-        let none = |counter| Clock { times: Vec::new(), counter };
+    fn find(
+        columns: &Columns<'_>,
+        width: usize,
+        settings: &Settings,
+        plan: &mut Plan,
+    ) -> Result<Clock, Error> {
+        let none = |counter| Clock {
+            times: Vec::new(),
+            counter,
+        };
         match settings.time_column.as_deref() {
             Some("none") => return Ok(none(None)),
             Some(name) => {
                 let at = position(columns, width, name)?;
-                return Ok(Clock { times: vec![at], counter: None });
+                return Ok(Clock {
+                    times: vec![at],
+                    counter: None,
+                });
             }
             None => {}
         }
@@ -236,35 +352,62 @@ impl Clock {
         let mut times: Vec<usize> = (0..width)
             .filter(numeric)
             .filter(|c| columns.is_named(*c, TIMES))
-            .filter(|c| columns.is_rising(*c) || width > 1 && columns.unit_s(*c).is_some() || folded(&columns.header.names[*c]) == "time")
+            .filter(|c| {
+                columns.is_rising(*c)
+                    || width > 1 && columns.unit_s(*c).is_some()
+                    || folded(&columns.header.names[*c]) == "time"
+            })
             .collect();
         if times.len() > 1 && !is_clock_per_channel(&times, width) {
             times.truncate(1);
         }
         if times.is_empty() {
             let by_form = |form| (0..width).find(|c| columns.kinds[*c] == Kind::Stamp(form));
-            let stamped = by_form(Form::DateTime).or_else(|| by_form(Form::Clock)).or_else(|| by_form(Form::Date));
+            let stamped = by_form(Form::DateTime)
+                .or_else(|| by_form(Form::Clock))
+                .or_else(|| by_form(Form::Date));
             times.extend(stamped);
         }
         if times.is_empty() {
             let ends = [0, width.saturating_sub(1)];
-            let by_unit = |c: &usize| width > 1 && columns.is_number(*c) && columns.unit_s(*c).is_some() && columns.is_rising(*c);
+            let by_unit = |c: &usize| {
+                width > 1
+                    && columns.is_number(*c)
+                    && columns.unit_s(*c).is_some()
+                    && columns.is_rising(*c)
+            };
             times.extend(ends.into_iter().find(by_unit));
         }
         let counter = (0..width.min(2)).find(|c| {
             let named = columns.header.written.iter().any(|w| !w.is_empty());
             let name = folded(&columns.header.names[*c]);
-            width > 1 && columns.is_counting(*c) && !times.contains(c) && named && COUNTERS.contains(&name.as_str())
+            width > 1
+                && columns.is_counting(*c)
+                && !times.contains(c)
+                && named
+                && COUNTERS.contains(&name.as_str())
         });
         let unnamed = columns.header.written.iter().all(String::is_empty);
-        if times.is_empty() && counter.is_none() && unnamed && width > 1 && columns.is_number(0) && columns.is_even(0) && !over_frequency(columns, width) {
+        if times.is_empty()
+            && counter.is_none()
+            && unnamed
+            && width > 1
+            && columns.is_number(0)
+            && columns.is_even(0)
+            && !over_frequency(columns, width)
+        {
             if columns.is_counting(0) {
                 return Ok(none(Some(0)));
             }
             plan.warnings.push(Warning {
                 code: "time-guessed",
-                message: "column 1 has no name and rises evenly: it is taken for the time in seconds".into(),
-                hint: Some("say which column is the time, or that none is: --time COLUMN, --time none".into()),
+                message:
+                    "column 1 has no name and rises evenly: it is taken for the time in seconds"
+                        .into(),
+                hint: Some(
+                    "say which column is the time, or that none is: --time COLUMN, --time none"
+                        .into(),
+                ),
             });
             times.push(0);
         }
@@ -274,7 +417,9 @@ impl Clock {
 
 /// Time columns that each go before channels of their own.
 fn is_clock_per_channel(times: &[usize], width: usize) -> bool {
-    times[0] == 0 && times.windows(2).all(|w| w[1] > w[0] + 1) && times.last().is_some_and(|t| t + 1 < width)
+    times[0] == 0
+        && times.windows(2).all(|w| w[1] > w[0] + 1)
+        && times.last().is_some_and(|t| t + 1 < width)
 }
 
 /// The column of a name.
@@ -283,8 +428,16 @@ fn position(columns: &Columns<'_>, width: usize, name: &str) -> Result<usize, Er
     let by_place = |c: usize| format!("column {}", c + 1) == name;
     (0..width)
         .find(|c| header.written[*c] == name || by_place(*c))
-        .or_else(|| (0..width).find(|c| !header.names[*c].is_empty() && names::means(name, &header.names[*c])))
-        .ok_or_else(|| missing(name, &(0..width).map(|c| called(header, c)).collect::<Vec<_>>()))
+        .or_else(|| {
+            (0..width)
+                .find(|c| !header.names[*c].is_empty() && names::means(name, &header.names[*c]))
+        })
+        .ok_or_else(|| {
+            missing(
+                name,
+                &(0..width).map(|c| called(header, c)).collect::<Vec<_>>(),
+            )
+        })
 }
 
 /// The name a column goes by.
@@ -298,7 +451,10 @@ fn called(header: &Header, column: usize) -> String {
 fn missing(name: &str, known: &[String]) -> Error {
     let all = || known.iter().map(String::as_str);
     let hint = match words::suggestion(name, all()) {
-        Some(near) => format!("did you mean `{near}`? the columns are {}", words::listed(all())),
+        Some(near) => format!(
+            "did you mean `{near}`? the columns are {}",
+            words::listed(all())
+        ),
         None => format!("the columns are {}", words::listed(all())),
     };
     Error::new(Code::NoChannel, format!("the log has no column `{name}`")).hint(hint)
@@ -308,21 +464,36 @@ fn missing(name: &str, known: &[String]) -> Error {
 struct Wanted(Option<Vec<usize>>);
 
 impl Wanted {
-    fn new(columns: &Columns<'_>, width: usize, clock: &Clock, settings: &Settings, all: bool) -> Result<Wanted, Error> {
+    fn new(
+        columns: &Columns<'_>,
+        width: usize,
+        clock: &Clock,
+        settings: &Settings,
+        all: bool,
+    ) -> Result<Wanted, Error> {
         if settings.only.is_empty() || all {
             return Ok(Wanted(None));
         }
         let renamed = |word: &str| {
-            let by = settings.channels.iter().find(|c| c.rename.as_deref() == Some(word));
+            let by = settings
+                .channels
+                .iter()
+                .find(|c| c.rename.as_deref() == Some(word));
             by.map_or(word.to_string(), |c| c.name.clone())
         };
-        let found: Result<Vec<usize>, Error> =
-            settings.only.iter().map(|word| position(columns, width, &renamed(word))).collect();
+        let found: Result<Vec<usize>, Error> = settings
+            .only
+            .iter()
+            .map(|word| position(columns, width, &renamed(word)))
+            .collect();
         let found = found?;
         match found.iter().find(|c| clock.times.contains(c)) {
             Some(c) => Err(Error::new(
                 Code::NoChannel,
-                format!("`{}` holds the time stamps, not a channel", called(columns.header, *c)),
+                format!(
+                    "`{}` holds the time stamps, not a channel",
+                    called(columns.header, *c)
+                ),
             )
             .hint("name a channel, or say which column is the time: --time COLUMN")),
             None => Ok(Wanted(Some(found))),
@@ -352,16 +523,31 @@ impl Plan {
         if clock.times.contains(&column) {
             let (form, unit) = match columns.kinds[column] {
                 Kind::Stamp(form) => (form, "date-time".to_string()),
-                _ => (Form::Decimal, settings.time_unit.clone().unwrap_or(written_unit)),
+                _ => (
+                    Form::Decimal,
+                    settings.time_unit.clone().unwrap_or(written_unit),
+                ),
             };
             let unit_s = match form {
-                Form::Decimal => seconds_of(&unit).unwrap_or_else(|| epoch(&columns.sample[column])),
+                Form::Decimal => {
+                    seconds_of(&unit).unwrap_or_else(|| epoch(&columns.sample[column]))
+                }
                 _ => 1.0,
             };
-            let unit = if unit.is_empty() { unit_word(unit_s) } else { unit };
-            return self.time(name, unit, group, stamps::Reader::new(form, unit_s, marks.decimal, settings.dialect.day_first));
+            let unit = if unit.is_empty() {
+                unit_word(unit_s)
+            } else {
+                unit
+            };
+            return self.time(
+                name,
+                unit,
+                group,
+                stamps::Reader::new(form, unit_s, marks.decimal, settings.dialect.day_first),
+            );
         }
-        if clock.counter == Some(column) && !wanted.0.as_ref().is_some_and(|w| w.contains(&column)) {
+        if clock.counter == Some(column) && !wanted.0.as_ref().is_some_and(|w| w.contains(&column))
+        {
             if let (Some(hertz), true) = (rate, clock.times.is_empty()) {
                 let reader = stamps::Reader::new(Form::Decimal, 1.0 / hertz, marks.decimal, None);
                 return self.time(name, "samples".into(), group, reader);
@@ -404,9 +590,16 @@ impl Plan {
 
     /// A sink of a name of its own: names that repeat are numbered.
     fn sink(&mut self, name: String, unit: &str, group: usize) -> usize {
-        let taken = |name: &str| self.sinks.iter().any(|s| s.reader.is_none() && s.name == name);
+        let taken = |name: &str| {
+            self.sinks
+                .iter()
+                .any(|s| s.reader.is_none() && s.name == name)
+        };
         let numbered = (2..).map(|n| format!("{name} {n}"));
-        let name = std::iter::once(name.clone()).chain(numbered).find(|n| !taken(n)).unwrap_or(name);
+        let name = std::iter::once(name.clone())
+            .chain(numbered)
+            .find(|n| !taken(n))
+            .unwrap_or(name);
         self.sinks.push(Sink {
             name,
             unit: unit.to_string(),
@@ -426,7 +619,12 @@ impl Plan {
 
 /// Seconds of one unit of time stamps without a unit: those since 1970 tell theirs by their size.
 fn epoch(sample: &[f64]) -> f64 {
-    match sample.iter().copied().find(|x| x.is_finite()).unwrap_or(0.0) {
+    match sample
+        .iter()
+        .copied()
+        .find(|x| x.is_finite())
+        .unwrap_or(0.0)
+    {
         t if t > 1e17 => 1e-9,
         t if t > 1e14 => 1e-6,
         t if t > 1e11 => 1e-3,

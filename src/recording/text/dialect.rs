@@ -41,8 +41,16 @@ const RUN: usize = 3;
 
 /// Delimiters and decimal marks, the earlier one taken where two fit alike.
 const CANDIDATES: &[(u8, u8)] = &[
-    (b',', b'.'), (b';', b'.'), (b';', b','), (b'\t', b'.'), (b'\t', b','), (b'|', b'.'), (b'|', b','), (b',', b','),
-    (b' ', b'.'), (b' ', b','),
+    (b',', b'.'),
+    (b';', b'.'),
+    (b';', b','),
+    (b'\t', b'.'),
+    (b'\t', b','),
+    (b'|', b'.'),
+    (b'|', b','),
+    (b',', b','),
+    (b' ', b'.'),
+    (b' ', b','),
 ];
 
 /// What one cell is.
@@ -87,14 +95,22 @@ fn score(lines: &[&str], marks: Marks) -> (f64, usize) {
             None => by_count.push((gain, count)),
         }
     }
-    let best = by_count.into_iter().reduce(|a, b| if b.0 > a.0 { b } else { a });
+    let best = by_count
+        .into_iter()
+        .reduce(|a, b| if b.0 > a.0 { b } else { a });
     best.unwrap_or((0.0, 0))
 }
 
 /// The layout of a log from the lines of its head; `None` where no line is a row of numbers.
 pub fn find(lines: &[&str], settings: &DialectSettings) -> Option<Layout> {
     let filled = |line: &&&str| !line.trim().is_empty();
-    let mut sample: Vec<&str> = lines.iter().rev().filter(filled).take(SAMPLE).copied().collect();
+    let mut sample: Vec<&str> = lines
+        .iter()
+        .rev()
+        .filter(filled)
+        .take(SAMPLE)
+        .copied()
+        .collect();
     sample.reverse();
     let (marks, width) = choose(&sample, settings)?;
     let kinds = kinds(&sample, marks, width);
@@ -125,11 +141,18 @@ fn choose(sample: &[&str], settings: &DialectSettings) -> Option<(Marks, usize)>
         .map(|&(delimiter, decimal)| Marks { delimiter, decimal })
         .collect();
     if let Some(delimiter) = settings.delimiter.filter(char::is_ascii) {
-        candidates = [b'.', b','].map(|decimal| Marks { delimiter: delimiter as u8, decimal }).to_vec();
+        candidates = [b'.', b',']
+            .map(|decimal| Marks {
+                delimiter: delimiter as u8,
+                decimal,
+            })
+            .to_vec();
     }
     if let Some(decimal) = settings.decimal.filter(char::is_ascii) {
         candidates.retain(|m| m.decimal == decimal as u8 || settings.delimiter.is_some());
-        candidates.iter_mut().for_each(|m| m.decimal = decimal as u8);
+        candidates
+            .iter_mut()
+            .for_each(|m| m.decimal = decimal as u8);
     }
     let mut best: Option<(f64, Marks, usize)> = None;
     for marks in candidates {
@@ -143,8 +166,22 @@ fn choose(sample: &[&str], settings: &DialectSettings) -> Option<(Marks, usize)>
     }
     let (_, marks, width) = best?;
     let guessed = settings.delimiter.is_none() && settings.decimal.is_none();
-    if guessed && marks == (Marks { delimiter: b',', decimal: b'.' }) && width == 2 && is_one_column(sample) {
-        return Some((Marks { delimiter: b';', decimal: b',' }, 1));
+    if guessed
+        && marks
+            == (Marks {
+                delimiter: b',',
+                decimal: b'.',
+            })
+        && width == 2
+        && is_one_column(sample)
+    {
+        return Some((
+            Marks {
+                delimiter: b';',
+                decimal: b',',
+            },
+            1,
+        ));
     }
     Some((marks, width))
 }
@@ -156,7 +193,15 @@ fn is_one_column(sample: &[&str]) -> bool {
         let Some((whole, fraction)) = line.trim().split_once(',') else {
             continue;
         };
-        if fit(line, Marks { delimiter: b',', decimal: b'.' }).0 < 2.0 {
+        if fit(
+            line,
+            Marks {
+                delimiter: b',',
+                decimal: b'.',
+            },
+        )
+        .0 < 2.0
+        {
             // A row of two names, or of text.
             if line.contains(char::is_alphabetic) {
                 return false;
@@ -195,7 +240,9 @@ fn kinds(sample: &[&str], marks: Marks, width: usize) -> Vec<Kind> {
         }
     }
     let most = |votes: Vec<(Kind, usize)>| {
-        let top = votes.into_iter().reduce(|a, b| if b.1 > a.1 { b } else { a });
+        let top = votes
+            .into_iter()
+            .reduce(|a, b| if b.1 > a.1 { b } else { a });
         top.map_or(Kind::Empty, |vote| vote.0)
     };
     votes.into_iter().map(most).collect()
@@ -223,12 +270,18 @@ pub fn stance(line: &str, marks: Marks, kinds: &[Kind]) -> Stance {
     for (_, cell) in Cells::new(line.as_bytes(), marks.delimiter) {
         let is = kind(cell, marks.decimal);
         let wanted = kinds.get(count).copied().unwrap_or_default();
-        right &= is == Kind::Empty || wanted == Kind::Text || wanted == is || (wanted == Kind::Empty && is == Kind::Number);
+        right &= is == Kind::Empty
+            || wanted == Kind::Text
+            || wanted == is
+            || (wanted == Kind::Empty && is == Kind::Number);
         words += usize::from(is == Kind::Text);
         numbers += usize::from(matches!(is, Kind::Number | Kind::Complex | Kind::Stamp(_)));
         count += 1;
     }
-    let required = kinds.iter().rposition(|k| *k != Kind::Empty).map_or(0, |at| at + 1);
+    let required = kinds
+        .iter()
+        .rposition(|k| *k != Kind::Empty)
+        .map_or(0, |at| at + 1);
     if right && numbers > 0 && count >= required && count <= kinds.len() {
         Stance::Row
     } else if numbers > words && (numbers > 1 || kinds.len() == 1) {
@@ -279,7 +332,12 @@ mod tests {
         let lines: Vec<&str> = text.lines().collect();
         let found = find(&lines, &DialectSettings::default()).unwrap();
         let marks = found.marks;
-        (char::from(marks.delimiter), char::from(marks.decimal), found.kinds.len(), found.first)
+        (
+            char::from(marks.delimiter),
+            char::from(marks.decimal),
+            found.kinds.len(),
+            found.first,
+        )
     }
 
     /// Delimiter, decimal mark, width and first row of small texts.
@@ -288,11 +346,20 @@ mod tests {
         assert_eq!(layout("t,a\n0,1.5\n1,2.5\n2,3\n"), (',', '.', 2, 1));
         assert_eq!(layout("1,5;2,5\n2,5;3,5\n"), (';', ',', 2, 0));
         assert_eq!(layout("1;2\n3;4\n"), (';', '.', 2, 0));
-        assert_eq!(layout("01.02.2023 12:00:00\t1,5\t2,5\n01.02.2023 12:00:01\t1,5\t2,5\n"), ('\t', ',', 3, 0));
+        assert_eq!(
+            layout("01.02.2023 12:00:00\t1,5\t2,5\n01.02.2023 12:00:01\t1,5\t2,5\n"),
+            ('\t', ',', 3, 0)
+        );
         assert_eq!(layout("a\n0,123\n0,045\n-0,5\n"), (';', ',', 1, 1));
         assert_eq!(layout("  1.0   2.0 \n  3.0   4.0\n"), (' ', '.', 2, 0));
-        assert_eq!(layout("\"1,5\",\"2,5\"\n\"3,5\",\"4,5\"\n"), (',', ',', 2, 0));
+        assert_eq!(
+            layout("\"1,5\",\"2,5\"\n\"3,5\",\"4,5\"\n"),
+            (',', ',', 2, 0)
+        );
         assert_eq!(layout("fs,5000\nx\n1.234,5;2\n2,5;3\n"), (';', ',', 2, 2));
-        assert_eq!(layout("1,2,3\nt,a,b\n0,1,2\n1,2,3\n2,3,4\n"), (',', '.', 3, 2));
+        assert_eq!(
+            layout("1,2,3\nt,a,b\n0,1,2\n1,2,3\n2,3,4\n"),
+            (',', '.', 3, 2)
+        );
     }
 }

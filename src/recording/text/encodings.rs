@@ -71,7 +71,13 @@ const CHUNK: usize = 64 << 10;
 
 /// The encoding of bytes without a mark.
 fn guess(head: &[u8]) -> &'static Encoding {
-    let zeros = |odd: usize| head.iter().skip(odd).step_by(2).filter(|&&b| b == 0).count();
+    let zeros = |odd: usize| {
+        head.iter()
+            .skip(odd)
+            .step_by(2)
+            .filter(|&&b| b == 0)
+            .count()
+    };
     let (high_first, low_first) = (zeros(0), zeros(1));
     // ASCII in UTF-16 has a zero in every pair; two thirds leave room for names in other scripts.
     let enough = head.len() / 3;
@@ -171,7 +177,10 @@ mod tests {
         assert_eq!(name_of(b"Temp \xb0C;a [m/s\xb2]"), Some("Latin-1"));
         let chinese = GBK.encode("时间,加速度").0.into_owned();
         assert_eq!(name_of(&chinese), Some("GBK"));
-        let wide: Vec<u8> = "t,a\n1,2\n".encode_utf16().flat_map(u16::to_le_bytes).collect();
+        let wide: Vec<u8> = "t,a\n1,2\n"
+            .encode_utf16()
+            .flat_map(u16::to_le_bytes)
+            .collect();
         let coding = Coding::detect(&wide, None).unwrap();
         assert!(coding.is_wide());
         let mut text = String::new();

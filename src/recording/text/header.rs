@@ -24,7 +24,11 @@ pub struct Header {
 pub fn read(lines: &[&str], layout: &Layout) -> Header {
     let above = &lines[..layout.first.min(lines.len())];
     let width = layout.kinds.len();
-    let required = layout.kinds.iter().rposition(|k| *k != Kind::Empty).map_or(0, |at| at + 1);
+    let required = layout
+        .kinds
+        .iter()
+        .rposition(|k| *k != Kind::Empty)
+        .map_or(0, |at| at + 1);
     let mut rows: Vec<(usize, Vec<String>)> = Vec::new();
     let mut misfit = None;
     // The nearest line of words that fits, and the one next above it; between them and the numbers lies no other word.
@@ -55,10 +59,12 @@ pub fn read(lines: &[&str], layout: &Layout) -> Header {
     let mut used = Vec::new();
     if let Some((at, cells)) = rows.first() {
         used.push(*at);
-        let nearest_is_units = rows.get(1).is_some_and(|(_, upper)| is_units_row(cells, upper));
-        let upper_is_units = rows
+        let nearest_is_units = rows
             .get(1)
-            .is_some_and(|(_, upper)| 2 * units_in(upper) > upper.len() && units_in(upper) > units_in(cells));
+            .is_some_and(|(_, upper)| is_units_row(cells, upper));
+        let upper_is_units = rows.get(1).is_some_and(|(_, upper)| {
+            2 * units_in(upper) > upper.len() && units_in(upper) > units_in(cells)
+        });
         let (written, units) = match rows.get(1) {
             Some((second, upper)) if nearest_is_units => {
                 used.push(*second);
@@ -75,7 +81,9 @@ pub fn read(lines: &[&str], layout: &Layout) -> Header {
     } else {
         header.fill(Vec::new(), &[], width);
     }
-    header.preamble = (0..above.len()).filter(|at| !used.contains(at) && !above[*at].trim().is_empty()).collect();
+    header.preamble = (0..above.len())
+        .filter(|at| !used.contains(at) && !above[*at].trim().is_empty())
+        .collect();
     header
 }
 
@@ -96,18 +104,31 @@ impl Header {
 
 /// The cells of a row of words, where there are as many as columns.
 fn row(line: &str, marks: Marks, required: usize, width: usize) -> Option<Vec<String>> {
-    let line = if is_comment(line) { uncommented(line) } else { line };
+    let line = if is_comment(line) {
+        uncommented(line)
+    } else {
+        line
+    };
     let by = |delimiter: u8| -> Vec<String> {
         let cells = Cells::new(line.as_bytes(), delimiter);
-        cells.map(|(start, cell)| clean(&line[start..start + cell.len()])).collect()
+        cells
+            .map(|(start, cell)| clean(&line[start..start + cell.len()]))
+            .collect()
     };
-    let wide_gaps = || line.split("  ").map(clean).filter(|c| !c.is_empty()).collect::<Vec<String>>();
+    let wide_gaps = || {
+        line.split("  ")
+            .map(clean)
+            .filter(|c| !c.is_empty())
+            .collect::<Vec<String>>()
+    };
     let fits = |mut cells: Vec<String>| {
         while cells.len() > required && cells.last().is_some_and(String::is_empty) {
             cells.pop();
         }
         let filled = cells.iter().filter(|c| !c.is_empty()).count();
-        let enough = cells.len() >= required && cells.len() <= width && 2 * filled >= cells.len().min(required);
+        let enough = cells.len() >= required
+            && cells.len() <= width
+            && 2 * filled >= cells.len().min(required);
         (enough && filled > 0 && (width > 1 || !line.contains(['=', ':']))).then_some(cells)
     };
     let others = [b'\t', b';', b',', b' '];
@@ -116,7 +137,11 @@ fn row(line: &str, marks: Marks, required: usize, width: usize) -> Option<Vec<St
         if !lone || width == 1 {
             return None;
         }
-        fits(wide_gaps()).or_else(|| others.into_iter().find_map(|d| fits(by(d)).filter(|c| c.len() == width)))
+        fits(wide_gaps()).or_else(|| {
+            others
+                .into_iter()
+                .find_map(|d| fits(by(d)).filter(|c| c.len() == width))
+        })
     })
 }
 
@@ -131,7 +156,10 @@ fn units_in(cells: &[String]) -> usize {
     let bracketed = |c: &str| {
         (c.starts_with('[') && c.ends_with(']')) || (c.starts_with('(') && c.ends_with(')'))
     };
-    cells.iter().filter(|c| names::is_unit(c) || bracketed(c)).count()
+    cells
+        .iter()
+        .filter(|c| names::is_unit(c) || bracketed(c))
+        .count()
 }
 
 /// Whether the nearer of two rows of words holds units: more units than the upper one, or words that repeat where the upper one's do not.
@@ -140,9 +168,14 @@ fn is_units_row(nearest: &[String], upper: &[String]) -> bool {
         let filled: Vec<&String> = cells.iter().filter(|c| !c.is_empty()).collect();
         (1..filled.len()).any(|i| filled[..i].contains(&filled[i]))
     };
-    let numbers = |cells: &[String]| cells.iter().any(|c| cells::number(c.as_bytes(), b'.').is_some());
+    let numbers = |cells: &[String]| {
+        cells
+            .iter()
+            .any(|c| cells::number(c.as_bytes(), b'.').is_some())
+    };
     if numbers(upper) {
         return false;
     }
-    units_in(nearest) > units_in(upper) || (units_in(nearest) > 0 && repeats(nearest) && !repeats(upper))
+    units_in(nearest) > units_in(upper)
+        || (units_in(nearest) > 0 && repeats(nearest) && !repeats(upper))
 }

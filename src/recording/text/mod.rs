@@ -59,7 +59,11 @@ pub fn read(path: &str, mut reader: impl Read, settings: &Settings) -> Result<Ra
     let coding = encodings::Coding::detect(&taste, settings.dialect.encoding.as_deref())?;
     let coding_name = coding.name(&taste);
     let whole = Cursor::new(taste).chain(reader);
-    let mut stream: Box<dyn Read + '_> = if coding.is_wide() { coding.to_utf8(whole) } else { Box::new(whole) };
+    let mut stream: Box<dyn Read + '_> = if coding.is_wide() {
+        coding.to_utf8(whole)
+    } else {
+        Box::new(whole)
+    };
     let head = head(path, &mut stream, &coding)?;
     let lines: Vec<&str> = split(&head.text).take(head.starts.len()).collect();
     let Some(layout) = dialect::find(&lines, &settings.dialect) else {
@@ -67,15 +71,26 @@ pub fn read(path: &str, mut reader: impl Read, settings: &Settings) -> Result<Ra
     };
     let header = header::read(&lines, &layout);
     refuse_misfits(path, &lines, &layout, &header)?;
-    let above: Vec<(usize, &str)> = header.preamble.iter().map(|&at| (at + 1, lines[at])).collect();
+    let above: Vec<(usize, &str)> = header
+        .preamble
+        .iter()
+        .map(|&at| (at + 1, lines[at]))
+        .collect();
     let said = preamble::read(&above, layout.marks);
     let rows = lines.get(layout.first..).unwrap_or(&[]);
     let rate = said.rate.as_ref().map(|r| r.0);
     let mut plan = columns::plan(&header, &layout.kinds, layout.marks, rows, rate, settings)
         .map_err(|e| e.at(&Place::in_line(path, 1, "", 0..0)))?;
-    let start = head.starts.get(layout.first).copied().unwrap_or(head.bytes.len());
-    let body = body::Reader::new(path, &mut plan, layout.marks, coding, layout.first + 1)
-        .run(&head.bytes[start..], head.whole, &mut stream)?;
+    let start = head
+        .starts
+        .get(layout.first)
+        .copied()
+        .unwrap_or(head.bytes.len());
+    let body = body::Reader::new(path, &mut plan, layout.marks, coding, layout.first + 1).run(
+        &head.bytes[start..],
+        head.whole,
+        &mut stream,
+    )?;
     let mut raw = Raw {
         path: path.to_string(),
         dialect: in_words(&layout, coding_name),
@@ -97,7 +112,11 @@ fn take(reader: &mut impl Read, n: usize, bytes: &mut Vec<u8>, path: &str) -> Re
         .map_err(|e| body::broken(path, &e))
 }
 
-fn head(path: &str, stream: &mut Box<dyn Read + '_>, coding: &encodings::Coding) -> Result<Head, Error> {
+fn head(
+    path: &str,
+    stream: &mut Box<dyn Read + '_>,
+    coding: &encodings::Coding,
+) -> Result<Head, Error> {
     let mut bytes = Vec::new();
     take(stream, body::BLOCK, &mut bytes, path)?;
     let whole = bytes.len() < body::BLOCK;
@@ -105,7 +124,11 @@ fn head(path: &str, stream: &mut Box<dyn Read + '_>, coding: &encodings::Coding)
         bytes.drain(..coding.mark.min(bytes.len()));
     }
     if bytes.trim_ascii().is_empty() && whole {
-        let message = if bytes.is_empty() { "is empty" } else { "holds nothing but blanks" };
+        let message = if bytes.is_empty() {
+            "is empty"
+        } else {
+            "holds nothing but blanks"
+        };
         return Err(Error::new(Code::EmptyLog, format!("{path} {message}"))
             .hint("record again, or look whether the export was finished"));
     }
@@ -115,7 +138,11 @@ fn head(path: &str, stream: &mut Box<dyn Read + '_>, coding: &encodings::Coding)
     while let Some(length) = memchr::memchr2(b'\n', b'\r', &bytes[at..]) {
         starts.push(at);
         let end = at + length;
-        at = if bytes[end..].starts_with(b"\r\n") { end + 2 } else { end + 1 };
+        at = if bytes[end..].starts_with(b"\r\n") {
+            end + 2
+        } else {
+            end + 1
+        };
     }
     if whole && at < bytes.len() {
         starts.push(at);
@@ -164,7 +191,11 @@ fn refuse_binary(path: &str, bytes: &[u8]) -> Result<(), Error> {
 }
 
 fn no_rows(path: &str, lines: &[&str]) -> Error {
-    let first = lines.iter().find(|l| !l.trim().is_empty()).copied().unwrap_or("");
+    let first = lines
+        .iter()
+        .find(|l| !l.trim().is_empty())
+        .copied()
+        .unwrap_or("");
     let place = Place::in_line(path, 1, first, 0..0);
     Error::new(Code::EmptyLog, format!("{path} holds no row of numbers"))
         .at(&place)
@@ -172,20 +203,39 @@ fn no_rows(path: &str, lines: &[&str]) -> Error {
 }
 
 /// Rows of numbers above the first row that fit neither as rows nor as names.
-fn refuse_misfits(path: &str, lines: &[&str], layout: &dialect::Layout, header: &header::Header) -> Result<(), Error> {
+fn refuse_misfits(
+    path: &str,
+    lines: &[&str],
+    layout: &dialect::Layout,
+    header: &header::Header,
+) -> Result<(), Error> {
     let above = &lines[..layout.first.min(lines.len())];
     for (at, line) in above.iter().enumerate().rev() {
         match dialect::stance(line, layout.marks, &layout.kinds) {
             dialect::Stance::Blank => {}
-            dialect::Stance::Misfit if header.preamble.contains(&at) && !preamble::is_comment(line) => {
-                let (cells, width) = (cells::Cells::new(line.as_bytes(), layout.marks.delimiter).count(), layout.kinds.len());
+            dialect::Stance::Misfit
+                if header.preamble.contains(&at) && !preamble::is_comment(line) =>
+            {
+                let (cells, width) = (
+                    cells::Cells::new(line.as_bytes(), layout.marks.delimiter).count(),
+                    layout.kinds.len(),
+                );
                 let place = Place::in_line(path, at + 1, line, 0..line.len());
-                let message = format!("the row has {cells} cells where the rows after it have {width}");
-                let code = if cells == width { Code::NotANumber } else { Code::RaggedRow };
-                let message = if cells == width { "the row holds a cell that is not what its column holds below".into() } else { message };
-                return Err(Error::new(code, message)
-                    .at(&place)
-                    .hint("mend the row, or state how many lines stand above the numbers: --header-lines"));
+                let message =
+                    format!("the row has {cells} cells where the rows after it have {width}");
+                let code = if cells == width {
+                    Code::NotANumber
+                } else {
+                    Code::RaggedRow
+                };
+                let message = if cells == width {
+                    "the row holds a cell that is not what its column holds below".into()
+                } else {
+                    message
+                };
+                return Err(Error::new(code, message).at(&place).hint(
+                    "mend the row, or state how many lines stand above the numbers: --header-lines",
+                ));
             }
             _ => break,
         }
@@ -227,7 +277,11 @@ fn doubts(raw: &mut Raw, layout: &dialect::Layout, header: &header::Header) {
     if let Some((at, cells)) = header.misfit {
         raw.warnings.push(Warning {
             code: "names-misfit",
-            message: format!("line {} has {cells} words over {} columns: the columns are numbered instead", at + 1, layout.kinds.len()),
+            message: format!(
+                "line {} has {cells} words over {} columns: the columns are numbered instead",
+                at + 1,
+                layout.kinds.len()
+            ),
             hint: None,
         });
     }
@@ -247,23 +301,42 @@ fn assemble(
         sinks.map(|(_, filled)| filled.present).max().unwrap_or(0)
     };
     if present(&body, None) == 0 {
-        return Err(Error::new(Code::EmptyLog, format!("{} holds no number in any row", raw.path))
-            .hint("record again, or look whether the export was finished"));
+        return Err(Error::new(
+            Code::EmptyLog,
+            format!("{} holds no number in any row", raw.path),
+        )
+        .hint("record again, or look whether the export was finished"));
     }
     raw.repairs.extend(plan.repairs.iter().cloned());
     raw.warnings.extend(plan.warnings.iter().cloned());
     let trailing = body.rows - present(&body, None);
     if trailing > 0 {
-        note(raw, "footer-skipped", format!("{trailing} rows without any number at the end were passed over"));
+        note(
+            raw,
+            "footer-skipped",
+            format!("{trailing} rows without any number at the end were passed over"),
+        );
     }
     if let Some((count, line, text)) = &body.footer {
         let text = crate::base::units::shortened(text.trim());
-        note(raw, "footer-skipped", format!("{count} lines after the rows were passed over, from line {line} on: \"{text}\""));
+        note(
+            raw,
+            "footer-skipped",
+            format!(
+                "{count} lines after the rows were passed over, from line {line} on: \"{text}\""
+            ),
+        );
     }
     if body.only_time > 0 {
-        note(raw, "cells-missing", format!("{} rows hold only a time", body.only_time));
+        note(
+            raw,
+            "cells-missing",
+            format!("{} rows hold only a time", body.only_time),
+        );
     }
-    let lengths: Vec<usize> = (0..plan.groups).map(|group| present(&body, Some(group))).collect();
+    let lengths: Vec<usize> = (0..plan.groups)
+        .map(|group| present(&body, Some(group)))
+        .collect();
     raw.groups = lengths.iter().map(|_| Group::default()).collect();
     let lines = std::mem::take(&mut body.lines);
     for (sink, mut filled) in plan.sinks.iter().zip(std::mem::take(&mut body.sinks)) {
@@ -273,8 +346,16 @@ fn assemble(
         filled.missing = filled.missing.saturating_sub(cut);
         let last = lines.of(length.saturating_sub(1)).unwrap_or(usize::MAX);
         filled.lines.retain(|line| *line <= last);
-        if filled.missing == length && sink.reader.is_none() && filled.overloads == 0 && length > 0 {
-            note(raw, "column-left-out", format!("column `{}` holds no number in any row: it is no channel", sink.name));
+        if filled.missing == length && sink.reader.is_none() && filled.overloads == 0 && length > 0
+        {
+            note(
+                raw,
+                "column-left-out",
+                format!(
+                    "column `{}` holds no number in any row: it is no channel",
+                    sink.name
+                ),
+            );
             continue;
         }
         report_cells(raw, sink, &filled);
@@ -289,7 +370,9 @@ fn assemble(
                     resolution_s: reader.resolution_s(),
                 });
             }
-            None => group.channels.push(channel(sink, filled.samples, filled.overloads)),
+            None => group
+                .channels
+                .push(channel(sink, filled.samples, filled.overloads)),
         }
     }
     raw.groups.retain(|group| !group.channels.is_empty());
@@ -304,8 +387,11 @@ fn assemble(
         };
     }
     if raw.groups.is_empty() {
-        return Err(Error::new(Code::EmptyLog, format!("{} holds time stamps and no channel", raw.path))
-            .hint("say that no column is the time, if the numbers are a channel: --time none"));
+        return Err(Error::new(
+            Code::EmptyLog,
+            format!("{} holds time stamps and no channel", raw.path),
+        )
+        .hint("say that no column is the time, if the numbers are a channel: --time none"));
     }
     in_order(raw, settings);
     if plan.over_frequency {
@@ -315,9 +401,14 @@ fn assemble(
     } else if let Some(channel) = complex_channel(&raw.groups, &plan) {
         return Err(Error::new(
             Code::NotANumber,
-            format!("`{channel}` of {} holds complex numbers, and no column gives their frequencies", raw.path),
+            format!(
+                "`{channel}` of {} holds complex numbers, and no column gives their frequencies",
+                raw.path
+            ),
         )
-        .hint("frequency responses need a first column of frequencies, named such as frequency_Hz"));
+        .hint(
+            "frequency responses need a first column of frequencies, named such as frequency_Hz",
+        ));
     }
     Ok(())
 }
@@ -350,7 +441,11 @@ fn report_cells(raw: &mut Raw, sink: &columns::Sink, filled: &body::Filled) {
     if filled.missing > 0 {
         let lines: Vec<String> = filled.lines.iter().map(usize::to_string).collect();
         let more = filled.missing.saturating_sub(filled.lines.len());
-        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+        let more = if more > 0 {
+            format!(" and {more} more")
+        } else {
+            String::new()
+        };
         let overloads = match filled.overloads {
             0 => String::new(),
             n => format!(", {n} of them overloads"),
@@ -358,11 +453,22 @@ fn report_cells(raw: &mut Raw, sink: &columns::Sink, filled: &body::Filled) {
         note(
             raw,
             "cells-missing",
-            format!("{} cells of `{name}` hold no number{overloads}: lines {}{more}", filled.missing, lines.join(", ")),
+            format!(
+                "{} cells of `{name}` hold no number{overloads}: lines {}{more}",
+                filled.missing,
+                lines.join(", ")
+            ),
         );
     }
     if filled.grouped > 0 {
-        note(raw, "thousands-joined", format!("{} cells of `{name}` have thousands separators", filled.grouped));
+        note(
+            raw,
+            "thousands-joined",
+            format!(
+                "{} cells of `{name}` have thousands separators",
+                filled.grouped
+            ),
+        );
     }
 }
 
@@ -373,7 +479,10 @@ fn in_order(raw: &mut Raw, settings: &Settings) {
     }
     let place = |name: &str| {
         let means = |word: &String| {
-            let renamed = settings.channels.iter().find(|c| c.rename.as_deref() == Some(word.as_str()));
+            let renamed = settings
+                .channels
+                .iter()
+                .find(|c| c.rename.as_deref() == Some(word.as_str()));
             super::names::means(renamed.map_or(word.as_str(), |c| c.name.as_str()), name)
         };
         settings.only.iter().position(means)

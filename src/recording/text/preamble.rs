@@ -20,34 +20,128 @@ pub struct Preamble {
 
 /// Keys of a sample rate, folded.
 const RATES: &[&str] = &[
-    "sampling frequency", "sample frequency", "sampling rate", "sample rate", "samplerate", "samplingrate",
-    "samplefrequency", "samplingfrequency", "sampling freq", "sample freq", "samplefreq", "scan rate", "scan frequency",
-    "acquisition rate", "acquisition frequency", "data rate", "logging rate", "output data rate", "odr", "fs", "f s",
-    "fs hz", "srate", "rate", "abtastrate", "abtastfrequenz", "messrate", "samples per second", "samples/s",
-    "frequence d echantillonnage", "fréquence d échantillonnage", "frecuencia de muestreo", "frequenza di campionamento",
-    "采样频率", "采样率", "采样速率", "частота дискретизации",
+    "sampling frequency",
+    "sample frequency",
+    "sampling rate",
+    "sample rate",
+    "samplerate",
+    "samplingrate",
+    "samplefrequency",
+    "samplingfrequency",
+    "sampling freq",
+    "sample freq",
+    "samplefreq",
+    "scan rate",
+    "scan frequency",
+    "acquisition rate",
+    "acquisition frequency",
+    "data rate",
+    "logging rate",
+    "output data rate",
+    "odr",
+    "fs",
+    "f s",
+    "fs hz",
+    "srate",
+    "rate",
+    "abtastrate",
+    "abtastfrequenz",
+    "messrate",
+    "samples per second",
+    "samples/s",
+    "frequence d echantillonnage",
+    "fréquence d échantillonnage",
+    "frecuencia de muestreo",
+    "frequenza di campionamento",
+    "采样频率",
+    "采样率",
+    "采样速率",
+    "частота дискретизации",
 ];
 
 /// Keys of the time between samples, folded.
 const INTERVALS: &[&str] = &[
-    "sampling interval", "sample interval", "samplinginterval", "sampleinterval", "sampling time", "sample time",
-    "sampling period", "sample period", "time step", "timestep", "time interval", "time increment", "dt", "delta t",
-    "delta x", "deltax", "delta time", "x increment", "xincrement", "x incr", "xincr", "x inc", "increment", "interval",
-    "scan interval", "ts", "abtastintervall", "abtastzeit", "schrittweite", "采样间隔", "采样周期", "采样时间", "шаг",
+    "sampling interval",
+    "sample interval",
+    "samplinginterval",
+    "sampleinterval",
+    "sampling time",
+    "sample time",
+    "sampling period",
+    "sample period",
+    "time step",
+    "timestep",
+    "time interval",
+    "time increment",
+    "dt",
+    "delta t",
+    "delta x",
+    "deltax",
+    "delta time",
+    "x increment",
+    "xincrement",
+    "x incr",
+    "xincr",
+    "x inc",
+    "increment",
+    "interval",
+    "scan interval",
+    "ts",
+    "abtastintervall",
+    "abtastzeit",
+    "schrittweite",
+    "采样间隔",
+    "采样周期",
+    "采样时间",
+    "шаг",
 ];
 
 /// Keys of the number of samples, folded.
 const COUNTS: &[&str] = &[
-    "samples", "number of samples", "sample count", "no of samples", "num samples", "n samples", "record length",
-    "points", "number of points", "num points", "npts", "n points", "rows", "number of rows", "anzahl werte",
-    "anzahl messwerte", "采样点数", "点数",
+    "samples",
+    "number of samples",
+    "sample count",
+    "no of samples",
+    "num samples",
+    "n samples",
+    "record length",
+    "points",
+    "number of points",
+    "num points",
+    "npts",
+    "n points",
+    "rows",
+    "number of rows",
+    "anzahl werte",
+    "anzahl messwerte",
+    "采样点数",
+    "点数",
 ];
 
 /// Keys of the start, folded.
 const STARTS: &[&str] = &[
-    "start", "start time", "start date", "date time", "datetime", "date/time", "time stamp", "timestamp", "date", "time",
-    "recorded", "recorded at", "recording time", "created", "startzeit", "beginn", "datum", "messbeginn", "日期", "开始时间",
-    "采集时间", "测试时间",
+    "start",
+    "start time",
+    "start date",
+    "date time",
+    "datetime",
+    "date/time",
+    "time stamp",
+    "timestamp",
+    "date",
+    "time",
+    "recorded",
+    "recorded at",
+    "recording time",
+    "created",
+    "startzeit",
+    "beginn",
+    "datum",
+    "messbeginn",
+    "日期",
+    "开始时间",
+    "采集时间",
+    "测试时间",
 ];
 
 /// A line without the sign that makes it a comment.
@@ -130,12 +224,21 @@ fn unquoted(text: &str) -> &str {
 /// A key in lower case without signs between words; and the unit in its brackets or after it.
 fn folded(key: &str) -> (String, String) {
     let (name, unit) = match key.find(['[', '(']) {
-        Some(at) => (&key[..at], key[at..].trim_matches(['[', ']', '(', ')', ' '])),
+        Some(at) => (
+            &key[..at],
+            key[at..].trim_matches(['[', ']', '(', ')', ' ']),
+        ),
         None => (key, ""),
     };
     let spaced: String = name
         .chars()
-        .map(|c| if matches!(c, '_' | '-' | '.' | '\'' | '’') { ' ' } else { c })
+        .map(|c| {
+            if matches!(c, '_' | '-' | '.' | '\'' | '’') {
+                ' '
+            } else {
+                c
+            }
+        })
         .collect();
     let words: Vec<String> = spaced.split_whitespace().map(str::to_lowercase).collect();
     (words.join(" "), unit.to_lowercase())
@@ -155,7 +258,11 @@ fn stated(key: &str, table: &[&str]) -> Option<String> {
 /// Hertz in one of a rate's units, or seconds in one of an interval's.
 fn factor(unit: &str, rate: bool) -> Option<f64> {
     Some(match (unit, rate) {
-        ("hz" | "s/s" | "sa/s" | "sps" | "samples/s" | "samples/sec" | "samples per second" | "1/s", true) => 1.0,
+        (
+            "hz" | "s/s" | "sa/s" | "sps" | "samples/s" | "samples/sec" | "samples per second"
+            | "1/s",
+            true,
+        ) => 1.0,
         ("khz" | "ks/s" | "ksa/s" | "ksps", true) => 1e3,
         ("mhz" | "ms/s" | "msa/s" | "msps", true) => 1e6,
         ("s" | "sec" | "secs" | "second" | "seconds", false) => 1.0,
@@ -174,7 +281,9 @@ fn quantity(value: &str, decimal: u8) -> Option<(f64, String)> {
         .find(|c: char| !(c.is_ascii_digit() || matches!(c, '.' | ',' | '+' | '-' | 'e' | 'E')))
         .unwrap_or(value.len());
     let digits = value[..end].trim_end_matches(['e', 'E', ',', '+', '-']);
-    let parsed = [decimal, b'.', b','].into_iter().find_map(|mark| cells::number(digits.as_bytes(), mark));
+    let parsed = [decimal, b'.', b',']
+        .into_iter()
+        .find_map(|mark| cells::number(digits.as_bytes(), mark));
     let unit = value[digits.len()..].trim_matches([' ', '[', ']', '(', ')', ',', ';']);
     Some((parsed?, unit.to_lowercase()))
 }
@@ -187,7 +296,9 @@ impl Preamble {
         }
         if stated(key, COUNTS).is_some() && self.samples.is_none() {
             let count = quantity(value, decimal).map(|q| q.0);
-            self.samples = count.filter(|c| *c >= 1.0 && c.fract() == 0.0).map(|c| c as usize);
+            self.samples = count
+                .filter(|c| *c >= 1.0 && c.fract() == 0.0)
+                .map(|c| c as usize);
         }
         if stated(key, STARTS).is_some() && value.chars().any(|c| c.is_ascii_digit()) {
             self.start = Some(match self.start.take() {
@@ -206,7 +317,9 @@ impl Preamble {
             Some((first, name)) if (first - hertz).abs() > SAME * first => {
                 self.warnings.push(Warning {
                     code: "header-rates-differ",
-                    message: format!("`{name}` states {first} Hz and `{key}` {hertz} Hz; `{name}` is taken"),
+                    message: format!(
+                        "`{name}` states {first} Hz and `{key}` {hertz} Hz; `{name}` is taken"
+                    ),
                     hint: Some("state the rate: --rate".into()),
                 });
             }
@@ -238,26 +351,52 @@ fn rate_of(key: &str, value: &str, decimal: u8) -> Option<f64> {
 mod tests {
     use super::*;
 
-    const COMMA: Marks = Marks { delimiter: b',', decimal: b'.' };
+    const COMMA: Marks = Marks {
+        delimiter: b',',
+        decimal: b'.',
+    };
 
     /// The rate in the ways labs state it.
     #[test]
     fn exact_rates_of_preambles() {
         let cases = [
-            ("Sampling Frequency - 5000", 5000.0), ("Sample rate,51200,Hz", 51200.0), ("fs=1.28 kHz", 1280.0),
-            ("# dt: 0.2 ms", 5000.0), ("Delta_X,0.0005,0.0005", 2000.0), ("Sampling interval [us],100", 1e4),
-            ("Abtastrate: 2000 Hz", 2000.0), ("sampling_frequency_hz: 400", 400.0), ("采样频率：1000Hz", 1000.0),
-            ("\"Sample Rate\",\"2500\"", 2500.0), ("% fs = 100, channels = 3", 100.0), ("Rate: 10 kS/s", 1e4),
-            ("Sample interval: 1.0E-3", 1000.0), ("fs 5000 Hz", 5000.0),
+            ("Sampling Frequency - 5000", 5000.0),
+            ("Sample rate,51200,Hz", 51200.0),
+            ("fs=1.28 kHz", 1280.0),
+            ("# dt: 0.2 ms", 5000.0),
+            ("Delta_X,0.0005,0.0005", 2000.0),
+            ("Sampling interval [us],100", 1e4),
+            ("Abtastrate: 2000 Hz", 2000.0),
+            ("sampling_frequency_hz: 400", 400.0),
+            ("采样频率：1000Hz", 1000.0),
+            ("\"Sample Rate\",\"2500\"", 2500.0),
+            ("% fs = 100, channels = 3", 100.0),
+            ("Rate: 10 kS/s", 1e4),
+            ("Sample interval: 1.0E-3", 1000.0),
+            ("fs 5000 Hz", 5000.0),
         ];
         for (line, rate) in cases {
             let found = read(&[(1, line)], COMMA).rate;
             let close = |r: f64| (r - rate).abs() < 1e-9 * rate;
-            assert!(found.clone().is_some_and(|f| close(f.0)), "{line}: {found:?}");
+            assert!(
+                found.clone().is_some_and(|f| close(f.0)),
+                "{line}: {found:?}"
+            );
         }
-        for line in ["baud rate: 9600", "C:\\data\\fs\\5000.txt", "Rate: none", "heart rate: 60", "fs: 0"] {
+        for line in [
+            "baud rate: 9600",
+            "C:\\data\\fs\\5000.txt",
+            "Rate: none",
+            "heart rate: 60",
+            "fs: 0",
+        ] {
             assert_eq!(read(&[(1, line)], COMMA).rate, None, "{line}");
         }
-        assert_eq!(read(&[(1, "fs: 100"), (2, "dt: 0.02")], COMMA).warnings.len(), 1);
+        assert_eq!(
+            read(&[(1, "fs: 100"), (2, "dt: 0.02")], COMMA)
+                .warnings
+                .len(),
+            1
+        );
     }
 }

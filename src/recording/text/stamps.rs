@@ -53,7 +53,9 @@ fn digits(text: &[u8]) -> Option<(i64, usize, &[u8])> {
     if n == 0 || n > 9 {
         return None;
     }
-    let value = text[..n].iter().fold(0, |v, b| 10 * v + i64::from(b - b'0'));
+    let value = text[..n]
+        .iter()
+        .fold(0, |v, b| 10 * v + i64::from(b - b'0'));
     Some((value, n, &text[n..]))
 }
 
@@ -96,7 +98,9 @@ fn date(text: &[u8]) -> Option<(Date, &[u8])> {
     let (b, named, rest) = match month(rest) {
         Some((b, rest)) => (b, true, rest),
         None if separator == b' ' => return None,
-        None => digits(rest).filter(|d| d.1 <= 2).map(|d| (d.0, false, d.2))?,
+        None => digits(rest)
+            .filter(|d| d.1 <= 2)
+            .map(|d| (d.0, false, d.2))?,
     };
     let rest = rest.strip_prefix(&[separator])?;
     let (c, c_digits, rest) = digits(rest)?;
@@ -183,7 +187,9 @@ fn zone(text: &[u8]) -> Option<(Option<bool>, i64)> {
             let minutes = match rest {
                 [] if n == 2 => 60 * hours,
                 [] if n == 4 => 60 * (hours / 100) + hours % 100,
-                [b':', rest @ ..] if n == 2 => 60 * hours + digits(rest).filter(|d| d.2.is_empty())?.0,
+                [b':', rest @ ..] if n == 2 => {
+                    60 * hours + digits(rest).filter(|d| d.2.is_empty())?.0
+                }
                 _ => return None,
             };
             Some((None, if *sign == b'-' { -minutes } else { minutes }))
@@ -194,7 +200,11 @@ fn zone(text: &[u8]) -> Option<(Option<bool>, i64)> {
 
 /// Days from 1970-01-01 in the Gregorian calendar: 365 a year and the leap days before it, months counted from March.
 fn days(year: i64, month: i64, day: i64) -> i64 {
-    let (y, m) = if month > 2 { (year, month - 3) } else { (year - 1, month + 9) };
+    let (y, m) = if month > 2 {
+        (year, month - 3)
+    } else {
+        (year - 1, month + 9)
+    };
     let leaps = y.div_euclid(4) - y.div_euclid(100) + y.div_euclid(400);
     365 * y + leaps + (153 * m + 2) / 5 + day - 1 - 719_468
 }
@@ -258,8 +268,16 @@ impl Reader {
     /// One unit of the last digit written, s.
     pub fn resolution_s(&self) -> f64 {
         // Plain numbers may drop zeros at their end, so the finest digit counts; exponents carry a fixed number of digits.
-        let last = if self.plain { self.finest } else { self.coarsest };
-        if last.is_finite() { last * self.unit_s } else { 0.0 }
+        let last = if self.plain {
+            self.finest
+        } else {
+            self.coarsest
+        };
+        if last.is_finite() {
+            last * self.unit_s
+        } else {
+            0.0
+        }
     }
 
     /// Seconds since the first stamp; `None` for a blank.
@@ -355,7 +373,9 @@ impl Reader {
         let day_first = match (self.day_first, first, now) {
             (Some(day_first), ..) => day_first,
             // A later date that only fits one way settles the first one.
-            (None, Date::Either(a, b, _), Date::Plain(_, m, d)) if (a == d || b == m) != (a == m || b == d) => {
+            (None, Date::Either(a, b, _), Date::Plain(_, m, d))
+                if (a == d || b == m) != (a == m || b == d) =>
+            {
                 a == d || b == m
             }
             (None, ..) => match (between(true), between(false)) {
@@ -406,7 +426,8 @@ fn exact(cell: &[u8], decimal: u8) -> Option<(i64, i32)> {
 /// The difference of two plain numbers, rounded once.
 fn difference(a: i64, a_after: i32, b: i64, b_after: i32) -> f64 {
     let after = a_after.max(b_after);
-    let scaled = |v: i64, digits: i32| i128::from(v) * 10_i128.pow((after - digits).clamp(0, 18) as u32);
+    let scaled =
+        |v: i64, digits: i32| i128::from(v) * 10_i128.pow((after - digits).clamp(0, 18) as u32);
     (scaled(a, a_after) - scaled(b, b_after)) as f64 / power_of_ten(after)
 }
 
@@ -419,7 +440,9 @@ fn last_digit(cell: &[u8], decimal: u8) -> f64 {
     };
     let mark = mantissa.iter().position(|b| *b == decimal);
     let after = mark.map_or(0, |at| mantissa.len() - at - 1);
-    let exponent = std::str::from_utf8(exponent).ok().and_then(|e| e.parse().ok());
+    let exponent = std::str::from_utf8(exponent)
+        .ok()
+        .and_then(|e| e.parse().ok());
     power_of_ten(exponent.unwrap_or(0) - after as i32)
 }
 
@@ -436,7 +459,11 @@ mod tests {
     /// Stamps are differences, exact to the last digit.
     #[test]
     fn exact_stamps_since_the_first() {
-        let dates = ["2022-11-04 08:36:24.897", "2022-11-04T08:36:24.907Z", "2022-11-05 08:36:24,897"];
+        let dates = [
+            "2022-11-04 08:36:24.897",
+            "2022-11-04T08:36:24.907Z",
+            "2022-11-05 08:36:24,897",
+        ];
         assert_eq!(seconds(Form::DateTime, 1.0, &dates), [0.0, 0.01, 86_400.0]);
         let clock = ["23:59:59.5", "00:00:00.25", "00:00:01.25"];
         assert_eq!(seconds(Form::Clock, 1.0, &clock), [0.0, 0.75, 1.75]);
@@ -446,7 +473,10 @@ mod tests {
         assert_eq!(seconds(Form::DateTime, 1.0, &either), [0.0, 1.0]);
         let epoch = ["1657065123456789001", "1657065123456789003"];
         assert_eq!(seconds(Form::Decimal, 1e-9, &epoch), [0.0, 2e-9]);
-        assert_eq!(seconds(Form::Decimal, 1e-3, &["0", "0.5", "2E0"]), [0.0, 5e-4, 2e-3]);
+        assert_eq!(
+            seconds(Form::Decimal, 1e-3, &["0", "0.5", "2E0"]),
+            [0.0, 5e-4, 2e-3]
+        );
         assert_eq!(days_of("29-Feb-2024 00:00:00", "01-Mar-2024 00:00:00"), 1.0);
         assert_eq!(days_of("2023-12-31", "2024-12-31"), 366.0);
     }
@@ -460,12 +490,23 @@ mod tests {
     fn exact_resolution_from_the_digits() {
         let resolution = |form, cells: &[&str]| {
             let mut reader = Reader::new(form, 1.0, b'.', None);
-            cells.iter().for_each(|c| drop(reader.seconds(c.as_bytes())));
+            cells
+                .iter()
+                .for_each(|c| drop(reader.seconds(c.as_bytes())));
             reader.resolution_s()
         };
-        assert_eq!(resolution(Form::Decimal, &["0.0", "0.002352083", "0.5"]), 1e-9);
-        assert_eq!(resolution(Form::Decimal, &["0.00000E+0", "2.00000E-4", "1.39998E+1"]), 1e-4);
-        assert_eq!(resolution(Form::DateTime, &["2022-11-04 08:36:24.897"]), 1e-3);
+        assert_eq!(
+            resolution(Form::Decimal, &["0.0", "0.002352083", "0.5"]),
+            1e-9
+        );
+        assert_eq!(
+            resolution(Form::Decimal, &["0.00000E+0", "2.00000E-4", "1.39998E+1"]),
+            1e-4
+        );
+        assert_eq!(
+            resolution(Form::DateTime, &["2022-11-04 08:36:24.897"]),
+            1e-3
+        );
     }
 
     /// What cannot be told apart is not guessed.
@@ -473,8 +514,19 @@ mod tests {
     fn refuses_day_or_month_that_the_data_leave_open() {
         let mut reader = Reader::new(Form::DateTime, 1.0, b'.', None);
         assert_eq!(reader.seconds(b"03/04/2023 10:00"), Ok(Some(0.0)));
-        assert_eq!(reader.seconds(b"05/07/2023 10:00"), Err(Trouble::DayOrMonth));
-        for text in ["1.234.567", "2022-13-01", "1:2", "12:60:00", "abc", "2022-11-04x", "13/13/2023"] {
+        assert_eq!(
+            reader.seconds(b"05/07/2023 10:00"),
+            Err(Trouble::DayOrMonth)
+        );
+        for text in [
+            "1.234.567",
+            "2022-13-01",
+            "1:2",
+            "12:60:00",
+            "abc",
+            "2022-11-04x",
+            "13/13/2023",
+        ] {
             assert_eq!(form(text.as_bytes()), None, "{text}");
         }
     }

@@ -22,12 +22,28 @@ enum Part {
 
 /// Words for parts, as they stand in names.
 const PARTS: &[(&str, Part)] = &[
-    ("imaginary", Part::Imaginary), ("imag", Part::Imaginary), ("im", Part::Imaginary),
-    ("real", Part::Real), ("re", Part::Real),
-    ("magnitude", Part::Magnitude), ("mag", Part::Magnitude), ("amplitude", Part::Magnitude), ("ampl", Part::Magnitude),
-    ("amp", Part::Magnitude), ("abs", Part::Magnitude), ("betrag", Part::Magnitude), ("幅值", Part::Magnitude),
-    ("phase", Part::Phase), ("phi", Part::Phase), ("angle", Part::Phase), ("arg", Part::Phase), ("相位", Part::Phase),
-    ("coherence", Part::Coherence), ("coh", Part::Coherence), ("kohärenz", Part::Coherence), ("相干", Part::Coherence),
+    ("imaginary", Part::Imaginary),
+    ("imag", Part::Imaginary),
+    ("im", Part::Imaginary),
+    ("real", Part::Real),
+    ("re", Part::Real),
+    ("magnitude", Part::Magnitude),
+    ("mag", Part::Magnitude),
+    ("amplitude", Part::Magnitude),
+    ("ampl", Part::Magnitude),
+    ("amp", Part::Magnitude),
+    ("abs", Part::Magnitude),
+    ("betrag", Part::Magnitude),
+    ("幅值", Part::Magnitude),
+    ("phase", Part::Phase),
+    ("phi", Part::Phase),
+    ("angle", Part::Phase),
+    ("arg", Part::Phase),
+    ("相位", Part::Phase),
+    ("coherence", Part::Coherence),
+    ("coh", Part::Coherence),
+    ("kohärenz", Part::Coherence),
+    ("相干", Part::Coherence),
 ];
 
 /// The part a name tells and the name without it: `H1_re` → `H1`, `Re(H1)` → `H1`.
@@ -36,7 +52,10 @@ fn part(name: &str) -> Option<(String, Part)> {
     let mut words: Vec<&str> = name.split(separators).filter(|w| !w.is_empty()).collect();
     let of = |word: &str| {
         let word = word.to_lowercase();
-        PARTS.iter().find(|(known, _)| *known == word).map(|(_, part)| *part)
+        PARTS
+            .iter()
+            .find(|(known, _)| *known == word)
+            .map(|(_, part)| *part)
     };
     let at = words.iter().rposition(|word| of(word).is_some())?;
     let part = of(words.remove(at))?;
@@ -67,7 +86,10 @@ fn values(column: &Column) -> Result<Vec<f64>, Error> {
 /// Columns that are no pairs, a frequency that does not rise, a cell without a number.
 pub fn responses(path: &str, channels: &[RawChannel]) -> Result<FrequencyResponses, Error> {
     let Some((first, rest)) = channels.split_first() else {
-        return Err(Error::new(Code::EmptyLog, format!("{path} holds no columns")));
+        return Err(Error::new(
+            Code::EmptyLog,
+            format!("{path} holds no columns"),
+        ));
     };
     let scale = match first.unit.trim().to_lowercase().as_str() {
         "khz" => 1e3,
@@ -75,7 +97,10 @@ pub fn responses(path: &str, channels: &[RawChannel]) -> Result<FrequencyRespons
         _ => 1.0,
     };
     let frequency_hz: Vec<f64> = values(&first.samples)?.iter().map(|f| f * scale).collect();
-    if let Some(at) = frequency_hz.windows(2).position(|w| w[1].partial_cmp(&w[0]) != Some(std::cmp::Ordering::Greater)) {
+    if let Some(at) = frequency_hz
+        .windows(2)
+        .position(|w| w[1].partial_cmp(&w[0]) != Some(std::cmp::Ordering::Greater))
+    {
         let (here, next) = (frequency_hz[at], frequency_hz[at + 1]);
         return Err(Error::new(
             Code::BrokenFile,
@@ -91,8 +116,11 @@ pub fn responses(path: &str, channels: &[RawChannel]) -> Result<FrequencyRespons
         let values = values(&channel.samples)?;
         if let Some(line) = values.iter().position(|x| !x.is_finite()) {
             let hz = frequency_hz.get(line).copied().unwrap_or(f64::NAN);
-            return Err(Error::new(Code::NotANumber, format!("`{}` holds no number at {hz} Hz", channel.name))
-                .hint("leave that line out of the file, or mend it"));
+            return Err(Error::new(
+                Code::NotANumber,
+                format!("`{}` holds no number at {hz} Hz", channel.name),
+            )
+            .hint("leave that line out of the file, or mend it"));
         }
         entries.push(Entry {
             base,
@@ -128,11 +156,15 @@ fn pair(path: &str, mut entries: Vec<Entry>) -> Result<Vec<FrequencyResponse>, E
     while !entries.is_empty() {
         let entry = entries.remove(0);
         if entry.part == Part::Coherence {
-            let same = |(base, f): &&mut (String, FrequencyResponse)| *base == entry.base && f.coherence.is_none();
+            let same = |(base, f): &&mut (String, FrequencyResponse)| {
+                *base == entry.base && f.coherence.is_none()
+            };
             match functions.iter_mut().find(same) {
                 Some((_, function)) => function.coherence = Some(entry.values),
                 None => match functions.last_mut() {
-                    Some((_, function)) if entry.base.is_empty() && function.coherence.is_none() => {
+                    Some((_, function))
+                        if entry.base.is_empty() && function.coherence.is_none() =>
+                    {
                         function.coherence = Some(entry.values);
                     }
                     _ => return Err(no_pairs(path, &entry.name)),
@@ -152,9 +184,18 @@ fn pair(path: &str, mut entries: Vec<Entry>) -> Result<Vec<FrequencyResponse>, E
         };
         let other = entries.remove(at);
         let swapped = matches!(entry.part, Part::Imaginary | Part::Phase);
-        let (one, two) = if swapped { (&other, &entry) } else { (&entry, &other) };
+        let (one, two) = if swapped {
+            (&other, &entry)
+        } else {
+            (&entry, &other)
+        };
         let value = match one.part {
-            Part::Real => one.values.iter().zip(&two.values).map(|(re, im)| Complex::new(*re, *im)).collect(),
+            Part::Real => one
+                .values
+                .iter()
+                .zip(&two.values)
+                .map(|(re, im)| Complex::new(*re, *im))
+                .collect(),
             _ => polar(one, two),
         };
         let name = if one.base.is_empty() {
@@ -165,7 +206,11 @@ fn pair(path: &str, mut entries: Vec<Entry>) -> Result<Vec<FrequencyResponse>, E
         } else {
             names::split(&one.base).0
         };
-        let unit = if one.unit.eq_ignore_ascii_case("db") { String::new() } else { one.unit.clone() };
+        let unit = if one.unit.eq_ignore_ascii_case("db") {
+            String::new()
+        } else {
+            one.unit.clone()
+        };
         functions.push((
             one.base.clone(),
             FrequencyResponse {
@@ -177,16 +222,22 @@ fn pair(path: &str, mut entries: Vec<Entry>) -> Result<Vec<FrequencyResponse>, E
             },
         ));
     }
-    Ok(functions.into_iter().map(|(_, function)| function).collect())
+    Ok(functions
+        .into_iter()
+        .map(|(_, function)| function)
+        .collect())
 }
 
 /// `|H| e^{iφ}`; magnitudes in dB are 20 lg, phases are degrees where they say so or leave ±π.
 fn polar(magnitude: &Entry, phase: &Entry) -> Vec<Complex> {
-    let said = |word: &str| phase.unit.to_lowercase().contains(word) || phase.name.to_lowercase().contains(word);
+    let said = |word: &str| {
+        phase.unit.to_lowercase().contains(word) || phase.name.to_lowercase().contains(word)
+    };
     let largest = phase.values.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     // Rounded printing may leave ±π by a digit.
     let degrees = said("deg") || phase.unit == "°" || (!said("rad") && largest > 1.01 * PI);
-    let decibel = magnitude.unit.eq_ignore_ascii_case("db") || magnitude.name.to_lowercase().ends_with("db");
+    let decibel =
+        magnitude.unit.eq_ignore_ascii_case("db") || magnitude.name.to_lowercase().ends_with("db");
     magnitude
         .values
         .iter()
@@ -207,8 +258,13 @@ mod tests {
     #[test]
     fn exact_parts_of_names() {
         let cases = [
-            ("H1_re", "H1", Part::Real), ("Re(H1)", "H1", Part::Real), ("H1 imag", "H1", Part::Imaginary), ("Phase", "", Part::Phase),
-            ("H2_phase_deg", "H2", Part::Phase), ("|H| mag", "H", Part::Magnitude), ("coherence_3", "3", Part::Coherence),
+            ("H1_re", "H1", Part::Real),
+            ("Re(H1)", "H1", Part::Real),
+            ("H1 imag", "H1", Part::Imaginary),
+            ("Phase", "", Part::Phase),
+            ("H2_phase_deg", "H2", Part::Phase),
+            ("|H| mag", "H", Part::Magnitude),
+            ("coherence_3", "3", Part::Coherence),
         ];
         for (name, base, is) in cases {
             assert_eq!(part(name), Some((base.to_string(), is)), "{name}");
