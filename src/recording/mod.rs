@@ -24,6 +24,18 @@ pub mod raw;
 /// Delimited text.
 pub mod text;
 
+/// MATLAB files of level 5.
+pub mod mat;
+
+/// UFF 58 files.
+pub mod uff;
+
+/// WAV files.
+pub mod wav;
+
+/// LabVIEW measurement files.
+pub mod lvm;
+
 /// gzip and zip.
 mod container;
 
@@ -59,3 +71,7 @@ pub mod settle;
 
 /// What a channel looks like.
 pub mod survey;
+
+
+/// Signals and frequency responses to files.
+pub mod write;

@@ -155,6 +155,8 @@ pub(super) struct Channel {
     pub x_dimension: String,
     /// Samples the header states of the segment.
     pub samples: Option<usize>,
+    /// Samples of the first packet of several, all that the header of a file with a single one states.
+    pub first_packet: Option<usize>,
     pub x0: f64,
     pub delta_x: Option<f64>,
     pub date: String,
@@ -234,13 +236,13 @@ fn columns(
             .find(|(k, _)| k == key)
             .map(|(_, v)| v.as_slice())
     };
-    let stated = values("Channels")
+    let n_stated = values("Channels")
         .and_then(|v| v.first())
         .and_then(|v| v.parse().ok());
     let is_channel =
         |(at, name): &(usize, &&str)| *at > 0 && **name != "X_Value" && **name != "Comment";
     let named = headings.iter().enumerate().filter(is_channel).count();
-    let count = stated.unwrap_or(named);
+    let count = n_stated.unwrap_or(named);
     if count == 0 || count > MOST_CHANNELS {
         return Err(broken(
             line,
@@ -252,6 +254,7 @@ fn columns(
     } else {
         1
     };
+    let stated = |cell: &str| cell.parse::<usize>().ok();
     let channel = |at: usize| {
         let column = per_channel * at + 1;
         // Keys of files with an abscissa for each channel leave a cell blank for it.
@@ -269,7 +272,8 @@ fn columns(
             },
             unit: cell("Y_Unit_Label"),
             x_dimension: cell("X_Dimension"),
-            samples: cell("Samples").parse().ok().filter(|_| file.many_headers),
+            samples: stated(&cell("Samples")).filter(|_| file.many_headers),
+            first_packet: stated(&cell("Samples")).filter(|_| !file.many_headers),
             x0: number(&cell("X0")).unwrap_or(0.0),
             delta_x: number(&cell("Delta_X")).filter(|dx| *dx > 0.0),
             date: cell("Date"),

@@ -13,9 +13,6 @@ use crate::recording::raw::{Clock, Group, Raw, RawChannel, Stamps, rate_of_step}
 use crate::recording::responses::{FrequencyResponse, FrequencyResponses, Spectrum, Terminal};
 use crate::recording::settings::Settings;
 
-/// How the line of the header that states the rate with all its digits begins and ends.
-pub(in crate::recording) const RATE_LINE: (&str, &str) = ("sample rate ", " Hz");
-
 /// The increment in the header has six digits or more.
 const INCREMENT: f64 = 1e-5;
 
@@ -201,7 +198,7 @@ impl Context {
 
 /// The rate by the increment, Hz; by the line that states it with more digits where the two agree.
 fn rate(header: &Header, increment: f64) -> (f64, String) {
-    let (before, after) = RATE_LINE;
+    let (before, after) = codes::RATE_LINE;
     let stated = header.ids[3]
         .strip_prefix(before)
         .and_then(|rest| rest.strip_suffix(after));

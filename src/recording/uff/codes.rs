@@ -37,15 +37,18 @@ pub(super) const FUNCTIONS: &[&str] = &[
 ];
 
 pub(super) const GENERAL: usize = 0;
-pub(super) const TIME_RESPONSE: usize = 1;
-pub(super) const FREQUENCY_RESPONSE: usize = 4;
+pub(in crate::recording) const TIME_RESPONSE: usize = 1;
+pub(in crate::recording) const FREQUENCY_RESPONSE: usize = 4;
 pub(super) const TRANSMISSIBILITY: usize = 5;
-pub(super) const COHERENCE: usize = 6;
+pub(in crate::recording) const COHERENCE: usize = 6;
 pub(super) const MULTIPLE_COHERENCE: usize = 26;
 
 /// Type of the abscissa that is time, and frequency, record 8 field 1.
-pub(super) const TIME: i64 = 17;
-pub(super) const FREQUENCY: i64 = 18;
+pub(in crate::recording) const TIME: i64 = 17;
+pub(in crate::recording) const FREQUENCY: i64 = 18;
+
+/// How the line of the header that states the rate with all its digits begins and ends.
+pub(in crate::recording) const RATE_LINE: (&str, &str) = ("sample rate ", " Hz");
 
 /// SI unit of a type of data, records 8 to 11 field 1; empty where the type does not fix it.
 pub(super) fn si_unit(data_type: i64) -> &'static str {
