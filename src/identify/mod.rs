@@ -3,3 +3,9 @@
 
 /// A mode as identified.
 pub mod mode;
+
+/// Transfer functions by poles and residues: zeros, polynomials, state space, sampled forms, export.
+pub mod transfer;
+
+/// Rational fits to start from and to check against: Levy, vector fitting, AAA.
+pub mod starts;
