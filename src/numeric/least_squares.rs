@@ -36,8 +36,12 @@ pub fn solve(a: &Matrix, b: &Matrix) -> Result<Matrix, Error> {
     let qr = scaled.qr();
     let r = qr.thin_R();
     // A column of zeros has become NaN here, and is caught as well.
-    if let Some(j) = (0..n).find(|&j| r[(j, j)].abs().partial_cmp(&DEPENDENT) != Some(std::cmp::Ordering::Greater)) {
-        let message = format!("column {j} of a least-squares problem with {n} unknowns depends on those before it");
+    if let Some(j) = (0..n)
+        .find(|&j| r[(j, j)].abs().partial_cmp(&DEPENDENT) != Some(std::cmp::Ordering::Greater))
+    {
+        let message = format!(
+            "column {j} of a least-squares problem with {n} unknowns depends on those before it"
+        );
         return Err(Error::new(Code::IllPosed, message));
     }
     let mut x = b.clone();
@@ -86,7 +90,10 @@ pub fn smallest(a: &Matrix) -> Result<(Vec<f64>, f64), Error> {
 ///
 /// # Errors
 /// `NoConvergence`.
-pub fn factors(a: &ComplexMatrix, negligible: f64) -> Result<(ComplexMatrix, ComplexMatrix), Error> {
+pub fn factors(
+    a: &ComplexMatrix,
+    negligible: f64,
+) -> Result<(ComplexMatrix, ComplexMatrix), Error> {
     let (rows, columns) = (a.nrows(), a.ncols());
     if columns == 1 {
         let rank = usize::from(a.norm_max() > 0.0);
@@ -94,7 +101,8 @@ pub fn factors(a: &ComplexMatrix, negligible: f64) -> Result<(ComplexMatrix, Com
         return Ok((ComplexMatrix::from_fn(rows, rank, |i, j| a[(i, j)]), one));
     }
     let found = a.thin_svd().map_err(|_| {
-        let message = format!("the singular values of a complex {rows}×{columns} matrix did not settle");
+        let message =
+            format!("the singular values of a complex {rows}×{columns} matrix did not settle");
         Error::new(Code::NoConvergence, message)
     })?;
     let values = found.S().column_vector();
@@ -113,8 +121,12 @@ mod tests {
     #[test]
     fn exact_badly_scaled_columns() {
         let mut rng = fastrand::Rng::with_seed(5);
-        let a = Matrix::from_fn(30, 4, |_, j| (rng.f64() - 0.5) * 10f64.powi(8 * j as i32 - 12));
-        let x = Matrix::from_fn(4, 2, |i, j| 10f64.powi(12 - 8 * i as i32) * (1 + i + j) as f64);
+        let a = Matrix::from_fn(30, 4, |_, j| {
+            (rng.f64() - 0.5) * 10f64.powi(8 * j as i32 - 12)
+        });
+        let x = Matrix::from_fn(4, 2, |i, j| {
+            10f64.powi(12 - 8 * i as i32) * (1 + i + j) as f64
+        });
         let found = solve(&a, &(&a * &x)).unwrap();
         for (i, j) in (0..4).flat_map(|i| (0..2).map(move |j| (i, j))) {
             assert!((found[(i, j)] / x[(i, j)] - 1.0).abs() < 1e-13);
@@ -124,16 +136,33 @@ mod tests {
     #[test]
     fn refuses_dependent_columns() {
         let twice = Matrix::from_fn(5, 2, |i, j| (i * (j + 1)) as f64);
-        assert_eq!(solve(&twice, &Matrix::zeros(5, 1)).unwrap_err().code, Code::IllPosed);
-        assert_eq!(solve(&Matrix::zeros(5, 1), &Matrix::zeros(5, 1)).unwrap_err().code, Code::IllPosed);
-        assert_eq!(solve(&Matrix::zeros(1, 2), &Matrix::zeros(1, 1)).unwrap_err().code, Code::IllPosed);
+        assert_eq!(
+            solve(&twice, &Matrix::zeros(5, 1)).unwrap_err().code,
+            Code::IllPosed
+        );
+        assert_eq!(
+            solve(&Matrix::zeros(5, 1), &Matrix::zeros(5, 1))
+                .unwrap_err()
+                .code,
+            Code::IllPosed
+        );
+        assert_eq!(
+            solve(&Matrix::zeros(1, 2), &Matrix::zeros(1, 1))
+                .unwrap_err()
+                .code,
+            Code::IllPosed
+        );
     }
 
     /// A complex matrix of rank two comes back from two columns.
     #[test]
     fn law_factors() {
         let mut rng = fastrand::Rng::with_seed(6);
-        let mut random = |rows, columns| ComplexMatrix::from_fn(rows, columns, |_, _| Complex::new(rng.f64() - 0.5, rng.f64() - 0.5));
+        let mut random = |rows, columns| {
+            ComplexMatrix::from_fn(rows, columns, |_, _| {
+                Complex::new(rng.f64() - 0.5, rng.f64() - 0.5)
+            })
+        };
         let a = random(5, 2) * random(2, 3);
         let (left, right) = factors(&a, 1e-12).unwrap();
         assert_eq!(left.ncols(), 2);
@@ -145,9 +174,15 @@ mod tests {
     fn exact_smallest_and_triangle() {
         let a = Matrix::from_fn(6, 2, |i, _| i as f64);
         let (x, least) = smallest(&a).unwrap();
-        assert!(least < 1e-14 && (x[0] + x[1]).abs() < 1e-14, "{x:?} {least}");
+        assert!(
+            least < 1e-14 && (x[0] + x[1]).abs() < 1e-14,
+            "{x:?} {least}"
+        );
         let mut rng = fastrand::Rng::with_seed(7);
-        let (q, b) = (Matrix::from_fn(20, 3, |_, _| rng.f64()), Matrix::from_fn(20, 2, |i, j| (i * i + j) as f64));
+        let (q, b) = (
+            Matrix::from_fn(20, 3, |_, _| rng.f64()),
+            Matrix::from_fn(20, 2, |i, j| (i * i + j) as f64),
+        );
         let q = orthonormal(&q);
         let left = beside(&q, &b);
         assert!((q.transpose() * &left).norm_max() < 1e-12);

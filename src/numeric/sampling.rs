@@ -53,10 +53,7 @@ pub fn bilinear([a, b, c, d]: [&Matrix; 4], h: f64) -> Result<[Matrix; 4], Error
     };
     let back = step(-1.0);
     let a = definite::solve(&back, &step(1.0))?;
-    let b = definite::solve(
-        &back,
-        &Matrix::from_fn(n, b.ncols(), |i, j| h * b[(i, j)]),
-    )?;
+    let b = definite::solve(&back, &Matrix::from_fn(n, b.ncols(), |i, j| h * b[(i, j)]))?;
     let through = c * &b;
     let c = definite::solve(&back.transpose().to_owned(), &c.transpose().to_owned())?
         .transpose()

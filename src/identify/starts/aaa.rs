@@ -36,7 +36,9 @@ pub fn aaa(
     let mut unknowns: Vec<f64> = Vec::new();
     loop {
         let errors = errors(&problem, &nodes, &unknowns);
-        let worst = (0..errors.len()).filter(|k| !nodes.contains(k)).max_by(|&a, &b| errors[a].total_cmp(&errors[b]));
+        let worst = (0..errors.len())
+            .filter(|k| !nodes.contains(k))
+            .max_by(|&a, &b| errors[a].total_cmp(&errors[b]));
         let Some(worst) = worst.filter(|&k| errors[k] > TOLERANCE) else {
             break;
         };
@@ -55,7 +57,10 @@ pub fn aaa(
     let mut poles = poles(&problem, &nodes, &unknowns)?;
     problem.settled(&mut poles);
     let fitted = partial_fractions::fit(&problem, &poles, used)?;
-    let kept: Vec<Complex> = (0..poles.len()).filter(|&k| counts(&problem, &fitted, k)).map(|k| poles[k]).collect();
+    let kept: Vec<Complex> = (0..poles.len())
+        .filter(|&k| counts(&problem, &fitted, k))
+        .map(|k| poles[k])
+        .collect();
     if kept.len() == poles.len() {
         return Ok(fitted);
     }
@@ -64,7 +69,10 @@ pub fn aaa(
 
 /// Unknowns: two for a line, one for 0 Hz.
 fn width(problem: &Problem, nodes: &[usize]) -> usize {
-    nodes.iter().map(|&k| if problem.omega[k] > 0.0 { 2 } else { 1 }).sum()
+    nodes
+        .iter()
+        .map(|&k| if problem.omega[k] > 0.0 { 2 } else { 1 })
+        .sum()
 }
 
 /// The weights of nodes from the real unknowns.
@@ -88,7 +96,12 @@ fn errors(problem: &Problem, nodes: &[usize], unknowns: &[f64]) -> Vec<f64> {
             continue;
         }
         let mean = response.iter().fold(0.0, |sum, z| sum + z.re) / response.len() as f64;
-        for (k, &w) in problem.omega.iter().enumerate().filter(|(k, _)| !nodes.contains(k)) {
+        for (k, &w) in problem
+            .omega
+            .iter()
+            .enumerate()
+            .filter(|(k, _)| !nodes.contains(k))
+        {
             let s = Complex::new(0.0, w);
             let (mut top, mut bottom) = (Complex::ZERO, Complex::ZERO);
             for (&node, &weight) in nodes.iter().zip(&weights) {
@@ -100,7 +113,11 @@ fn errors(problem: &Problem, nodes: &[usize], unknowns: &[f64]) -> Vec<f64> {
                     (top, bottom) = (top + twin * response[node].conj(), bottom + twin);
                 }
             }
-            let model = if nodes.is_empty() { Complex::new(mean, 0.0) } else { top / bottom };
+            let model = if nodes.is_empty() {
+                Complex::new(mean, 0.0)
+            } else {
+                top / bottom
+            };
             worst[k] = worst[k].max((response[k] - model).norm() / largest);
         }
     }
@@ -109,7 +126,9 @@ fn errors(problem: &Problem, nodes: &[usize], unknowns: &[f64]) -> Vec<f64> {
 
 /// Rows `(H(s) − H_j)/(s − s_j)` of all other lines and responses, by real unknowns, in no more rows than needed.
 fn loewner(problem: &Problem, nodes: &[usize]) -> Matrix {
-    let others: Vec<usize> = (0..problem.omega.len()).filter(|k| !nodes.contains(k)).collect();
+    let others: Vec<usize> = (0..problem.omega.len())
+        .filter(|k| !nodes.contains(k))
+        .collect();
     let (rows, n) = (others.len(), width(problem, nodes));
     let mut stack = Matrix::zeros(0, n);
     for (response, factor) in problem.responses.iter().zip(&problem.factors) {
@@ -141,17 +160,30 @@ fn loewner(problem: &Problem, nodes: &[usize]) -> Matrix {
 
 /// Zeros of `Σ w_j/(s − s_j)`.
 fn poles(problem: &Problem, nodes: &[usize], unknowns: &[f64]) -> Result<Vec<Complex>, Error> {
-    let at = nodes.iter().map(|&k| Complex::new(0.0, problem.omega[k])).collect();
+    let at = nodes
+        .iter()
+        .map(|&k| Complex::new(0.0, problem.omega[k]))
+        .collect();
     let weights = weights(problem, nodes, unknowns);
-    Ok(TransferFunction::new(at, weights, Direct::default())?.zeros()?.zeros)
+    Ok(TransferFunction::new(at, weights, Direct::default())?
+        .zeros()?
+        .zeros)
 }
 
 /// Whether pole k moves any line of any response.
 fn counts(problem: &Problem, fitted: &Fitted, k: usize) -> bool {
     let pole = fitted.poles[k] / problem.scale;
-    let nearest = problem.omega.iter().map(|&w| (Complex::new(0.0, w) - pole).norm()).fold(f64::INFINITY, f64::min);
-    problem.responses.iter().zip(&fitted.residues).any(|(response, residues)| {
-        let largest = response.iter().map(|z| z.norm()).fold(0.0, f64::max);
-        residues[k].norm() / problem.scale > DOUBLET * largest * nearest
-    })
+    let nearest = problem
+        .omega
+        .iter()
+        .map(|&w| (Complex::new(0.0, w) - pole).norm())
+        .fold(f64::INFINITY, f64::min);
+    problem
+        .responses
+        .iter()
+        .zip(&fitted.residues)
+        .any(|(response, residues)| {
+            let largest = response.iter().map(|z| z.norm()).fold(0.0, f64::max);
+            residues[k].norm() / problem.scale > DOUBLET * largest * nearest
+        })
 }

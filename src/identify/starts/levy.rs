@@ -48,12 +48,17 @@ pub fn levy(
         let values = &shared * Matrix::from_fn(order + 1, 1, |i, _| denominator[i]);
         let size = |k: usize| values[(k, 0)].hypot(values[(lines + k, 0)]);
         let sizes: Vec<f64> = (0..lines).map(size).collect();
-        let (least, largest) = sizes.iter().fold((f64::INFINITY, 0.0_f64), |(l, u), &x| (l.min(x), u.max(x)));
+        let (least, largest) = sizes
+            .iter()
+            .fold((f64::INFINITY, 0.0_f64), |(l, u), &x| (l.min(x), u.max(x)));
         if largest - least <= STILL * largest {
             break;
         }
         let floor = f64::EPSILON * largest; // a line at an undamped pole
-        damper.iter_mut().zip(&sizes).for_each(|(d, x)| *d *= largest / x.max(floor));
+        damper
+            .iter_mut()
+            .zip(&sizes)
+            .for_each(|(d, x)| *d *= largest / x.max(floor));
         let top = damper.iter().fold(0.0_f64, |t, &d| t.max(d));
         damper.iter_mut().for_each(|d| *d /= top);
     }
@@ -64,19 +69,39 @@ pub fn levy(
 /// Columns `u φ_j(iω)`, orthonormal over the lines in the mean of all weights, and H with `s φ_j = Σ_{i ≤ j+1} h_ij φ_i`.
 fn orthogonal(problem: &Problem, damper: &[f64], count: usize) -> (Matrix, Matrix) {
     let lines = damper.len();
-    let mean = |k: usize| problem.weights.iter().map(|w| w[k] * w[k]).sum::<f64>().sqrt();
+    let mean = |k: usize| {
+        problem
+            .weights
+            .iter()
+            .map(|w| w[k] * w[k])
+            .sum::<f64>()
+            .sqrt()
+    };
     let squares: Vec<f64> = (0..2 * lines).map(|k| mean(k % lines).powi(2)).collect();
-    let inner = |a: &[f64], b: &[f64]| a.iter().zip(b).zip(&squares).map(|((a, b), w)| w * a * b).sum::<f64>();
+    let inner = |a: &[f64], b: &[f64]| {
+        a.iter()
+            .zip(b)
+            .zip(&squares)
+            .map(|((a, b), w)| w * a * b)
+            .sum::<f64>()
+    };
     let mut basis = Matrix::zeros(2 * lines, count);
     let mut recurrence = Matrix::zeros(count, count);
-    let mut column: Vec<f64> = damper.iter().copied().chain(std::iter::repeat_n(0.0, lines)).collect();
+    let mut column: Vec<f64> = damper
+        .iter()
+        .copied()
+        .chain(std::iter::repeat_n(0.0, lines))
+        .collect();
     for j in 0..count {
         // Twice is enough to be orthogonal to rounding (Kahan, in Parlett 1980, §6-9).
         for _ in 0..2 {
             for i in 0..j {
                 let along = inner(basis.col_as_slice(i), &column);
                 recurrence[(i, j - 1)] += along;
-                column.iter_mut().zip(basis.col_as_slice(i)).for_each(|(c, b)| *c -= along * b);
+                column
+                    .iter_mut()
+                    .zip(basis.col_as_slice(i))
+                    .for_each(|(c, b)| *c -= along * b);
             }
         }
         let length = inner(&column, &column).sqrt();
@@ -84,7 +109,9 @@ fn orthogonal(problem: &Problem, damper: &[f64], count: usize) -> (Matrix, Matri
             recurrence[(j, j - 1)] = length;
         }
         let own = basis.col_as_slice_mut(j);
-        own.iter_mut().zip(&column).for_each(|(b, c)| *b = c / length);
+        own.iter_mut()
+            .zip(&column)
+            .for_each(|(b, c)| *b = c / length);
         for (k, w) in problem.omega.iter().enumerate() {
             (column[k], column[lines + k]) = (-w * own[lines + k], w * own[k]);
         }
@@ -98,7 +125,11 @@ fn roots(recurrence: &Matrix, coefficients: &[f64]) -> Result<Vec<Complex>, Erro
     let lead = coefficients[n];
     let closing = recurrence[(n, n - 1)];
     let matrix = Matrix::from_fn(n, n, |i, j| {
-        let last = if j == n - 1 { closing * coefficients[i] / lead } else { 0.0 };
+        let last = if j == n - 1 {
+            closing * coefficients[i] / lead
+        } else {
+            0.0
+        };
         recurrence[(i, j)] - last
     });
     Ok(general::eigen(&matrix)?.values)

@@ -17,7 +17,10 @@ pub struct Beside {
 
 impl From<Options> for Beside {
     fn from(options: Options) -> Beside {
-        Beside { constant: options.constant, slope: options.slope }
+        Beside {
+            constant: options.constant,
+            slope: options.slope,
+        }
     }
 }
 
@@ -110,10 +113,24 @@ pub fn fit(problem: &Problem, poles: &[Complex], iterations: usize) -> Result<Fi
             Complex::new(re, if p.im > 0.0 { next() } else { 0.0 }) * scale
         };
         fitted.residues.push(poles.iter().map(residue).collect());
-        let constant = if problem.options.constant { next() } else { 0.0 };
-        let slope = if problem.options.slope { next() / scale } else { 0.0 };
-        fitted.direct.push(Direct { constant, slope, ..Direct::default() });
-        fitted.errors.push(misfit(&problem.responses[q], model.col_as_slice(q)));
+        let constant = if problem.options.constant {
+            next()
+        } else {
+            0.0
+        };
+        let slope = if problem.options.slope {
+            next() / scale
+        } else {
+            0.0
+        };
+        fitted.direct.push(Direct {
+            constant,
+            slope,
+            ..Direct::default()
+        });
+        fitted
+            .errors
+            .push(misfit(&problem.responses[q], model.col_as_slice(q)));
     }
     Ok(fitted)
 }

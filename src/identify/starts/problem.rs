@@ -24,7 +24,12 @@ pub struct Options {
 impl Default for Options {
     /// A constant, no slope, twenty iterations, poles mirrored.
     fn default() -> Options {
-        Options { constant: true, slope: false, iterations: 20, stable: true }
+        Options {
+            constant: true,
+            slope: false,
+            iterations: 20,
+            stable: true,
+        }
     }
 }
 
@@ -46,20 +51,37 @@ pub struct Fitted {
 impl Fitted {
     /// The number of poles with conjugates.
     pub fn order(&self) -> usize {
-        self.poles.iter().map(|p| if p.im > 0.0 { 2 } else { 1 }).sum()
+        self.poles
+            .iter()
+            .map(|p| if p.im > 0.0 { 2 } else { 1 })
+            .sum()
     }
 
     /// Every response as a transfer function to its output.
     ///
     /// # Errors
     /// `Conflict` where there are not as many outputs as responses.
-    pub fn transfer_functions(&self, input: Option<&Terminal>, outputs: &[Terminal]) -> Result<Vec<TransferFunction>, Error> {
+    pub fn transfer_functions(
+        &self,
+        input: Option<&Terminal>,
+        outputs: &[Terminal],
+    ) -> Result<Vec<TransferFunction>, Error> {
         if outputs.len() != self.residues.len() {
-            let message = format!("{} outputs are named for {} responses", outputs.len(), self.residues.len());
-            return Err(Error::new(Code::Conflict, message).hint("name one output for each response"));
+            let message = format!(
+                "{} outputs are named for {} responses",
+                outputs.len(),
+                self.residues.len()
+            );
+            return Err(
+                Error::new(Code::Conflict, message).hint("name one output for each response")
+            );
         }
         let one = |(q, output): (usize, &Terminal)| {
-            let f = TransferFunction::new(self.poles.clone(), self.residues[q].clone(), self.direct[q])?;
+            let f = TransferFunction::new(
+                self.poles.clone(),
+                self.residues[q].clone(),
+                self.direct[q],
+            )?;
             let mut f = f.between(input.cloned(), output.clone());
             f.fit_error = Some(self.errors[q]);
             Ok(f)
@@ -94,17 +116,24 @@ impl<'a> Problem<'a> {
         let lines = check_lines(frequency_hz)?;
         let sizes = check_responses(frequency_hz, responses)?;
         if order == 0 {
-            return Err(Error::new(Code::OutOfRange, "a model of order 0 has no poles")
-                .hint("give the number of poles, two for each mode"));
+            return Err(
+                Error::new(Code::OutOfRange, "a model of order 0 has no poles")
+                    .hint("give the number of poles, two for each mode"),
+            );
         }
         let direct = usize::from(options.constant) + usize::from(options.slope);
-        let (equations, unknowns) = (2 * lines * responses.len(), (order + direct) * responses.len() + order);
+        let (equations, unknowns) = (
+            2 * lines * responses.len(),
+            (order + direct) * responses.len() + order,
+        );
         if equations < unknowns {
             let message = format!(
                 "{lines} lines of {} responses give {equations} real values for {unknowns} unknowns of order {order}",
                 responses.len()
             );
-            return Err(Error::new(Code::IllPosed, message).hint("lower the order, or widen the band"));
+            return Err(
+                Error::new(Code::IllPosed, message).hint("lower the order, or widen the band")
+            );
         }
         let scale = TAU * frequency_hz[lines - 1];
         let (weights, factors) = match weights {
@@ -121,7 +150,14 @@ impl<'a> Problem<'a> {
             }
         };
         let omega = frequency_hz.iter().map(|f| TAU * f / scale).collect();
-        Ok(Problem { scale, omega, responses, weights, factors, options })
+        Ok(Problem {
+            scale,
+            omega,
+            responses,
+            weights,
+            factors,
+            options,
+        })
     }
 
     /// The weights of a response.
@@ -133,24 +169,40 @@ impl<'a> Problem<'a> {
     pub fn settled(&self, poles: &mut Vec<Complex>) {
         poles.retain(|p| p.re.is_finite() && p.im.is_finite() && p.im >= 0.0);
         if self.options.stable {
-            poles.iter_mut().filter(|p| p.re > 0.0).for_each(|p| p.re = -p.re);
+            poles
+                .iter_mut()
+                .filter(|p| p.re > 0.0)
+                .for_each(|p| p.re = -p.re);
         }
         poles.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
     }
 }
 
 fn check_lines(frequency_hz: &[f64]) -> Result<usize, Error> {
-    if let Some((k, f)) = frequency_hz.iter().enumerate().find(|(_, f)| !(f.is_finite() && **f >= 0.0)) {
+    if let Some((k, f)) = frequency_hz
+        .iter()
+        .enumerate()
+        .find(|(_, f)| !(f.is_finite() && **f >= 0.0))
+    {
         let message = format!("line {k} of the responses stands at {f} Hz");
         return Err(Error::new(Code::OutOfRange, message).hint("lines are finite and not negative"));
     }
     if let Some(k) = frequency_hz.windows(2).position(|w| w[1] <= w[0]) {
-        let message = format!("line {} at {} Hz does not lie above {} Hz", k + 1, frequency_hz[k + 1], frequency_hz[k]);
-        return Err(Error::new(Code::OutOfRange, message).hint("sort the lines, and join those that repeat"));
+        let message = format!(
+            "line {} at {} Hz does not lie above {} Hz",
+            k + 1,
+            frequency_hz[k + 1],
+            frequency_hz[k]
+        );
+        return Err(Error::new(Code::OutOfRange, message)
+            .hint("sort the lines, and join those that repeat"));
     }
     match frequency_hz.last() {
         Some(&last) if last > 0.0 => Ok(frequency_hz.len()),
-        _ => Err(Error::new(Code::TooShort, "the responses have no line above 0 Hz").hint("widen the band")),
+        _ => Err(
+            Error::new(Code::TooShort, "the responses have no line above 0 Hz")
+                .hint("widen the band"),
+        ),
     }
 }
 
@@ -159,38 +211,64 @@ fn check_responses(frequency_hz: &[f64], responses: &[Vec<Complex>]) -> Result<V
     let mut sizes = Vec::with_capacity(responses.len());
     for (q, response) in responses.iter().enumerate() {
         if response.len() != frequency_hz.len() {
-            let message = format!("response {q} has {} values at {} lines", response.len(), frequency_hz.len());
+            let message = format!(
+                "response {q} has {} values at {} lines",
+                response.len(),
+                frequency_hz.len()
+            );
             return Err(Error::new(Code::Conflict, message).hint("give one value for each line"));
         }
-        if let Some(k) = response.iter().position(|z| !(z.re.is_finite() && z.im.is_finite())) {
+        if let Some(k) = response
+            .iter()
+            .position(|z| !(z.re.is_finite() && z.im.is_finite()))
+        {
             let message = format!("response {q} is {} at {} Hz", response[k], frequency_hz[k]);
-            return Err(Error::new(Code::NotANumber, message).hint("leave that line out of every response"));
+            return Err(
+                Error::new(Code::NotANumber, message).hint("leave that line out of every response")
+            );
         }
         let largest = response.iter().map(|z| z.norm()).fold(0.0, f64::max);
         let share = |z: &Complex| (z.norm() / largest).powi(2);
         let mean = response.iter().map(share).sum::<f64>() / response.len() as f64;
-        sizes.push(if largest > 0.0 { largest * mean.sqrt() } else { 0.0 });
+        sizes.push(if largest > 0.0 {
+            largest * mean.sqrt()
+        } else {
+            0.0
+        });
     }
     if sizes.iter().all(|&size| size == 0.0) {
         let message = match responses.len() {
             0 => "there is no response to fit".to_string(),
             n => format!("all {n} responses are zero at every line"),
         };
-        return Err(Error::new(Code::NoSignal, message).hint("choose a channel that answers the input"));
+        return Err(
+            Error::new(Code::NoSignal, message).hint("choose a channel that answers the input")
+        );
     }
     Ok(sizes)
 }
 
 fn check_weights(weights: &[Vec<f64>], responses: &[Vec<Complex>]) -> Result<(), Error> {
-    let fits = weights.len() == responses.len() && weights.iter().zip(responses).all(|(w, r)| w.len() == r.len());
+    let fits = weights.len() == responses.len()
+        && weights
+            .iter()
+            .zip(responses)
+            .all(|(w, r)| w.len() == r.len());
     if !fits {
-        let message = format!("weights of {} responses do not match {} responses", weights.len(), responses.len());
-        return Err(Error::new(Code::Conflict, message).hint("give one weight for each value, 1 over its standard deviation"));
+        let message = format!(
+            "weights of {} responses do not match {} responses",
+            weights.len(),
+            responses.len()
+        );
+        return Err(Error::new(Code::Conflict, message)
+            .hint("give one weight for each value, 1 over its standard deviation"));
     }
     for (q, list) in weights.iter().enumerate() {
         if let Some(w) = list.iter().find(|w| !(w.is_finite() && **w >= 0.0)) {
             let message = format!("a weight of response {q} is {w}");
-            return Err(Error::new(Code::OutOfRange, message).hint("weights are finite and not negative"));
+            return Err(
+                Error::new(Code::OutOfRange, message).hint("weights are finite and not negative")
+            );
         }
     }
     Ok(())

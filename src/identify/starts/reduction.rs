@@ -58,7 +58,11 @@ pub fn stacked(first: &Matrix, more: &[Matrix]) -> Matrix {
 /// `w F S`, complex products of real and imaginary rows.
 fn times(shared: &Matrix, response: &[Complex], weight: &[f64], factor: f64) -> Matrix {
     let lines = response.len();
-    let values: Vec<Complex> = response.iter().zip(weight).map(|(f, w)| f * (w * factor)).collect();
+    let values: Vec<Complex> = response
+        .iter()
+        .zip(weight)
+        .map(|(f, w)| f * (w * factor))
+        .collect();
     let mut product = Matrix::zeros(2 * lines, shared.ncols());
     for j in 0..shared.ncols() {
         let (re, im) = shared.col_as_slice(j).split_at(lines);

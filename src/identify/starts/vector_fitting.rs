@@ -81,9 +81,14 @@ fn spread(omega: &[f64], order: usize) -> Vec<Complex> {
 }
 
 fn scaled(list: &[Complex], scale: f64) -> Result<Vec<Complex>, Error> {
-    if let Some(p) = list.iter().find(|p| !(p.re.is_finite() && p.im.is_finite() && p.im >= 0.0)) {
+    if let Some(p) = list
+        .iter()
+        .find(|p| !(p.re.is_finite() && p.im.is_finite() && p.im >= 0.0))
+    {
         let message = format!("a start at {p} rad/s is not finite or lies below the real axis");
-        return Err(Error::new(Code::OutOfRange, message).hint("give its conjugate, which stands for both"));
+        return Err(
+            Error::new(Code::OutOfRange, message).hint("give its conjugate, which stands for both")
+        );
     }
     Ok(list.iter().map(|p| p / scale).collect())
 }
@@ -91,7 +96,14 @@ fn scaled(list: &[Complex], scale: f64) -> Result<Vec<Complex>, Error> {
 /// The zeros of σ.
 fn relocated(problem: &Problem, poles: &[Complex]) -> Result<Vec<Complex>, Error> {
     let numerator = partial_fractions::columns(poles, &problem.omega, problem.options.into());
-    let shared = partial_fractions::columns(poles, &problem.omega, Beside { constant: true, slope: false });
+    let shared = partial_fractions::columns(
+        poles,
+        &problem.omega,
+        Beside {
+            constant: true,
+            slope: false,
+        },
+    );
     let n = shared.ncols() - 1;
     let lines = problem.omega.len();
     let common = reduction::common(problem, &numerator, &shared);
@@ -114,7 +126,9 @@ fn relocated(problem: &Problem, poles: &[Complex]) -> Result<Vec<Complex>, Error
             Matrix::from_fn(common.nrows(), n, |i, j| common[(i, j)]),
             Matrix::from_fn(common.nrows(), 1, |i, _| -common[(i, n)]),
         );
-        unknowns = least_squares::solve(&left, &right)?.col_as_slice(0).to_vec();
+        unknowns = least_squares::solve(&left, &right)?
+            .col_as_slice(0)
+            .to_vec();
         constant = 1.0;
     }
     let mut closed = Matrix::zeros(n, n);

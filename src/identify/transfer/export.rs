@@ -81,12 +81,15 @@ impl Realisation {
 /// Those of the writer.
 pub fn write_csv(functions: &[TransferFunction], to: &mut impl Write) -> io::Result<()> {
     let mut table = csv::Writer::from_writer(to);
-    table.write_record(["input", "output", "term", "pole_re", "pole_im", "value_re", "value_im"])?;
+    table.write_record([
+        "input", "output", "term", "pole_re", "pole_im", "value_re", "value_im",
+    ])?;
     for f in functions {
         let input = f.input.as_ref().map_or("", |t| t.name.as_str());
         let mut row = |term: &str, pole: Option<Complex>, value: Complex| {
             let text = |x: f64| format!("{x:?}");
-            let [re, im] = pole.map_or([String::new(), String::new()], |p| [text(p.re), text(p.im)]);
+            let [re, im] =
+                pole.map_or([String::new(), String::new()], |p| [text(p.re), text(p.im)]);
             let own = [input, &f.output.name, term];
             let rest = [re, im, text(value.re), text(value.im)];
             table.write_record(own.into_iter().chain(rest.iter().map(String::as_str)))
@@ -128,8 +131,9 @@ pub fn to_mat(functions: &[TransferFunction], model: &Realisation) -> Result<Vec
         p.numerator
     };
     let numerators: Vec<Vec<f64>> = found.into_iter().map(widened).collect();
-    bytes(functions, model, &numerators, &common)
-        .map_err(|e| Error::new(Code::OutputFailed, e.to_string()).hint("export fewer functions to a file"))
+    bytes(functions, model, &numerators, &common).map_err(|e| {
+        Error::new(Code::OutputFailed, e.to_string()).hint("export fewer functions to a file")
+    })
 }
 
 fn bytes(
@@ -139,31 +143,63 @@ fn bytes(
     denominator: &[f64],
 ) -> io::Result<Vec<u8>> {
     let mut file = mat5::header("identified transfer functions, SI units");
-    for (name, matrix) in [("A", &model.a), ("B", &model.b), ("C", &model.c), ("D", &model.d)] {
+    for (name, matrix) in [
+        ("A", &model.a),
+        ("B", &model.b),
+        ("C", &model.c),
+        ("D", &model.d),
+    ] {
         file.extend(real(name, matrix)?);
     }
-    let (time, map) = model.sampling.map_or((0.0, "continuous"), |s| (s.time_s, s.map.name()));
+    let (time, map) = model
+        .sampling
+        .map_or((0.0, "continuous"), |s| (s.time_s, s.map.name()));
     file.extend(mat5::real("Ts", [1, 1], [time])?);
     file.extend(mat5::text("map", map)?);
     file.extend(mat5::real("delay_s", [1, 1], [model.delay_s])?);
     file.extend(mat5::texts("inputs", &model.inputs)?);
     file.extend(mat5::texts("outputs", &model.outputs)?);
 
-    let complete: Vec<Vec<(Complex, Complex)>> = functions.iter().map(TransferFunction::complete).collect();
+    let complete: Vec<Vec<(Complex, Complex)>> =
+        functions.iter().map(TransferFunction::complete).collect();
     let rows = complete.first().map_or(0, Vec::len);
     let poles = || complete.iter().take(1).flatten().map(|t| t.0);
     let residues = || complete.iter().flatten().map(|t| t.1);
-    file.extend(mat5::complex("poles", [rows, 1], poles().map(|z| z.re), poles().map(|z| z.im))?);
+    file.extend(mat5::complex(
+        "poles",
+        [rows, 1],
+        poles().map(|z| z.re),
+        poles().map(|z| z.im),
+    )?);
     let size = [rows, functions.len()];
-    file.extend(mat5::complex("residues", size, residues().map(|z| z.re), residues().map(|z| z.im))?);
+    file.extend(mat5::complex(
+        "residues",
+        size,
+        residues().map(|z| z.re),
+        residues().map(|z| z.im),
+    )?);
     let longest = numerators.iter().map(Vec::len).max().unwrap_or(0);
     let at = |i: usize, j: usize| {
         let lead = longest - numerators[i].len();
-        if j < lead { 0.0 } else { numerators[i][j - lead] }
+        if j < lead {
+            0.0
+        } else {
+            numerators[i][j - lead]
+        }
     };
-    file.extend(real("num", &Matrix::from_fn(numerators.len(), longest, at))?);
-    file.extend(mat5::real("den", [1, denominator.len()], denominator.iter().copied())?);
-    let inputs: Vec<String> = functions.iter().map(|f| f.input.as_ref().map_or(String::new(), |t| t.name.clone())).collect();
+    file.extend(real(
+        "num",
+        &Matrix::from_fn(numerators.len(), longest, at),
+    )?);
+    file.extend(mat5::real(
+        "den",
+        [1, denominator.len()],
+        denominator.iter().copied(),
+    )?);
+    let inputs: Vec<String> = functions
+        .iter()
+        .map(|f| f.input.as_ref().map_or(String::new(), |t| t.name.clone()))
+        .collect();
     let outputs: Vec<String> = functions.iter().map(|f| f.output.name.clone()).collect();
     file.extend(mat5::texts("function_inputs", &inputs)?);
     file.extend(mat5::texts("function_outputs", &outputs)?);

@@ -112,7 +112,9 @@ impl TransferFunction {
         }
         if let Some(c) = direct.coefficients().iter().find(|c| !c.is_finite()) {
             let message = format!("a direct term of a transfer function is {c}");
-            return Err(Error::new(Code::OutOfRange, message).hint("leave it out, or give a number"));
+            return Err(
+                Error::new(Code::OutOfRange, message).hint("leave it out, or give a number")
+            );
         }
         Ok(TransferFunction {
             input: None,
@@ -171,7 +173,11 @@ impl TransferFunction {
             let twin = (p.im > 0.0).then(|| (p.conj(), r.conj()));
             std::iter::once((p, r)).chain(twin)
         };
-        self.poles.iter().zip(&self.residues).flat_map(both).collect()
+        self.poles
+            .iter()
+            .zip(&self.residues)
+            .flat_map(both)
+            .collect()
     }
 
     /// `H(s)`; infinite or not a number at a pole. s in rad/s.

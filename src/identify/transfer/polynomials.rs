@@ -31,14 +31,23 @@ impl TransferFunction {
         let denominator = product(own.chain(integrators));
         let numerator = product(found.zeros.iter().copied());
         let numerator: Vec<f64> = numerator.into_iter().map(|b| b * found.gain).collect();
-        let mut polynomials = Polynomials { numerator, denominator, error: 0.0 };
+        let mut polynomials = Polynomials {
+            numerator,
+            denominator,
+            error: 0.0,
+        };
         polynomials.error = self.difference(&polynomials);
         Ok(polynomials)
     }
 
     /// Compared on the imaginary axis beside every pole and midway to the next.
     fn difference(&self, polynomials: &Polynomials) -> f64 {
-        let mut sizes: Vec<f64> = self.poles.iter().map(|p| p.norm()).filter(|&x| x > 0.0).collect();
+        let mut sizes: Vec<f64> = self
+            .poles
+            .iter()
+            .map(|p| p.norm())
+            .filter(|&x| x > 0.0)
+            .collect();
         sizes.sort_by(f64::total_cmp);
         let between = sizes.windows(2).map(|w| (w[0] * w[1]).sqrt());
         let mut lines: Vec<f64> = sizes.iter().copied().chain(between).collect();
@@ -87,7 +96,11 @@ impl Polynomials {
 /// `Π (s − root)` by falling powers; real, as roots come in pairs. Multiplied from the smallest root on.
 fn product(roots: impl Iterator<Item = Complex>) -> Vec<f64> {
     let mut roots: Vec<Complex> = roots.collect();
-    roots.sort_by(|a, b| a.norm().total_cmp(&b.norm()).then(a.im.abs().total_cmp(&b.im.abs())));
+    roots.sort_by(|a, b| {
+        a.norm()
+            .total_cmp(&b.norm())
+            .then(a.im.abs().total_cmp(&b.im.abs()))
+    });
     let mut coefficients = vec![Complex::ONE];
     for root in roots {
         coefficients.push(Complex::ZERO);

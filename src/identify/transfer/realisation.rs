@@ -67,7 +67,8 @@ impl Realisation {
     /// no state space holds.
     pub fn of(functions: &[TransferFunction]) -> Result<Realisation, Error> {
         let first = common(functions)?;
-        let input = |f: &TransferFunction| f.input.as_ref().map_or(String::new(), |t| t.name.clone());
+        let input =
+            |f: &TransferFunction| f.input.as_ref().map_or(String::new(), |t| t.name.clone());
         let mut inputs: Vec<String> = Vec::new();
         let mut outputs: Vec<String> = Vec::new();
         for f in functions {
@@ -78,11 +79,17 @@ impl Realisation {
         for output in &outputs {
             let mut row = Vec::with_capacity(inputs.len());
             for name in &inputs {
-                let mut of = functions.iter().filter(|f| f.output.name == *output && input(f) == *name);
+                let mut of = functions
+                    .iter()
+                    .filter(|f| f.output.name == *output && input(f) == *name);
                 match (of.next(), of.next()) {
                     (Some(f), None) => row.push(f),
                     (f, _) => {
-                        let count = if f.is_some() { "several functions lead" } else { "no function leads" };
+                        let count = if f.is_some() {
+                            "several functions lead"
+                        } else {
+                            "no function leads"
+                        };
                         let message = format!("{count} from `{name}` to `{output}`");
                         return Err(Error::new(Code::Conflict, message)
                             .hint("give one function for each pair of an input and an output"));
@@ -104,7 +111,16 @@ impl Realisation {
         let d = Matrix::from_fn(p, m, |i, j| table[i][j].direct.constant);
         let (a, b, c) = blocks.matrices();
         let delay_s = first.delay_s;
-        Ok(Realisation { a, b, c, d, inputs, outputs, delay_s, sampling: None })
+        Ok(Realisation {
+            a,
+            b,
+            c,
+            d,
+            inputs,
+            outputs,
+            delay_s,
+            sampling: None,
+        })
     }
 
     /// Outputs by inputs at a frequency, Hz; of a sampled form at `z = e^{i2πfh}`.
@@ -113,7 +129,9 @@ impl Realisation {
     /// `Indefinite` at a pole.
     pub fn response(&self, frequency_hz: f64) -> Result<ComplexMatrix, Error> {
         let s = Complex::new(0.0, TAU * frequency_hz);
-        let at = self.sampling.map_or(s, |sampling| (s * sampling.time_s).exp());
+        let at = self
+            .sampling
+            .map_or(s, |sampling| (s * sampling.time_s).exp());
         let n = self.a.nrows();
         let real = |x: f64| Complex::new(x, 0.0);
         let left = ComplexMatrix::from_fn(n, n, |i, j| {
@@ -121,12 +139,18 @@ impl Realisation {
             own - self.a[(i, j)]
         });
         let right = ComplexMatrix::from_fn(n, self.b.ncols(), |i, j| real(self.b[(i, j)]));
-        let x = if n == 0 { right } else { definite::solve_complex(&left, &right)? };
+        let x = if n == 0 {
+            right
+        } else {
+            definite::solve_complex(&left, &right)?
+        };
         let c = ComplexMatrix::from_fn(self.c.nrows(), n, |i, j| real(self.c[(i, j)]));
         let (through, delay) = (c * x, (-s * self.delay_s).exp());
-        Ok(ComplexMatrix::from_fn(through.nrows(), through.ncols(), |i, j| {
-            delay * (through[(i, j)] + self.d[(i, j)])
-        }))
+        Ok(ComplexMatrix::from_fn(
+            through.nrows(),
+            through.ncols(),
+            |i, j| delay * (through[(i, j)] + self.d[(i, j)]),
+        ))
     }
 }
 
@@ -139,8 +163,10 @@ fn note(names: &mut Vec<String>, name: String) {
 /// The first function, whose poles and dead time all share.
 fn common(functions: &[TransferFunction]) -> Result<&TransferFunction, Error> {
     let Some(first) = functions.first() else {
-        return Err(Error::new(Code::NoSignal, "there is no transfer function to realise")
-            .hint("identify one first"));
+        return Err(
+            Error::new(Code::NoSignal, "there is no transfer function to realise")
+                .hint("identify one first"),
+        );
     };
     for f in functions {
         if f.poles != first.poles || f.delay_s != first.delay_s {
@@ -175,7 +201,11 @@ struct Blocks {
 
 impl Blocks {
     fn new(inputs: usize, outputs: usize) -> Blocks {
-        Blocks { inputs, outputs, ..Blocks::default() }
+        Blocks {
+            inputs,
+            outputs,
+            ..Blocks::default()
+        }
     }
 
     fn pole(&mut self, pole: Complex, residues: &ComplexMatrix) -> Result<(), Error> {
@@ -188,7 +218,11 @@ impl Blocks {
                 self.state(|j| r(j).re, |i| l(i).re);
                 continue;
             }
-            self.entries.extend([(at, at + 1, -pole.im), (at + 1, at, pole.im), (at + 1, at + 1, pole.re)]);
+            self.entries.extend([
+                (at, at + 1, -pole.im),
+                (at + 1, at, pole.im),
+                (at + 1, at + 1, pole.re),
+            ]);
             self.state(|j| r(j).re, |i| 2.0 * l(i).re);
             self.state(|j| r(j).im, |i| -2.0 * l(i).im);
         }

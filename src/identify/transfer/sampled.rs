@@ -43,7 +43,10 @@ impl Realisation {
             Map::Prewarped(frequency_hz) => {
                 let half = PI * frequency_hz * time_s;
                 if !(half > 0.0 && half < 0.5 * PI) {
-                    let message = format!("{frequency_hz} Hz is not between 0 and half the sample rate, {} Hz", 0.5 / time_s);
+                    let message = format!(
+                        "{frequency_hz} Hz is not between 0 and half the sample rate, {} Hz",
+                        0.5 / time_s
+                    );
                     return Err(Error::new(Code::OutOfRange, message)
                         .hint("prewarp at the resonance that matters most"));
                 }
@@ -59,6 +62,13 @@ impl Realisation {
             }
         };
         let sampling = Some(Sampling { time_s, map });
-        Ok(Realisation { a, b, c, d, sampling, ..self.clone() })
+        Ok(Realisation {
+            a,
+            b,
+            c,
+            d,
+            sampling,
+            ..self.clone()
+        })
     }
 }

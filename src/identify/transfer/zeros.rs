@@ -14,8 +14,12 @@ use crate::numeric::{Complex, Matrix, definite, general};
 /// A moment below this share of the sum of its terms' magnitudes is rounding of terms that cancel.
 const VANISHES: f64 = 1e-12;
 
-/// Steps of Newton's iteration, which doubles the digits of a simple zero at each; a zero that is repeated stops gaining.
+/// Steps of Newton's iteration, which doubles the digits of a simple zero at each.
 const POLISHES: usize = 4;
+
+/// A zero that Newton's iteration moves by more than this share of the way to its neighbour is not simple: of two that scatter
+/// about one, it would move each by a quarter.
+const ALONE: f64 = 0.05;
 
 /// Centres of the map, in units of the mean size of the poles; the one where H is least near a zero is taken.
 const CENTRES: [f64; 4] = [1.0, 0.6, 1.7, 2.9];
@@ -37,32 +41,50 @@ impl TransferFunction {
     pub fn zeros(&self) -> Result<ZerosAndGain, Error> {
         let n = self.degree();
         let Some((relative_degree, gain)) = self.leading() else {
-            return Ok(ZerosAndGain { zeros: Vec::new(), gain: 0.0 });
+            return Ok(ZerosAndGain {
+                zeros: Vec::new(),
+                gain: 0.0,
+            });
         };
         let finite = (n as i32 - relative_degree).max(0) as usize;
         if finite == 0 {
-            return Ok(ZerosAndGain { zeros: Vec::new(), gain });
+            return Ok(ZerosAndGain {
+                zeros: Vec::new(),
+                gain,
+            });
         }
         let centre = self.centre();
         let mut inverse = self.mapped(centre)?;
         inverse.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
         inverse.truncate(finite);
-        let zeros = inverse.into_iter().filter(|w| *w != Complex::ZERO).map(|w| w.inv() + centre);
-        let mut zeros: Vec<Complex> = zeros.map(|z| self.polished(z)).collect();
+        let zeros = inverse
+            .into_iter()
+            .filter(|w| *w != Complex::ZERO)
+            .map(|w| w.inv() + centre);
+        let rough: Vec<Complex> = zeros.collect();
+        let mut zeros: Vec<Complex> = (0..rough.len()).map(|k| self.polished(&rough, k)).collect();
         zeros.sort_by(|a, b| a.norm().total_cmp(&b.norm()).then(b.im.total_cmp(&a.im)));
         Ok(ZerosAndGain { zeros, gain })
     }
 
     /// Poles counted with conjugates and integrators.
     pub(super) fn degree(&self) -> usize {
-        let own: usize = self.poles.iter().map(|p| if p.im > 0.0 { 2 } else { 1 }).sum();
+        let own: usize = self
+            .poles
+            .iter()
+            .map(|p| if p.im > 0.0 { 2 } else { 1 })
+            .sum();
         own + self.direct.integrators()
     }
 
     /// Powers by which H falls at high frequency, and its coefficient; nothing where H is nil.
     fn leading(&self) -> Option<(i32, f64)> {
         let direct = self.direct;
-        for (coefficient, power) in [(direct.square, -2), (direct.slope, -1), (direct.constant, 0)] {
+        for (coefficient, power) in [
+            (direct.square, -2),
+            (direct.slope, -1),
+            (direct.constant, 0),
+        ] {
             if coefficient != 0.0 {
                 return Some((power, coefficient));
             }
@@ -81,7 +103,10 @@ impl TransferFunction {
             if moment.abs() > VANISHES * size {
                 return Some((k + 1, moment * scale.powi(k)));
             }
-            weights.iter_mut().zip(&terms).for_each(|(w, t)| *w *= t.0 / scale);
+            weights
+                .iter_mut()
+                .zip(&terms)
+                .for_each(|(w, t)| *w *= t.0 / scale);
         }
         None
     }
@@ -100,7 +125,11 @@ impl TransferFunction {
         let scale = self.scale();
         let clear = |centre: &f64| {
             let s = Complex::new(centre * scale, 0.0);
-            let terms = self.complete().iter().map(|&(p, r)| (r / (s - p)).norm()).sum::<f64>();
+            let terms = self
+                .complete()
+                .iter()
+                .map(|&(p, r)| (r / (s - p)).norm())
+                .sum::<f64>();
             let share = self.rational(s).norm() / terms.max(f64::MIN_POSITIVE);
             if share.is_finite() { share } else { 0.0 }
         };
@@ -115,11 +144,24 @@ impl TransferFunction {
         let Realisation { a, b, c, .. } = Realisation::of(&[proper])?;
         let (n, excess) = (a.nrows(), self.direct.excess());
         let shifted = Matrix::from_fn(n, n, |i, j| a[(i, j)] - if i == j { centre } else { 0.0 });
-        let identity_and_b = Matrix::from_fn(n, n + 1, |i, j| if j < n { f64::from(u8::from(i == j)) } else { b[(i, 0)] });
-        let inverted = if n == 0 { identity_and_b } else { definite::solve(&shifted, &identity_and_b)? };
+        let identity_and_b = Matrix::from_fn(n, n + 1, |i, j| {
+            if j < n {
+                f64::from(u8::from(i == j))
+            } else {
+                b[(i, 0)]
+            }
+        });
+        let inverted = if n == 0 {
+            identity_and_b
+        } else {
+            definite::solve(&shifted, &identity_and_b)?
+        };
         let through = self.rational(Complex::new(centre, 0.0)).re;
         // E s and Q s² are (E + 2Q s₀)/w and Q/w²: one or two integrators in w.
-        let (slope, square) = (self.direct.slope + 2.0 * self.direct.square * centre, self.direct.square);
+        let (slope, square) = (
+            self.direct.slope + 2.0 * self.direct.square * centre,
+            self.direct.square,
+        );
         let state = |i: usize, j: usize| match (i < n, j < n) {
             (true, true) => inverted[(i, j)],
             (false, false) => f64::from(u8::from(i == j + 1)),
@@ -135,12 +177,20 @@ impl TransferFunction {
             _ => square,
         };
         let rows: Vec<f64> = (0..n + excess).map(output).collect();
-        let closed = Matrix::from_fn(n + excess, n + excess, |i, j| state(i, j) - input(i) * rows[j] / through);
+        let closed = Matrix::from_fn(n + excess, n + excess, |i, j| {
+            state(i, j) - input(i) * rows[j] / through
+        });
         Ok(general::eigen(&closed)?.values)
     }
 
-    /// Newton's iteration, each step kept only while H shrinks.
-    fn polished(&self, mut zero: Complex) -> Complex {
+    /// Newton's iteration, each step kept only while H shrinks, and all of them only where the zero stands alone: those of a
+    /// repeated zero scatter about it, and only together keep the digits of their sum and product.
+    fn polished(&self, zeros: &[Complex], k: usize) -> Complex {
+        let mut zero = zeros[k];
+        let others = (0..zeros.len())
+            .filter(|&j| j != k)
+            .map(|j| (zeros[j] - zeros[k]).norm());
+        let room = ALONE * others.fold(f64::INFINITY, f64::min);
         let mut size = self.rational(zero).norm();
         for _ in 0..POLISHES {
             let mut next = zero - self.rational(zero) / self.rational_slope(zero);
@@ -150,6 +200,9 @@ impl TransferFunction {
             let smaller = self.rational(next).norm();
             if smaller >= size || !smaller.is_finite() {
                 break;
+            }
+            if (next - zeros[k]).norm() > room {
+                return zeros[k];
             }
             (zero, size) = (next, smaller);
         }
