@@ -51,6 +51,12 @@ pub mod general;
 /// The matrix exponential.
 pub mod expm;
 
+/// Continuous state-space forms at a sample time.
+pub mod sampling;
+
+/// Least squares, orthonormal columns, least singular vectors.
+pub mod least_squares;
+
 /// Polishing of damped modes.
 pub mod quadratic;
 
