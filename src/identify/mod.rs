@@ -3,3 +3,9 @@
 
 /// A mode as identified.
 pub mod mode;
+
+/// How well shapes agree with each other and a model with its measurement.
+pub mod compare;
+
+/// Modes from frequency responses.
+pub mod modal;
