@@ -1,5 +1,7 @@
 //! Poles of one model order, as every method over rising orders gives them.
 
+use std::f64::consts::TAU;
+
 use crate::numeric::Complex;
 
 /// A pole that may be a mode or may model noise.
@@ -44,6 +46,12 @@ impl OrderPoles {
         poles.sort_by(|a, b| a.pole.norm().total_cmp(&b.pole.norm()));
         OrderPoles { order, poles }
     }
+}
+
+/// Whether a pole swings, decays and has its half-power points inside the band: those at the ends model what lies beyond.
+pub fn is_inside(pole: Complex, (low_hz, high_hz): (f64, f64)) -> bool {
+    let half_band = pole.re.abs();
+    pole.re < 0.0 && pole.im - half_band >= TAU * low_hz && pole.im + half_band <= TAU * high_hz
 }
 
 /// Divides by the component of largest modulus; a zero vector stays.

@@ -3,9 +3,7 @@
 //! Brown, Allemang, Zimmerman & Mergeay, Parameter estimation techniques for modal analysis, SAE 790221 (1979). The impulse responses are
 //! those of the band alone: what is cut off at its ends leaks, so that poles near the ends and heavily damped ones are poor.
 
-use std::f64::consts::TAU;
-
-use super::candidates::{CandidatePole, OrderPoles};
+use super::candidates::{CandidatePole, OrderPoles, is_inside};
 use super::lags::Lags;
 use super::nested::Nested;
 use super::responses::Responses;
@@ -47,7 +45,6 @@ pub fn lsce(responses: &Responses, max_order: usize) -> Result<Vec<OrderPoles>, 
         }
     }
     let nested = Nested::new(c)?;
-    let (low, high) = responses.ends_hz();
     let mut orders = Vec::new();
     for order in (2..=max_order).step_by(2) {
         let beta = nested.monic(order);
@@ -58,7 +55,7 @@ pub fn lsce(responses: &Responses, max_order: usize) -> Result<Vec<OrderPoles>, 
         let poles = eigenvalues(&companion)?
             .into_iter()
             .filter_map(|z| lags.continuous(z))
-            .filter(|p| p.re < 0.0 && (low..=high).contains(&(p.im / TAU)));
+            .filter(|&p| is_inside(p, responses.ends_hz()));
         orders.push(OrderPoles::new(
             order,
             poles.map(CandidatePole::bare).collect(),

@@ -9,9 +9,7 @@
 //! Here `α ∝ M⁻ⁿ E₀` with n = [`STEPS`]: inverse iteration towards the smallest eigenvalues, the directions that noise alone fills,
 //! which keeps the first and mends most of the second.
 
-use std::f64::consts::TAU;
-
-use super::candidates::{CandidatePole, OrderPoles, unit_largest};
+use super::candidates::{CandidatePole, OrderPoles, is_inside, unit_largest};
 use super::lags::Lags;
 use super::nested::{Nested, stiffen};
 use super::responses::Responses;
@@ -22,7 +20,7 @@ use crate::numeric::general::eigenvalues;
 use crate::numeric::{Complex, ComplexMatrix, Matrix};
 
 /// Steps of inverse iteration from the lowest coefficient.
-pub const STEPS: usize = 3;
+pub const STEPS: usize = 2;
 
 /// Lines wanted for every coefficient of a polynomial.
 const LINES_PER_COEFFICIENT: usize = 3;
@@ -153,7 +151,7 @@ impl<'a> Fraction<'a> {
     }
 
     /// Poles of one order inside the band, left of the axis.
-    fn poles(&self, order: usize, (low_hz, high_hz): (f64, f64)) -> Result<OrderPoles, Error> {
+    fn poles(&self, order: usize, ends_hz: (f64, f64)) -> Result<OrderPoles, Error> {
         let alpha = self.coefficients(order);
         let mut found = Vec::new();
         let Some(companion) = companion(&alpha, self.inputs, order) else {
@@ -164,7 +162,7 @@ impl<'a> Fraction<'a> {
             let Some(pole) = self.lags.continuous(z) else {
                 continue;
             };
-            if pole.re < 0.0 && (low_hz..=high_hz).contains(&(pole.im / TAU)) {
+            if is_inside(pole, ends_hz) {
                 found.push(self.candidate(z, pole, &alpha, &beta)?);
             }
         }

@@ -6,7 +6,7 @@
 
 use std::f64::consts::TAU;
 
-use super::candidates::{CandidatePole, OrderPoles};
+use super::candidates::{CandidatePole, OrderPoles, is_inside};
 use super::nested::Nested;
 use super::responses::Responses;
 use crate::base::code::Code;
@@ -33,7 +33,7 @@ pub fn rfp(responses: &Responses, max_order: usize) -> Result<Vec<OrderPoles>, E
         )
         .hint(format!("ask for an order from 2 to {bearable}")));
     }
-    let (low, high) = responses.ends_hz();
+    let (_, high) = responses.ends_hz();
     let all: Vec<Vec<Complex>> = (0..responses.n_outputs())
         .flat_map(|o| (0..responses.n_inputs()).map(move |i| (o, i)))
         .map(|(o, i)| to_unit_length(responses.value(o, i)))
@@ -59,7 +59,7 @@ pub fn rfp(responses: &Responses, max_order: usize) -> Result<Vec<OrderPoles>, E
             let poles = eigenvalues(&comrade(&nested.monic(order), &b))?
                 .into_iter()
                 .map(|s| s * scale)
-                .filter(|p| p.re < 0.0 && p.im > 0.0 && (low..=high).contains(&(p.im / TAU)))
+                .filter(|&p| is_inside(p, responses.ends_hz()))
                 .map(CandidatePole::bare);
             Ok(OrderPoles::new(order, poles.collect()))
         })
