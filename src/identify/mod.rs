@@ -12,3 +12,9 @@ pub mod transfer;
 
 /// Rational fits to start from and to check against: Levy, vector fitting, AAA.
 pub mod starts;
+
+/// How well shapes agree with each other and a model with its measurement.
+pub mod compare;
+
+/// Modes from frequency responses.
+pub mod modal;

@@ -39,8 +39,14 @@ pub mod graded;
 /// One-to-one pairing.
 pub mod assignment;
 
+/// How alike two complex vectors are in direction.
+pub mod collinearity;
+
 /// Symmetric eigenproblems, Cholesky factors, linear systems.
 pub mod definite;
+
+/// Least squares with many right-hand sides.
+pub mod overdetermined;
 
 /// Rows and columns brought to like size.
 mod balance;
