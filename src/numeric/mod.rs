@@ -57,6 +57,9 @@ pub mod expm;
 /// Polishing of damped modes.
 pub mod quadratic;
 
+/// Triangles of tall matrices, least squares, singular values with vectors.
+pub mod factors;
+
 /// Sums over long vectors.
 mod slices;
 
