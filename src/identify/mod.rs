@@ -18,3 +18,12 @@ pub mod compare;
 
 /// Modes from frequency responses.
 pub mod modal;
+
+/// Checks of samples.
+mod samples;
+
+/// Difference equations: AR, ARMA, ARX, ARMAX, output error.
+pub mod series;
+
+/// Modes from responses alone.
+pub mod operational;

@@ -69,6 +69,9 @@ pub mod quadratic;
 /// Orthonormal bases of column spaces.
 pub mod orthonormal;
 
+/// Triangles of tall matrices, least squares, singular values with vectors.
+pub mod factors;
+
 /// Sums over long vectors.
 pub mod slices;
 
