@@ -39,18 +39,6 @@ pub mod lvm;
 /// gzip and zip.
 mod container;
 
-/// MATLAB files of level 5.
-pub mod mat;
-
-/// UFF 58 files.
-pub mod uff;
-
-/// WAV files.
-pub mod wav;
-
-/// LabVIEW measurement files.
-pub mod lvm;
-
 /// A log of any format.
 pub mod open;
 

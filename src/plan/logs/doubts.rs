@@ -6,7 +6,7 @@ use super::acquire::Acquired;
 use crate::base::error::Warning;
 use crate::identify::mode::IdentifiedMode;
 use crate::recording::quantity::ResponseKind;
-use crate::recording::responses::{FrequencyResponse, FrequencyResponses};
+use crate::recording::responses::{FrequencyResponse, FrequencyResponses, Terminal};
 use crate::spectrum::spectra::Spectra;
 
 /// Coherence below which a mode's response is mostly noise.
@@ -53,11 +53,10 @@ fn nearest(lines: &[f64], frequency_hz: f64) -> Option<usize> {
 
 /// Doubts that the kind of each response raises.
 pub fn of_kinds(responses: &FrequencyResponses) -> Vec<Warning> {
-    let kind = |f: &FrequencyResponse| {
-        f.input
-            .as_ref()
-            .map(|input| (input, ResponseKind::of(&input.unit, &f.output.unit)))
-    };
+    fn kind(f: &FrequencyResponse) -> Option<(&Terminal, ResponseKind)> {
+        let input = f.input.as_ref()?;
+        Some((input, ResponseKind::of(&input.unit, &f.output.unit)))
+    }
     let ratio = responses.functions.iter().find_map(|f| {
         kind(f)
             .filter(|k| k.1 == ResponseKind::Transmissibility)
