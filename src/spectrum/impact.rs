@@ -413,7 +413,8 @@ impl Record<'_> {
         Ok((found, spectra.psd.swap_remove(0)))
     }
 
-    /// The variance of a single hit's responses: `(E|N_y|² + |H|² E|N_f|²)/|F|²` by the noise before the hit.
+    /// The variance of a single hit's responses: `(E|N_y|² + |H|² E|N_f|²)/|F|²` by the noise before the hit, or, where the record
+    /// begins too near it, by what is left once the responses have decayed.
     fn error_by_noise(
         &self,
         cut: &Cut,
@@ -421,31 +422,38 @@ impl Record<'_> {
         spectra: &Spectra,
         found: &mut Estimate,
     ) -> Result<(), Error> {
-        if cut.quiet.len() < LEAST_QUIET {
+        let after = cut.start + window.len()..cut.limit;
+        let quiet = if cut.quiet.len() >= LEAST_QUIET {
+            cut.quiet.clone()
+        } else if spectra.window_decay == 0.0 && after.len() >= LEAST_QUIET {
+            after
+        } else {
             return Ok(());
-        }
-        let before: Vec<&[f64]> = self
+        };
+        let samples: Vec<&[f64]> = self
             .channels
             .iter()
-            .map(|channel| &channel[cut.quiet.clone()])
+            .map(|channel| &channel[quiet.clone()])
             .collect();
         let mut welch = Welch::new(
             self.rate_hz,
-            before.len(),
+            samples.len(),
             &[],
             &WelchOptions {
-                block: (cut.quiet.len() / 8).clamp(LEAST_QUIET / 2, window.len()),
+                block: (quiet.len() / 8).clamp(LEAST_QUIET / 2, window.len()),
                 ..WelchOptions::default()
             },
         )?;
-        welch.push(&before);
-        let quiet = welch.finish()?;
+        welch.push(&samples);
+        let noise_psd = welch.finish()?;
         let energy: f64 = window.iter().map(|w| w * w).sum();
         let fade = force_window(cut, window.len());
         let weights = window.iter().zip(&fade);
         let force_energy: f64 = weights.map(|(w, f)| (w * f).powi(2)).sum();
         let noise = |channel: usize, energy: f64, f: f64| {
-            0.5 * self.rate_hz * energy * between(&quiet.frequency_hz, &quiet.psd[channel], f)
+            0.5 * self.rate_hz
+                * energy
+                * between(&noise_psd.frequency_hz, &noise_psd.psd[channel], f)
         };
         for function in &mut found.functions {
             let error = |(line, h): (usize, &Complex)| {
