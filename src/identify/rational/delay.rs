@@ -15,6 +15,12 @@ const MODES: usize = 8;
 const TRIALS: i32 = 2000;
 const TRIAL: f64 = 0.1;
 
+/// Delays whose sum reaches this share of the highest are alike.
+const ALIKE: f64 = 0.85;
+
+/// A mode whose gain is below this share of the strongest may be the skirt of another.
+const STRONG: f64 = 0.01;
+
 /// The delay of one or of every response, in units of the inverse of the highest line's angular frequency.
 ///
 /// The local fits give, per response, the phase of a mode's residue. Among delays the sum of `|R| cos 2(arg R + xτ)` is largest; of
@@ -25,6 +31,9 @@ pub(super) fn start(problem: &Problem, per_response: bool) -> Vec<f64> {
     let mut strong: Vec<Placed> = Vec::new();
     for peak in &peaks {
         if strong.len() == MODES {
+            break;
+        }
+        if strong.first().is_some_and(|s| peak.gain < STRONG * s.gain) {
             break;
         }
         let clear = |p: &Placed| p.pole.overlap(&peak.pole) < 0.05;
@@ -68,16 +77,20 @@ fn best(strong: &[Placed], responses: &[usize]) -> f64 {
             .sum::<f64>()
             / total
     };
-    let mut best = (0.0, score(0.0));
-    for j in 1..=TRIALS {
-        for sign in [1.0, -1.0] {
-            let delay = sign * TRIAL * f64::from(j);
-            let value = score(delay);
-            // a longer delay must be clearly better
-            if value > best.1 + 0.02 {
-                best = (delay, value);
-            }
+    // by rising length, both signs
+    let trials: Vec<(f64, f64)> = (0..=TRIALS)
+        .flat_map(|j| [1.0, -1.0].map(|sign| sign * TRIAL * f64::from(j)))
+        .map(|delay| (delay, score(delay)))
+        .collect();
+    let highest = trials.iter().map(|t| t.1).fold(0.0, f64::max);
+    let Some(&(mut delay, mut value)) = trials.iter().find(|t| t.1 >= ALIKE * highest) else {
+        return 0.0;
+    };
+    for sign in [1.0, -1.0] {
+        while score(delay + sign * TRIAL) > value {
+            delay += sign * TRIAL;
+            value = score(delay);
         }
     }
-    best.0
+    delay
 }

@@ -46,8 +46,8 @@ const SETTLE: Stop = Stop {
     share: 1e-3,
 };
 
-/// Poles added at once share less than this with any other.
-const CLEAR: f64 = 0.03;
+/// Poles added at once share less than this with any other, and are farther from it than so many lines.
+const CLEAR: (f64, f64) = (0.03, 6.0);
 
 /// A local fit sees most of what a pole gains; below this share of the threshold it is not worth a fit of all lines.
 const NEAR_THRESHOLD: f64 = 0.7;
@@ -155,6 +155,7 @@ impl<'a> Growth<'a> {
         evidence: &mut Vec<Step>,
     ) -> Option<Fitted> {
         let least = self.threshold;
+        let step = spacing(&self.problem[0].x);
         let placed: Vec<Placed> = apart(peaks, spacing(&self.problem[0].x), BATCH.min(most))
             .iter()
             .filter(|p| p.gain > least)
@@ -165,7 +166,9 @@ impl<'a> Growth<'a> {
         for p in placed {
             let old = fitted.model.poles.iter();
             let mut others = old.chain(distinct.iter().map(|q| &q.pole));
-            if others.all(|q| q.overlap(&p.pole) < CLEAR) {
+            if others
+                .all(|q| q.overlap(&p.pole) < CLEAR.0 && (q.w - p.pole.w).abs() > CLEAR.1 * step)
+            {
                 distinct.push(p);
             }
         }
@@ -304,7 +307,9 @@ impl<'a> Growth<'a> {
             };
             let mut model = fitted.model.clone();
             let gone = model.poles.remove(r);
-            let without = self.polish(&model);
+            let start = at(self.problem, &model, self.numerators);
+            let without = refine(self.problem, start, self.numerators, SETTLE);
+            self.steps += without.steps;
             if without.chi2 - fitted.chi2 < self.threshold {
                 fitted = without;
             } else {
