@@ -301,17 +301,13 @@ fn ref_sdypy_beam_six_responses() {
 fn study(case: &Case, snr: f64, given: bool, seeds: std::ops::Range<u64>) -> Study {
     let f = lines();
     let clean = case.responses(&f, &constant);
-    let (bound, _) = {
-        let (_, v) = noisy(&clean, snr, 0);
-        let fit = fit(&measured(&f, &clean, Some(&v)), &RationalOptions::default()).unwrap();
-        (
-            fit.modes
-                .iter()
-                .map(|m| (m.frequency_std_hz().unwrap(), m.damping_std().unwrap()))
-                .collect::<Vec<_>>(),
-            (),
-        )
-    };
+    let (_, v) = noisy(&clean, snr, 0);
+    let exact = fit(&measured(&f, &clean, Some(&v)), &RationalOptions::default()).unwrap();
+    let bound: Vec<(f64, f64)> = exact
+        .modes
+        .iter()
+        .map(|m| (m.frequency_std_hz().unwrap(), m.damping_std().unwrap()))
+        .collect();
     let mut study = Study::default();
     let mut squares = vec![(0.0, 0.0); 5];
     for seed in seeds {

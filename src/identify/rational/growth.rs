@@ -199,7 +199,7 @@ impl<'a> Growth<'a> {
         evidence: &mut Vec<Step>,
     ) -> Option<Fitted> {
         let step = spacing(&self.problem[0].x);
-        let mut tries: Vec<(f64, Model, Option<Placed>)> = Vec::new();
+        let mut tries: Vec<(f64, Model)> = Vec::new();
         for peak in apart(peaks, step, TRIALS) {
             let placed = self.place(fitted, &peak);
             let mut model = fitted.model.clone();
@@ -212,10 +212,10 @@ impl<'a> Growth<'a> {
                 }
                 None => model.poles.push(peak.pole),
             }
-            tries.push((placed.as_ref().map_or(peak.gain, |p| p.gain), model, placed));
+            tries.push((placed.map_or(peak.gain, |p| p.gain), model));
         }
         tries.sort_by(|a, b| b.0.total_cmp(&a.0));
-        for (gain, model, _) in tries {
+        for (gain, model) in tries {
             let start = model.poles.last().copied()?;
             if gain < NEAR_THRESHOLD * self.threshold && self.rules.order.is_none() {
                 evidence.push(self.step(fitted, fitted.chi2 - gain, 1, false, NOISE));

@@ -115,7 +115,7 @@ pub(super) fn search(lines: &Lines, options: &RationalOptions, trusted: bool) ->
             break;
         }
     }
-    let (chosen, better, steps) = choose(lines, &weights, &fitted, true);
+    let (chosen, better, steps) = choose(lines, &weights, &fitted);
     structure = chosen;
     effort.steps += steps;
     (problem, weights, fitted) = grown(
