@@ -21,7 +21,11 @@ const SPOILS: f64 = 1.5;
 pub(super) fn answer(measured: &Measured, lines: &Lines, found: Found) -> RationalFit {
     let per_dof = found.fitted.chi2 / found.dof;
     let beyond = per_dof > 1.0 + BEYOND_NOISE * (2.0 / found.dof).sqrt();
-    let scale = if found.estimated || beyond { per_dof } else { 1.0 };
+    let scale = if found.estimated || beyond {
+        per_dof
+    } else {
+        1.0
+    };
     let numerators = found.structure.numerators();
     let certain = covariance(&found.problems, &found.fitted, numerators, scale);
     let poles = &found.fitted.model.poles;
@@ -35,7 +39,10 @@ pub(super) fn answer(measured: &Measured, lines: &Lines, found: Found) -> Ration
     let zero = Complex::new(0.0, 0.0);
     let mut fit = RationalFit {
         modes: Vec::new(),
-        poles: order.iter().map(|&r| poles[r].value() * lines.top).collect(),
+        poles: order
+            .iter()
+            .map(|&r| poles[r].value() * lines.top)
+            .collect(),
         residues: vec![vec![zero; poles.len()]; responses],
         residual_terms: vec![[0.0; 2]; responses],
         delay_s: by_measured(&found.fitted.model.delays, lines, responses)
@@ -78,7 +85,8 @@ pub(super) fn answer(measured: &Measured, lines: &Lines, found: Found) -> Ration
         }
         fit.fit_error[i] = fit_error(&found, lines, at);
     }
-    let model_error = !found.spread.is_empty() || (beyond && per_dof > SPOILS);
+    let model_error =
+        !(found.spread.is_empty() && found.skirts.is_empty()) || (beyond && per_dof > SPOILS);
     for (place, &r) in order.iter().enumerate() {
         let square = lines.top * lines.top;
         let mut mode = IdentifiedMode {
@@ -252,7 +260,9 @@ fn warn(fit: &mut RationalFit, lines: &Lines, found: &Found, beyond: bool, per_d
     if beyond && !found.estimated {
         say(
             "misfit",
-            format!("the misfit is {per_dof:.2} times what the variance explains; standard deviations were widened to it"),
+            format!(
+                "the misfit is {per_dof:.2} times what the variance explains; standard deviations were widened to it"
+            ),
             "look for drift between measurements, nonlinearity, leakage, or a variance that is too small",
         );
     }
@@ -261,8 +271,21 @@ fn warn(fit: &mut RationalFit, lines: &Lines, found: &Found, beyond: bool, per_d
         let tau = s.1.tau.0 * lines.top / std::f64::consts::TAU;
         say(
             "responses-disagree",
-            format!("the responses disagree about the mode at {f:.2} Hz by {tau:.2e} Hz (standard deviation) beyond their noise"),
+            format!(
+                "the responses disagree about the mode at {f:.2} Hz by {tau:.2e} Hz (standard deviation) beyond their noise"
+            ),
             "sensors that load the structure, drift, or amplitudes that differ",
+        );
+    }
+    for (place, share) in &found.skirts {
+        let f = place * lines.top / std::f64::consts::TAU;
+        say(
+            "not-a-pole",
+            format!(
+                "the resonance at {f:.2} Hz does not have the skirts of a pole: the misfit is {:.1} % of its own value there",
+                100.0 * share
+            ),
+            "leakage (a longer record, an exponential window), or a resonance whose frequency depends on the amplitude",
         );
     }
     if found.at_limit {

@@ -33,8 +33,8 @@ pub(super) struct Lines {
 /// A fit of fewer lines says nothing.
 const FEWEST_LINES: usize = 8;
 
-/// A variance is taken as no smaller than rounding makes it: relative to the peak, and to the value.
-const ROUNDING: (f64, f64) = (1e-14, 3e-15);
+/// A variance is taken as no smaller than rounding makes it: relative to the peak, to the value, and to the frequency.
+const ROUNDING: (f64, f64, f64) = (1e-14, 3e-15, 1e-15);
 
 impl Lines {
     /// Checks what was measured and takes what lies in the band; the line at zero frequency is left out.
@@ -95,9 +95,16 @@ impl Lines {
         Ok(lines)
     }
 
-    /// Least variance of a value: what rounding leaves of it.
+    /// Least variance of a value: what rounding leaves of it, and of the frequency where the response is steep.
     pub fn floor(&self, response: usize, line: usize) -> f64 {
-        ROUNDING.0.powi(2) + (ROUNDING.1 * self.h[response][line].norm()).powi(2)
+        let h = &self.h[response];
+        let slope = [line.saturating_sub(1), (line + 1).min(h.len() - 1)]
+            .into_iter()
+            .filter(|&k| k != line)
+            .map(|k| (h[k] - h[line]).norm() / (self.x[k] - self.x[line]).abs())
+            .fold(0.0, f64::max);
+        let of_frequency = ROUNDING.2 * self.x[line] * slope;
+        ROUNDING.0.powi(2) + (ROUNDING.1 * h[line].norm()).powi(2) + of_frequency.powi(2)
     }
 
     /// Real numbers of data, by what the lines hold independently.
@@ -192,7 +199,10 @@ impl Weights {
             .collect();
         let of_line: Vec<f64> = (0..lines)
             .map(|k| {
-                let mut logs = variance.iter().zip(&of_response).map(|(v, g)| v[k].ln() - g);
+                let mut logs = variance
+                    .iter()
+                    .zip(&of_response)
+                    .map(|(v, g)| v[k].ln() - g);
                 mean(&mut logs, variance.len())
             })
             .collect();
@@ -287,7 +297,12 @@ fn check(measured: &Measured, options: &RationalOptions) -> Result<(), Error> {
         if let Some(k) = v.iter().position(|v| !(v.is_finite() && *v >= 0.0)) {
             return Err(Error::new(
                 Code::OutOfRange,
-                format!("the variance of response {} at {} Hz is {}", i + 1, f[k], v[k]),
+                format!(
+                    "the variance of response {} at {} Hz is {}",
+                    i + 1,
+                    f[k],
+                    v[k]
+                ),
             ));
         }
     }

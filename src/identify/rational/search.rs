@@ -29,6 +29,8 @@ pub(super) struct Found {
     pub evidence: Vec<Step>,
     /// Poles the responses disagree about, with their means.
     pub spread: Vec<(usize, spread::Mean)>,
+    /// Resonances whose skirts are not those of a pole: place, and misfit as a share of the mode's own value.
+    pub skirts: Vec<(f64, f64)>,
     /// The most poles allowed were used up.
     pub at_limit: bool,
     /// What it took.
@@ -100,8 +102,8 @@ pub(super) fn search(lines: &Lines, options: &RationalOptions, trusted: bool) ->
         effort.steps += fitted.steps;
         effort.rounds += 1;
         let residual = residuals(lines, &weights, &fitted);
-        let free = 1.0
-            - parameters(structure, &fitted, lines.h.len()) * lines.independence / lines.data();
+        let free =
+            1.0 - parameters(structure, &fitted, lines.h.len()) * lines.independence / lines.data();
         let next = from_residuals(lines, &residual, free.max(0.1));
         let ratio = mean_ratio(&next, &variance);
         variance = next;
@@ -113,7 +115,7 @@ pub(super) fn search(lines: &Lines, options: &RationalOptions, trusted: bool) ->
             break;
         }
     }
-    let (chosen, better, steps) = choose(lines, &weights, &fitted, true);
+    let (chosen, better, steps) = choose(lines, &weights, &fitted);
     structure = chosen;
     effort.steps += steps;
     (problem, weights, fitted) = grown(
@@ -136,10 +138,14 @@ pub(super) fn search(lines: &Lines, options: &RationalOptions, trusted: bool) ->
     let fitted = refine(&problems, start, structure.numerators(), LAST);
     effort.steps += fitted.steps;
     let spread = (0..scattered.list.len())
+        .filter(|&at_list| scattered.list[at_list].0.share == 0.0)
         .filter_map(|at_list| {
             let r = scattered.nearest(at_list, &fitted)?;
             let shared = at(&problem, &fitted.model, structure.numerators());
-            Some((r, spread::mean(&problem[0], &shared, structure.numerators(), r)?))
+            Some((
+                r,
+                spread::mean(&problem[0], &shared, structure.numerators(), r)?,
+            ))
         })
         .collect();
     let dof = lines.data() - parameters(structure, &fitted, lines.h.len());
@@ -151,6 +157,12 @@ pub(super) fn search(lines: &Lines, options: &RationalOptions, trusted: bool) ->
         estimated,
         dof: dof.max(1.0),
         evidence,
+        skirts: scattered
+            .list
+            .iter()
+            .filter(|s| s.0.share > 0.0)
+            .map(|s| (s.1.value().norm(), s.0.share))
+            .collect(),
         spread,
         at_limit,
         effort,
@@ -170,14 +182,25 @@ const MORE: f64 = 2.0;
 const MOST_DISAGREEMENTS: usize = 60;
 
 impl Scattered {
-    fn add(&mut self, lines: &Lines, weights: &Weights, fitted: &Fitted, numerators: usize, new: Scatter) {
+    fn add(
+        &mut self,
+        lines: &Lines,
+        weights: &Weights,
+        fitted: &Fitted,
+        numerators: usize,
+        new: Scatter,
+    ) {
         let pole = fitted.model.poles[new.pole];
         let residues = residue_sizes(lines, weights, fitted, numerators, new.pole);
-        let old = self.list.iter_mut().find(|(_, p, _)| p.overlap(&pole) > 0.5);
+        let old = self
+            .list
+            .iter_mut()
+            .find(|(_, p, _)| p.overlap(&pole) > 0.5);
         match old {
             Some((scatter, p, r)) => {
                 scatter.tau.0 = (MORE * scatter.tau.0).max(new.tau.0);
                 scatter.tau.1 = (MORE * scatter.tau.1).max(new.tau.1);
+                scatter.share = (MORE * scatter.share).max(new.share);
                 (*p, *r) = (pole, residues);
             }
             None => self.list.push((new, pole, residues)),

@@ -23,7 +23,6 @@ pub(super) fn choose(
     lines: &Lines,
     weights: &Weights,
     full: &Fitted,
-    delay_allows_complex: bool,
 ) -> (Structure, Fitted, usize) {
     let responses = lines.h.len();
     let data = lines.data();
@@ -43,10 +42,7 @@ pub(super) fn choose(
         |s| Structure { upper: false, ..s },
         |s| Structure { lower: false, ..s },
     ];
-    for (at_term, less) in without.into_iter().enumerate() {
-        if at_term == 0 && !delay_allows_complex {
-            continue;
-        }
+    for less in without {
         let structure = less(best.0);
         if structure.columns(best.1.model.poles.len()) == 0 {
             continue;
