@@ -189,7 +189,6 @@ const OWNERS: &[(&str, &str)] = &[
     ("tempfile", "recording/column.rs"),
     ("encoding_rs", "recording/"),
     ("zip", "recording/"),
-    ("flate2", "recording/"),
 ];
 
 /// Outside packages are named where they belong and nowhere else.

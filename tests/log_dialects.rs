@@ -507,8 +507,10 @@ fn exact_settings_are_followed() {
         "{error}"
     );
     assert!(with(|s| s.dialect.encoding = Some("klingon".into())).is_err());
-    let mut settings = Settings::default();
-    settings.rate = Some(RateSource::Hertz(10.0));
+    let settings = Settings {
+        rate: Some(RateSource::Hertz(10.0)),
+        ..Settings::default()
+    };
     let counted = open::from_bytes("log.csv", b"n,a\n1,5\n2,6\n", &settings).unwrap();
     assert_eq!(summary(&counted), "t=0,0.1 a []=5,6");
 }

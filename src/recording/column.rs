@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};
-use std::mem::size_of;
+use std::mem::{size_of, size_of_val};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
@@ -144,7 +144,7 @@ fn position(index: usize) -> u64 {
 
 /// Reads samples of the file from `start` on.
 fn fetch(file: &Mutex<File>, start: usize, block: &mut [f64]) -> io::Result<()> {
-    let mut bytes = vec![0; block.len() * size_of::<f64>()];
+    let mut bytes = vec![0; size_of_val(block)];
     {
         let mut file = file.lock().unwrap_or_else(PoisonError::into_inner);
         file.seek(SeekFrom::Start(position(start)))?;

@@ -634,11 +634,7 @@ fn epoch(sample: &[f64]) -> f64 {
 }
 
 fn unit_word(unit_s: f64) -> String {
-    match unit_s {
-        u if u == 1e-3 => "ms",
-        u if u == 1e-6 => "µs",
-        u if u == 1e-9 => "ns",
-        _ => "s",
-    }
-    .to_string()
+    let known = [(1e-3, "ms"), (1e-6, "µs"), (1e-9, "ns")];
+    let word = known.iter().find(|(seconds, _)| *seconds == unit_s);
+    word.map_or("s", |(_, word)| word).to_string()
 }
