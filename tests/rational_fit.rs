@@ -219,3 +219,117 @@ fn exact_five_modes() {
     }
     assert!(missed.is_empty(), "{missed:?}");
 }
+
+/// Columns of a CSV of frequency, then real and imaginary parts.
+fn csv(path: &std::path::Path) -> (Vec<f64>, Vec<Vec<Complex>>) {
+    let text = std::fs::read_to_string(path).unwrap();
+    let rows: Vec<Vec<f64>> = text
+        .lines()
+        .skip(1)
+        .map(|l| l.split(',').map(|c| c.trim().parse().unwrap()).collect())
+        .collect();
+    let f = rows.iter().map(|r| r[0]).collect();
+    let h = (0..rows[0].len() / 2)
+        .map(|i| rows.iter().map(|r| Complex::new(r[1 + 2 * i], r[2 + 2 * i])).collect())
+        .collect();
+    (f, h)
+}
+
+/// Forty-two accelerances as numpy wrote them: a header, then complex numbers, lines last.
+fn npy(path: &std::path::Path) -> Vec<Vec<Complex>> {
+    let bytes = std::fs::read(path).unwrap();
+    let start = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
+    let numbers: Vec<f64> = bytes[start..]
+        .chunks_exact(8)
+        .map(|b| f64::from_le_bytes(b.try_into().unwrap()))
+        .collect();
+    let all: Vec<Complex> = numbers.chunks_exact(2).map(|z| Complex::new(z[0], z[1])).collect();
+    all.chunks_exact(all.len() / 42).map(<[Complex]>::to_vec).collect()
+}
+
+const BEAM: [(f64, f64); 7] = [
+    (177.05, 0.0080),
+    (477.37, 0.0017),
+    (933.10, 0.0015),
+    (1535.48, 0.0020),
+    (2286.86, 0.0028),
+    (3162.52, 0.0018),
+    (4181.87, 0.0015),
+];
+
+/// The reference frequencies are each met by one mode within 0.5 %, its damping within 15 %; what else is reported is returned.
+fn check_beam(fit: &RationalFit) -> (Vec<String>, Vec<f64>) {
+    let mut wrong = Vec::new();
+    let near = |f: f64| fit.modes.iter().filter(move |m| (m.frequency_hz() / f - 1.0).abs() < 0.005);
+    for (f, z) in BEAM {
+        let met: Vec<_> = near(f).collect();
+        match met.as_slice() {
+            [m] if (m.damping_ratio() / z - 1.0).abs() < 0.15 => {}
+            [m] => wrong.push(format!("{f} Hz: damping {:.5} for {z}", m.damping_ratio())),
+            many => wrong.push(format!("{f} Hz: {} modes", many.len())),
+        }
+    }
+    let others = fit
+        .modes
+        .iter()
+        .map(|m| m.frequency_hz())
+        .filter(|f| !BEAM.iter().any(|b| (f / b.0 - 1.0).abs() < 0.005))
+        .collect();
+    (wrong, others)
+}
+
+fn accelerances<'a>(f: &'a [f64], h: &'a [Vec<Complex>]) -> Measured<'a> {
+    Measured {
+        derivative: 2,
+        ..measured(f, h, None)
+    }
+}
+
+/// Six accelerances of a beam, without a hint but the band.
+#[test]
+#[ignore = "set GEARDYN_RECORDINGS to the folder of measured logs"]
+fn ref_sdypy_beam_six_responses() {
+    let folder = std::path::PathBuf::from(std::env::var("GEARDYN_RECORDINGS").unwrap());
+    let (f, h) = csv(&folder.join("sdypy_ema_beam/sdypy_beam_frf_resp1.csv"));
+    let options = RationalOptions {
+        band_hz: Some((10.0, 5000.0)),
+        ..RationalOptions::default()
+    };
+    let fit = fit(&accelerances(&f, &h), &options).unwrap();
+    let (wrong, others) = check_beam(&fit);
+    println!("others {others:?}\n{}", describe(&fit));
+    assert!(wrong.is_empty(), "{wrong:?}");
+}
+
+/// All forty-two.
+#[test]
+#[ignore = "set GEARDYN_RECORDINGS to the folder of measured logs"]
+fn ref_sdypy_beam_all_responses() {
+    let folder = std::path::PathBuf::from(std::env::var("GEARDYN_RECORDINGS").unwrap());
+    let (f, _) = csv(&folder.join("sdypy_ema_beam/sdypy_beam_frf_resp1.csv"));
+    let h = npy(&folder.join("sdypy_ema_beam/acc_data.npy"));
+    let options = RationalOptions {
+        band_hz: Some((10.0, 5000.0)),
+        ..RationalOptions::default()
+    };
+    let fit = fit(&accelerances(&f, &h), &options).unwrap();
+    let (wrong, others) = check_beam(&fit);
+    println!("others {others:?}\n{}", describe(&fit));
+    assert!(wrong.is_empty(), "{wrong:?}");
+}
+
+#[test]
+#[ignore = "experiment"]
+fn case_one() {
+    for c in ["case1", "case2"] {
+        let (f, h) = csv(std::path::Path::new(&format!("/tmp/rat/{c}.csv")));
+        for derivative in [0, 2] {
+            let m = Measured {
+                derivative,
+                ..measured(&f, &h, None)
+            };
+            let fit = fit(&m, &RationalOptions::default()).unwrap();
+            println!("{c} {derivative} {}", describe(&fit));
+        }
+    }
+}

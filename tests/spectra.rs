@@ -6,6 +6,7 @@ use geardyn::base::code::Code;
 use geardyn::numeric::Complex;
 use geardyn::recording::responses::Terminal;
 use geardyn::spectrum::frf::{Estimator, estimate, pairs};
+use geardyn::spectrum::hits::is_impact;
 use geardyn::spectrum::impact::{Fault, ImpactOptions, analyse};
 use geardyn::spectrum::sine::{dwells, stepped};
 use geardyn::spectrum::spectra::Spectra;
@@ -680,7 +681,7 @@ fn refuses_what_is_no_hit() {
     assert_eq!(code(&late), Code::TooShort);
 }
 
-/// A sweep between rests: H1 over groups of lines is the exact response, with coherence 1; in noise its variance is the scatter.
+/// A sweep between rests: H1 over groups of lines is the exact response, with a coherence that only its change within a group lowers; in noise its variance is the scatter.
 #[test]
 fn exact_sweep() {
     let system = Oscillator::new(80.0, 0.02, 1000.0);
@@ -707,7 +708,7 @@ fn exact_sweep() {
                 let error = (found.functions[0].value[line] - exact).norm();
                 if level == 0.0 {
                     assert!(error < 0.01 * exact.norm(), "{hz} {error}");
-                    assert!(found.multiple[0][line] > 0.9995, "{hz}");
+                    assert!(found.multiple[0][line] > 0.998, "{hz}");
                 } else {
                     scatter += error * error;
                     stated += found.functions[0].variance.as_ref().unwrap()[line];
@@ -716,7 +717,8 @@ fn exact_sweep() {
         }
     };
     run(0.0);
-    (0..20).for_each(|_| run(1.0));
+    // So much noise that the change of the response within a group is nothing beside it.
+    (0..20).for_each(|_| run(5.0));
     let ratio: f64 = stated / scatter;
     println!("sweep: stated over found {ratio:.3}");
     assert!((ratio - 1.0).abs() < 0.08, "{ratio}");
@@ -746,4 +748,80 @@ fn exact_stepped_sine() {
         let error = (found.functions[0].value[line] - exact).norm();
         assert!(error < 2e-3 * exact.norm(), "{f}: {}", error / exact.norm());
     }
+}
+
+/// A measured hit on a beam: the force is known as one, and the response peaks where other tools find the modes.
+#[test]
+#[ignore = "set GEARDYN_RECORDINGS to the folder of measured logs"]
+fn ref_beam_hit() {
+    let folder = std::env::var("GEARDYN_RECORDINGS").unwrap();
+    let path = std::path::Path::new(&folder).join("ladisk_beam_camera/acceleration.lvm");
+    let text = std::fs::read_to_string(path).unwrap().replace(',', ".");
+    let rows: Vec<Vec<f64>> = text
+        .lines()
+        .skip(23)
+        .filter(|line| !line.trim().is_empty())
+        .map(|line| {
+            line.split_whitespace()
+                .map(|x| x.parse().unwrap())
+                .collect()
+        })
+        .collect();
+    let column = |c: usize| rows.iter().map(|row| row[c]).collect::<Vec<f64>>();
+    let (response, force) = (column(0), column(1));
+    assert!(is_impact(&force) && !is_impact(&response));
+    let found = analyse(
+        50_000.0,
+        &force,
+        &[&response],
+        &[0..force.len()],
+        &ImpactOptions::default(),
+    )
+    .unwrap();
+    println!(
+        "{:?} block {} σ {}",
+        found.hits, found.block, found.estimate.window_decay
+    );
+    assert!((found.hits[0].peak - 195.6).abs() < 2.0);
+    let f = &found.estimate.functions[0];
+    for mode in [695.8, 1898.0, 3671.2] {
+        let near = (0..f.value.len())
+            .filter(|&k| (found.estimate.frequency_hz[k] / mode - 1.0).abs() < 0.1);
+        let peak = near
+            .max_by(|&i, &j| f.value[i].norm().total_cmp(&f.value[j].norm()))
+            .unwrap();
+        let hz = found.estimate.frequency_hz[peak];
+        let error = (f.variance.as_ref().unwrap()[peak]).sqrt() / f.value[peak].norm();
+        println!("{mode}: {hz} Hz, error {error:.1e}");
+        assert!((hz / mode - 1.0).abs() < 0.003, "{mode} {hz}");
+    }
+}
+
+/// Two channels of 10^7 samples: time against that of their bare transforms.
+#[test]
+#[ignore = "study: speed of averaged spectra"]
+fn study_speed_against_bare_transforms() {
+    let mut noise = Noise::new(12);
+    let (x, y) = (noise.take(10_000_000), noise.take(10_000_000));
+    let n = 4096;
+    let start = std::time::Instant::now();
+    let mut fft = geardyn::numeric::fft::RealFft::new(n);
+    let mut work = vec![0.0; n];
+    let mut lines = vec![Complex::new(0.0, 0.0); fft.lines()];
+    for channel in [&x, &y] {
+        for at in (0..channel.len() - n).step_by(n / 2) {
+            work.copy_from_slice(&channel[at..at + n]);
+            fft.forward(&mut work, &mut lines);
+        }
+    }
+    let bare = start.elapsed().as_secs_f64();
+    let start = std::time::Instant::now();
+    let with = WelchOptions::default();
+    let mut all = Welch::new(1.0, 2, &[(0, 1)], &with).unwrap();
+    for (x, y) in x.chunks(50_000).zip(y.chunks(50_000)) {
+        all.push(&[x, y]);
+    }
+    all.finish().unwrap();
+    let whole = start.elapsed().as_secs_f64();
+    println!("bare {bare:.3} s, averaged with coherence {whole:.3} s");
 }

@@ -21,9 +21,15 @@ def kaiser_low_pass(edge_pass, edge_stop, db):
     """The filter of src/spectrum/lowpass.rs by NumPy's window and sinc; edges over the sample rate."""
     depth = db + 1.5
     half = int(np.ceil((depth - 7.95) / (2.285 * 2 * np.pi * (edge_stop - edge_pass)) / 2))
-    window = np.kaiser(2 * half + 3, signal.kaiser_beta(depth))[1:-1]
-    taps = np.sinc((edge_pass + edge_stop) * np.arange(-half, half + 1)) * window
-    return taps / taps.sum(), half
+    while True:
+        j = np.arange(-half, half + 1)
+        taps = np.sinc((edge_pass + edge_stop) * j) * np.kaiser(2 * half + 3, signal.kaiser_beta(depth))[1:-1]
+        taps /= taps.sum()
+        _, low = signal.freqz(taps, worN=np.linspace(0, edge_pass, 200), fs=1)
+        _, high = signal.freqz(taps, worN=np.linspace(edge_stop, 0.5, 500), fs=1)
+        if max(abs(abs(low) - 1).max(), abs(high).max()) < 10 ** (-db / 20):
+            return taps, half
+        half += 1
 
 
 def main():

@@ -2,17 +2,19 @@
 
 use std::path::{Path, PathBuf};
 
-use super::args::{DelayWord, EstimatorWord, IdentifyArgs, KindWord};
+use super::args::{DelayWord, EstimatorWord, IdentifyArgs, KindWord, MapWord};
 use super::{diagnostic, output};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::kind::Kind;
 use crate::base::units;
 use crate::identify::rational::Delay;
-use crate::identify::transfer::{Map, Realisation, write_csv};
+use crate::identify::transfer::export::{to_mat, write_csv};
+use crate::identify::transfer::realisation::{Map, Realisation};
 use crate::plan::logs::acquire::EstimateStudy;
 use crate::plan::logs::identification::{self, Identification, IdentifyStudy, Source};
 use crate::recording::raw::Repair;
+use crate::recording::write::uff::Form;
 use crate::recording::{open, settle, write};
 use crate::report;
 use crate::spectrum::frf::Estimator;
@@ -207,17 +209,11 @@ fn files(args: &IdentifyArgs, found: &Identification) -> Result<Vec<String>, Err
         all.push((path.clone(), export(path, args, found)?));
     }
     if let Some(path) = &args.frf {
-        let failed = |e| {
-            Error::new(
-                Code::OutputFailed,
-                format!("{} could not be written: {e}", path.display()),
-            )
-        };
         let mut bytes = Vec::new();
         match path.extension().and_then(|e| e.to_str()) {
-            Some("csv") => write::csv::responses(&found.responses, &mut bytes).map_err(failed)?,
-            Some("uff") => write::uff::responses(&found.responses, &mut bytes).map_err(failed)?,
-            _ => write::json::responses(&found.responses, &mut bytes).map_err(failed)?,
+            Some("csv") => write::csv::responses(&found.responses, &mut bytes)?,
+            Some("uff") => write::uff::responses(&found.responses, Form::Text, &mut bytes)?,
+            _ => write::json::responses(&found.responses, &report::json::log_header(&[]), &mut bytes)?,
         }
         all.push((path.clone(), bytes));
     }
@@ -240,7 +236,7 @@ fn export(path: &Path, args: &IdentifyArgs, found: &Identification) -> Result<Ve
     let model = || -> Result<Realisation, Error> {
         let model = Realisation::of(&found.functions)?;
         match time {
-            Some(time) => model.sampled(time, Map::from(args.map)),
+            Some(time) => model.sampled(time, map_of(args.map)),
             None => Ok(model),
         }
     };
@@ -256,7 +252,7 @@ fn export(path: &Path, args: &IdentifyArgs, found: &Identification) -> Result<Ve
             write_csv(&found.functions, &mut bytes).map_err(failed)?;
             Ok(bytes)
         }
-        Some("mat") => crate::identify::transfer::to_mat(&found.functions, &model()?),
+        Some("mat") => to_mat(&found.functions, &model()?),
         _ => {
             let functions = found
                 .functions
@@ -266,6 +262,14 @@ fn export(path: &Path, args: &IdentifyArgs, found: &Identification) -> Result<Ve
             let document = serde_json::json!({ "transfer_functions": functions, "state_space": model()?.to_json() });
             Ok(format!("{document:#}\n").into_bytes())
         }
+    }
+}
+
+fn map_of(word: MapWord) -> Map {
+    match word {
+        MapWord::ZeroOrderHold => Map::ZeroOrderHold,
+        MapWord::Bilinear => Map::Bilinear,
+        MapWord::Impulse => Map::ImpulseInvariant,
     }
 }
 

@@ -10,6 +10,7 @@ use super::mode::{Mode, modulus};
 use crate::base::error::Error;
 use crate::machine::linear::Linear;
 use crate::numeric::assignment::assign;
+use crate::numeric::collinearity::{self, product};
 use crate::numeric::{Complex, Matrix};
 
 /// The modes that swing at one speed, by rising |λ|.
@@ -241,14 +242,6 @@ fn state(linear: &Linear, mode: &Mode) -> Vec<Complex> {
     state
 }
 
-/// `aᴴ b`.
-fn product(a: &[Complex], b: &[Complex]) -> Complex {
-    a.iter()
-        .zip(b)
-        .map(|(x, y)| x.conj() * y)
-        .fold(Complex::ZERO, |s, t| s + t)
-}
-
 fn scale(a: &mut [Complex], factor: f64) {
     a.iter_mut().for_each(|x| *x *= factor);
 }
@@ -261,8 +254,7 @@ fn add(a: &mut [Complex], factor: Complex, b: &[Complex]) {
 /// Modal assurance criterion of every mode before with every mode after.
 fn mac(from: &Snapshot, to: &Snapshot) -> Matrix {
     Matrix::from_fn(from.modes.len(), to.modes.len(), |i, j| {
-        let mac = modulus(product(&from.modes[i].state, &to.modes[j].state)).powi(2);
-        if mac.is_finite() { mac } else { 0.0 }
+        collinearity::mac(&from.modes[i].state, &to.modes[j].state)
     })
 }
 

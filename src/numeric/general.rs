@@ -50,6 +50,28 @@ pub fn eigen(a: &Matrix) -> Result<GeneralEigen, Error> {
     Ok(found)
 }
 
+/// Eigenvalues alone, by rising |λ|; of a conjugate pair the one with positive imaginary part first.
+///
+/// # Errors
+/// `NoConvergence`; `Overflow` where an entry is not finite.
+pub fn eigenvalues(a: &Matrix) -> Result<Vec<Complex>, Error> {
+    check_finite(a, "a square matrix")?;
+    let n = a.nrows();
+    if n == 0 {
+        return Ok(Vec::new());
+    }
+    let (balanced, _) = balance(a, f64::hypot);
+    let mut values = balanced.eigenvalues().map_err(|_| no_convergence(n))?;
+    if values
+        .iter()
+        .any(|v| !v.re.is_finite() || !v.im.is_finite())
+    {
+        return Err(no_convergence(n));
+    }
+    values.sort_by(|a, b| a.norm().total_cmp(&b.norm()).then(b.im.total_cmp(&a.im)));
+    Ok(values)
+}
+
 /// Eigenvalues of a complex matrix, and right vectors of length one as columns, by rising |λ|.
 ///
 /// # Errors

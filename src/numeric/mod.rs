@@ -39,8 +39,14 @@ pub mod graded;
 /// One-to-one pairing.
 pub mod assignment;
 
+/// How alike two complex vectors are in direction.
+pub mod collinearity;
+
 /// Symmetric eigenproblems, Cholesky factors, linear systems.
 pub mod definite;
+
+/// Least squares with many right-hand sides.
+pub mod overdetermined;
 
 /// Rows and columns brought to like size.
 mod balance;
@@ -51,11 +57,20 @@ pub mod general;
 /// The matrix exponential.
 pub mod expm;
 
+/// Continuous state-space forms at a sample time.
+pub mod sampling;
+
+/// Least squares, orthonormal columns, least singular vectors.
+pub mod least_squares;
+
 /// Polishing of damped modes.
 pub mod quadratic;
 
 /// Orthonormal bases of column spaces.
 pub mod orthonormal;
+
+/// Triangles of tall matrices, least squares, singular values with vectors.
+pub mod factors;
 
 /// Sums over long vectors.
 pub mod slices;

@@ -59,6 +59,11 @@ pub fn only_log<R: Read + Seek>(
             format!("{path} is a zip archive without members"),
         )
         .hint("look whether the right file was named")),
+        _ if members.iter().any(|m| m.1 == "[Content_Types].xml") => Err(Error::new(
+            Code::UnknownFormat,
+            format!("{path} is an Office document, which is not read"),
+        )
+        .hint("save the sheet as CSV")),
         _ => Err(Error::new(
             Code::UnknownFormat,
             format!(

@@ -60,5 +60,6 @@ pub mod settle;
 /// What a channel looks like.
 pub mod survey;
 
+
 /// Signals and frequency responses to files.
 pub mod write;

@@ -148,8 +148,12 @@ const SUFFIXES: &[(&str, &str)] = &[
 
 /// Whether a text is one of the units logs name.
 pub fn is_unit(text: &str) -> bool {
-    let text = text.trim().to_lowercase();
-    UNITS.contains(&text.as_str())
+    let text = text.trim();
+    // Single letters are units in their own case only: a column may be called `a` or `v`.
+    if text.len() == 1 {
+        return ["s", "g", "m", "h", "N", "V", "A", "K", "W", "J", "%", "-"].contains(&text);
+    }
+    UNITS.contains(&text.to_lowercase().as_str())
 }
 
 /// The unit of a unit row's cell: brackets off, `-` for none.

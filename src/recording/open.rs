@@ -5,10 +5,9 @@ use std::io::{self, Cursor, Read, Seek, SeekFrom};
 
 use zip::ZipArchive;
 
-use super::container;
 use super::raw::Raw;
 use super::settings::Settings;
-use super::text;
+use super::{container, lvm, mat, text, uff, wav};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::place::Place;
@@ -112,5 +111,105 @@ fn stream(
             .map_err(|e| text::body::broken(path, &e))?;
         return unzip(path, Cursor::new(bytes), settings, depth - 1);
     }
-    text::read(path, whole, settings)
+    match reader_of(&head) {
+        Some(read) => {
+            let mut bytes = Vec::new();
+            whole
+                .read_to_end(&mut bytes)
+                .map_err(|e| text::body::broken(path, &e))?;
+            read(path, &bytes, settings)
+        }
+        None => {
+            refuse_known(path, &head)?;
+            text::read(path, whole, settings)
+        }
+    }
+}
+
+/// Reads the bytes of one format.
+type Reader = fn(&str, &[u8], &Settings) -> Result<Raw, Errors>;
+
+/// The reader of a format that has its own; `None` for delimited text.
+fn reader_of(head: &[u8]) -> Option<Reader> {
+    let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
+    if text.trim_ascii_start().starts_with(b"LabVIEW Measurement") {
+        Some(lvm::read)
+    } else if head.starts_with(b"RIFF") && head.get(8..12) == Some(b"WAVE") {
+        Some(wav::read)
+    } else if head.starts_with(b"MATLAB 5.0") {
+        Some(mat::read)
+    } else if is_universal(text) {
+        Some(uff::read)
+    } else {
+        None
+    }
+}
+
+/// Whether a text begins as a universal file: a line `-1`, then the number of a data set, `58` or `58b` with more on its line.
+fn is_universal(text: &[u8]) -> bool {
+    let mut lines = text
+        .split(|b| *b == b'\n')
+        .map(<[u8]>::trim_ascii)
+        .filter(|line| !line.is_empty());
+    let (Some(b"-1"), Some(set)) = (lines.next(), lines.next()) else {
+        return false;
+    };
+    let number = set
+        .split(u8::is_ascii_whitespace)
+        .next()
+        .unwrap_or_default();
+    let number = number.strip_suffix(b"b").unwrap_or(number);
+    // A column of numbers may begin with -1 as well; its next number is hardly one of these.
+    [
+        &b"58"[..],
+        b"151",
+        b"164",
+        b"55",
+        b"15",
+        b"82",
+        b"2411",
+        b"2412",
+        b"2414",
+        b"2420",
+    ]
+    .contains(&number)
+}
+
+/// Formats that are known and not read, by their first bytes, and what to do.
+const NOT_READ: &[(&[u8], &str, &str)] = &[
+    (
+        b"\x89HDF",
+        "an HDF5 file",
+        "export CSV; MATLAB writes level 5 with save(…, '-v7')",
+    ),
+    (
+        b"MATLAB 7.3",
+        "a MATLAB file of version 7.3",
+        "save it as level 5: save(…, '-v7')",
+    ),
+    (
+        b"\x93NUMPY",
+        "a NumPy array",
+        "write CSV: numpy.savetxt(…, delimiter=',', header=…)",
+    ),
+    (b"TDSm", "a LabVIEW TDMS file", "export LVM or CSV"),
+    (b"MDF ", "an MDF file", "export CSV"),
+    (b"%PDF", "a PDF document", "export the numbers as CSV"),
+    (
+        b"\xd0\xcf\x11\xe0",
+        "an old Excel workbook",
+        "save the sheet as CSV",
+    ),
+    (b"PAR1", "a Parquet file", "export CSV"),
+];
+
+fn refuse_known(path: &str, head: &[u8]) -> Result<(), Error> {
+    match NOT_READ.iter().find(|(magic, ..)| head.starts_with(magic)) {
+        None => Ok(()),
+        Some((_, what, hint)) => Err(Error::new(
+            Code::UnknownFormat,
+            format!("{path} is {what}, which is not read"),
+        )
+        .hint(*hint)),
+    }
 }

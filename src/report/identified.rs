@@ -7,7 +7,7 @@ use super::json::{complex, log_header, warnings};
 use super::recording::repairs;
 use crate::base::error::Error;
 use crate::identify::mode::IdentifiedMode;
-use crate::identify::transfer::TransferFunction;
+use crate::identify::transfer::function::TransferFunction;
 use crate::plan::logs::doubts::{coherence_at, window_damping};
 use crate::plan::logs::identification::Identification;
 use crate::recording::raw::Repair;

@@ -136,16 +136,39 @@ pub fn is_impact(force: &[f64]) -> bool {
 /// A run of equal samples at the extreme counts as clipped from this length on.
 const FLAT: usize = 3;
 
-/// A parabola rounded to steps of q that rests on its top for three samples falls by at most 5 q with the next.
-const STEPS_OF_A_SMOOTH_TOP: f64 = 6.0;
+/// Beyond how far a smooth top can fall behind its run.
+const MARGIN: f64 = 1.2;
+
+/// How far a parabola rounded to steps of 1 falls with the sample behind `run` equal ones on its top: they lie within one step, so
+/// that it bends by at most `4/(run − 1)²` a sample squared.
+fn smooth_fall(run: usize) -> f64 {
+    let m = run as f64;
+    1.0 + ((m + 1.0) / (m - 1.0)).powi(2)
+}
+
+/// With fewer different values than this their distances do not tell the converter's step.
+const ENOUGH_VALUES: usize = 64;
+
+/// The step is then taken to be this share of the range: 8 bits.
+const COARSE: f64 = 1.0 / 256.0;
+
+/// The least distance of different values.
+fn resolution(samples: &[f64]) -> f64 {
+    let mut values = samples.to_vec();
+    values.sort_unstable_by(f64::total_cmp);
+    values.dedup();
+    match values[..] {
+        [lowest, .., highest] if values.len() < ENOUGH_VALUES => COARSE * (highest - lowest),
+        _ => values
+            .windows(2)
+            .map(|pair| pair[1] - pair[0])
+            .fold(f64::INFINITY, f64::min),
+    }
+}
 
 /// Whether samples rest on their largest or smallest value as an overloaded amplifier does.
 pub fn is_clipped(samples: &[f64]) -> bool {
-    let smallest_step = samples
-        .windows(2)
-        .map(|pair| (pair[1] - pair[0]).abs())
-        .filter(|&step| step > 0.0)
-        .fold(f64::INFINITY, f64::min);
+    let step = resolution(samples);
     let rests_on = |extreme: f64| {
         let mut at = 0;
         while let Some(start) = (at..samples.len()).find(|&j| samples[j] == extreme) {
@@ -155,7 +178,7 @@ pub fn is_clipped(samples: &[f64]) -> bool {
             let fall = |j: Option<&f64>| j.map_or(0.0, |x| (x - extreme).abs());
             let before = start.checked_sub(1).and_then(|j| samples.get(j));
             let steepest = fall(before).max(fall(samples.get(end)));
-            if end - start >= FLAT && steepest > STEPS_OF_A_SMOOTH_TOP * smallest_step {
+            if end - start >= FLAT && steepest > MARGIN * step * smooth_fall(end - start) {
                 return true;
             }
             at = end;
@@ -218,7 +241,7 @@ mod tests {
     fn law_clipping_is_a_flat_top_and_a_round_one_is_not() {
         let force = blows(200, &[100], 40);
         let cut: Vec<f64> = force.iter().map(|f| f.min(0.8)).collect();
-        let coarse: Vec<f64> = force.iter().map(|f| (f * 50.0).round() / 50.0).collect();
+        let coarse: Vec<f64> = force.iter().map(|f| (f * 64.0).round() / 64.0).collect();
         assert!(is_clipped(&cut) && !is_clipped(&force) && !is_clipped(&coarse));
         let down: Vec<f64> = cut.iter().map(|f| -f).collect();
         assert!(is_clipped(&down));

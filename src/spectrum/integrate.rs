@@ -111,7 +111,8 @@ mod tests {
         omega.powi(p) * (omega * t + f64::from(p) * PI / 2.0).cos()
     }
 
-    /// A tone that fits the slice, above drift: exact in all nine conversions.
+    /// A tone that fits the slice, on a constant: exact in all nine conversions, to the rounding of the tone's own angle (1e-13) times what two
+    /// derivatives magnify it by at half the rate (200).
     #[test]
     fn exact_tone() {
         let (n, rate, omega) = (2000, 1000.0, TAU * 35.0);
@@ -126,7 +127,7 @@ mod tests {
                 };
                 let y = convert(&x, rate, conversion).unwrap();
                 let size = omega.powi(to.order());
-                assert!((0..n).all(|j| (y[j] - wave(omega, t(j), to)).abs() < 1e-12 * size));
+                assert!((0..n).all(|j| (y[j] - wave(omega, t(j), to)).abs() < 1e-10 * size));
             }
         }
     }

@@ -135,9 +135,6 @@ fn step(
     Ok((fitted, change))
 }
 
-/// A crossing this far off the regular ones, in periods, ends a dwell.
-const IRREGULAR: f64 = 0.03;
-
 /// Fewer periods are no dwell.
 const LEAST_PERIODS: usize = 8;
 
@@ -150,23 +147,15 @@ pub fn dwells(input: &[f64], rate_hz: f64) -> Vec<Dwell> {
     let mut found = Vec::new();
     let mut from = 0;
     while from + LEAST_PERIODS < crossings.len() {
-        let (mut run, mut period) = (1, crossings[from + 1] - crossings[from]);
-        while let Some(next) = crossings.get(from + run + 1) {
-            if (next - crossings[from + run] - period).abs() > IRREGULAR * period
-                || (next - crossings[from] - (run + 1) as f64 * period).abs()
-                    > IRREGULAR * period * if run < LEAST_PERIODS { 2.0 } else { 1.0 }
-            {
-                break;
-            }
-            run += 1;
-            period = (next - crossings[from]) / run as f64;
-        }
+        let mut beat = Beat::new(crossings[from], crossings[from + 1]);
+        let later = crossings[from + 2..].iter();
+        let run = 1 + later.take_while(|&&at| beat.takes(at)).count();
         if run >= LEAST_PERIODS {
             // The first and the last period may hold a part of the step.
             let range = crossings[from + 1].ceil() as usize..crossings[from + run - 1] as usize;
             found.push(Dwell {
                 range,
-                frequency_hz: rate_hz / period,
+                frequency_hz: rate_hz / beat.period(),
             });
             from += run;
         } else {
@@ -175,6 +164,72 @@ pub fn dwells(input: &[f64], rate_hz: f64) -> Vec<Dwell> {
     }
     found
 }
+
+/// A straight line through crossings over their number, kept as what they stray from the first period: `r_i = t_i − t_0 − i p`.
+struct Beat {
+    start: f64,
+    first: f64,
+    count: f64,
+    /// Sums of r, i r and r².
+    sums: [f64; 3],
+}
+
+impl Beat {
+    fn new(start: f64, next: f64) -> Beat {
+        Beat {
+            start,
+            first: next - start,
+            count: 2.0,
+            sums: [0.0; 3],
+        }
+    }
+
+    /// Slope of r, r in the middle, and their scatter about the line.
+    fn line(&self) -> (f64, f64, f64) {
+        let n = self.count;
+        let [r, ir, rr] = self.sums;
+        let spread = n * (n * n - 1.0) / 12.0;
+        let (mean, lean) = (r / n, ir - 0.5 * (n - 1.0) * r);
+        let slope = lean / spread;
+        let left = rr - n * mean * mean - slope * lean;
+        (slope, mean, (left.max(0.0) / (n - 2.0).max(1.0)).sqrt())
+    }
+
+    fn period(&self) -> f64 {
+        self.first + self.line().0
+    }
+
+    /// Adds a crossing, if it comes when the ones before let expect it.
+    fn takes(&mut self, at: f64) -> bool {
+        let (slope, mean, scatter) = self.line();
+        let i = self.count;
+        let r = at - self.start - i * self.first;
+        let expected = mean + slope * (i - 0.5 * (i - 1.0));
+        let most = LOOSEST * self.first;
+        let allowed = if self.count < LEAST_PERIODS as f64 {
+            most
+        } else {
+            (SCATTERED * scatter).clamp(TIGHTEST * self.first, most)
+        };
+        if (r - expected).abs() > allowed {
+            return false;
+        }
+        self.count += 1.0;
+        self.sums[0] += r;
+        self.sums[1] += i * r;
+        self.sums[2] += r * r;
+        true
+    }
+}
+
+/// A crossing ends a dwell when it is off by so many times the scatter of those before …
+const SCATTERED: f64 = 6.0;
+
+/// … but by this share of a period at least: interpolation between samples is no better …
+const TIGHTEST: f64 = 0.005;
+
+/// … and always by this share.
+const LOOSEST: f64 = 0.05;
 
 /// Times, in samples, at which a signal rises through its median.
 fn crossings(input: &[f64]) -> Vec<f64> {

@@ -8,7 +8,8 @@ use super::covariance::covariance;
 use super::lines::Lines;
 use super::reported::{Candidate, objection};
 use super::search::Found;
-use super::{Measured, Omitted, RationalFit};
+use super::spread::Mean;
+use super::{Measured, Omitted, RationalFit, Spread};
 
 /// A misfit this many standard deviations above that of noise is a model error.
 const BEYOND_NOISE: f64 = 4.0;
@@ -20,11 +21,7 @@ const SPOILS: f64 = 1.5;
 pub(super) fn answer(measured: &Measured, lines: &Lines, found: Found) -> RationalFit {
     let per_dof = found.fitted.chi2 / found.dof;
     let beyond = per_dof > 1.0 + BEYOND_NOISE * (2.0 / found.dof).sqrt();
-    let scale = if found.estimated || beyond {
-        per_dof
-    } else {
-        1.0
-    };
+    let scale = if found.estimated || beyond { per_dof } else { 1.0 };
     let numerators = found.structure.numerators();
     let certain = covariance(&found.problems, &found.fitted, numerators, scale);
     let poles = &found.fitted.model.poles;
@@ -38,10 +35,7 @@ pub(super) fn answer(measured: &Measured, lines: &Lines, found: Found) -> Ration
     let zero = Complex::new(0.0, 0.0);
     let mut fit = RationalFit {
         modes: Vec::new(),
-        poles: order
-            .iter()
-            .map(|&r| poles[r].value() * lines.top)
-            .collect(),
+        poles: order.iter().map(|&r| poles[r].value() * lines.top).collect(),
         residues: vec![vec![zero; poles.len()]; responses],
         residual_terms: vec![[0.0; 2]; responses],
         delay_s: by_measured(&found.fitted.model.delays, lines, responses)
@@ -84,10 +78,10 @@ pub(super) fn answer(measured: &Measured, lines: &Lines, found: Found) -> Ration
         }
         fit.fit_error[i] = fit_error(&found, lines, at);
     }
-    let model_error = beyond && per_dof > SPOILS;
+    let model_error = !found.spread.is_empty() || (beyond && per_dof > SPOILS);
     for (place, &r) in order.iter().enumerate() {
         let square = lines.top * lines.top;
-        let mode = IdentifiedMode {
+        let mut mode = IdentifiedMode {
             pole: fit.poles[place],
             pole_covariance: certain.poles[r].map(|c| c.map(|v| v * square)),
             shape: shape(
@@ -95,6 +89,9 @@ pub(super) fn answer(measured: &Measured, lines: &Lines, found: Found) -> Ration
                 lines,
             ),
         };
+        if let Some((_, mean)) = found.spread.iter().find(|s| s.0 == r) {
+            fit.spread.push(scattered(&mut mode, mean, lines.top));
+        }
         let candidate = Candidate {
             mode: &mode,
             band_hz: (
@@ -114,6 +111,26 @@ pub(super) fn answer(measured: &Measured, lines: &Lines, found: Found) -> Ration
     }
     warn(&mut fit, lines, &found, beyond, per_dof);
     fit
+}
+
+/// Where responses disagree the mode is their mean, as certain as their spread allows.
+fn scattered(mode: &mut IdentifiedMode, mean: &Mean, top: f64) -> Spread {
+    let square = top * top;
+    mode.pole = mean.pole.value() * top;
+    mode.pole_covariance = Some([mean.variance.1 * square, mean.variance.0 * square, 0.0]);
+    let spread = IdentifiedMode {
+        pole_covariance: Some([
+            mean.tau.1.powi(2) * square,
+            mean.tau.0.powi(2) * square,
+            0.0,
+        ]),
+        ..mode.clone()
+    };
+    Spread {
+        frequency_hz: mode.frequency_hz(),
+        frequency_spread_hz: spread.frequency_std_hz().unwrap_or(0.0),
+        damping_spread: spread.damping_std().unwrap_or(0.0),
+    }
 }
 
 /// A value per delay; where each response has its own, zero or nothing for those that were left out.
@@ -235,10 +252,17 @@ fn warn(fit: &mut RationalFit, lines: &Lines, found: &Found, beyond: bool, per_d
     if beyond && !found.estimated {
         say(
             "misfit",
-            format!(
-                "the misfit is {per_dof:.2} times what the variance explains; standard deviations were widened to it"
-            ),
+            format!("the misfit is {per_dof:.2} times what the variance explains; standard deviations were widened to it"),
             "look for drift between measurements, nonlinearity, leakage, or a variance that is too small",
+        );
+    }
+    for s in &found.spread {
+        let f = s.1.pole.value().norm() * lines.top / std::f64::consts::TAU;
+        let tau = s.1.tau.0 * lines.top / std::f64::consts::TAU;
+        say(
+            "responses-disagree",
+            format!("the responses disagree about the mode at {f:.2} Hz by {tau:.2e} Hz (standard deviation) beyond their noise"),
+            "sensors that load the structure, drift, or amplitudes that differ",
         );
     }
     if found.at_limit {

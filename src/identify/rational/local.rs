@@ -35,7 +35,7 @@ pub(super) struct Placed {
 }
 
 /// The lines around a pole; `None` where a window would be most of the band.
-fn window(x: &[f64], pole: &Pole, step: f64) -> Option<(usize, usize)> {
+pub(super) fn window(x: &[f64], pole: &Pole, step: f64) -> Option<(usize, usize)> {
     let half = (REACH * pole.sigma).max(FEWEST as f64 * step);
     let from = x.partition_point(|&v| v < pole.w - half);
     let to = x.partition_point(|&v| v <= pole.w + half);
@@ -107,7 +107,7 @@ pub(super) fn place(
 }
 
 /// The residual within a window with the neighbours' own shares put back, and a background `1, j, t, jt`.
-fn cut(
+pub(super) fn cut(
     problem: &Problem,
     fitted: &Fitted,
     numerators: usize,
@@ -217,12 +217,7 @@ fn common_denominator(problem: &Problem, fitted: &Fitted, peak: &Peak, step: f64
 fn without_line(x: &[f64], weight: &[f64], values: &[Complex]) -> Vec<Complex> {
     let total: f64 = weight.iter().sum();
     let mean_x = x.iter().zip(weight).map(|(x, w)| x * w).sum::<f64>() / total;
-    let mean: Complex = values
-        .iter()
-        .zip(weight)
-        .map(|(v, w)| v * w)
-        .sum::<Complex>()
-        / total;
+    let mean: Complex = values.iter().zip(weight).map(|(v, w)| v * w).sum::<Complex>() / total;
     let (mut slope, mut spread) = (Complex::new(0.0, 0.0), 0.0);
     for k in 0..x.len() {
         let t = x[k] - mean_x;

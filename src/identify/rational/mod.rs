@@ -29,6 +29,9 @@ mod scan;
 /// New poles brought to their place.
 mod local;
 
+/// Responses that disagree.
+mod spread;
+
 /// How many poles.
 mod growth;
 

@@ -2,10 +2,11 @@
 
 use crate::numeric::Complex;
 
-use super::basis::Structure;
+use super::basis::{Pole, Problem, Structure};
 use super::growth::{Growth, Rules};
 use super::lines::{Lines, Weights};
 use super::projection::{Fitted, Model, Stop, at, refine};
+use super::spread::{self, Scatter};
 use super::structure::{choose, parameters};
 use super::variance::{from_differences, from_residuals, mean_ratio};
 use super::{Delay, Effort, RationalOptions, Step, delay};
@@ -15,7 +16,7 @@ pub(super) struct Found {
     /// The last fit, over [`Found::problems`].
     pub fitted: Fitted,
     /// The problems of the last fit.
-    pub problems: Vec<super::basis::Problem>,
+    pub problems: Vec<Problem>,
     /// Weights of the responses in them.
     pub by_response: Vec<f64>,
     /// Its terms.
@@ -26,6 +27,8 @@ pub(super) struct Found {
     pub dof: f64,
     /// What was tried.
     pub evidence: Vec<Step>,
+    /// Poles the responses disagree about, with their means.
+    pub spread: Vec<(usize, spread::Mean)>,
     /// The most poles allowed were used up.
     pub at_limit: bool,
     /// What it took.
@@ -78,12 +81,18 @@ pub(super) fn search(lines: &Lines, options: &RationalOptions, trusted: bool) ->
         },
     };
     let mut fitted = at(&problem, &model, structure.numerators());
+    let mut scattered = Scattered::default();
     for round in 0..=ROUNDS {
-        let mut growth = Growth::new(&problem, structure.numerators(), rules);
-        fitted = growth.prune(fitted);
-        fitted = growth.grow(fitted, &mut evidence);
-        effort.scans += growth.scans;
-        effort.steps += growth.steps;
+        (problem, weights, fitted) = grown(
+            lines,
+            rules,
+            structure,
+            &variance,
+            &mut scattered,
+            fitted,
+            &mut evidence,
+            &mut effort,
+        );
         if given || round == ROUNDS {
             break;
         }
@@ -91,12 +100,12 @@ pub(super) fn search(lines: &Lines, options: &RationalOptions, trusted: bool) ->
         effort.steps += fitted.steps;
         effort.rounds += 1;
         let residual = residuals(lines, &weights, &fitted);
-        let free =
-            1.0 - parameters(structure, &fitted, lines.h.len()) * lines.independence / lines.data();
+        let free = 1.0
+            - parameters(structure, &fitted, lines.h.len()) * lines.independence / lines.data();
         let next = from_residuals(lines, &residual, free.max(0.1));
         let ratio = mean_ratio(&next, &variance);
         variance = next;
-        weights = Weights::new(&variance);
+        weights = Weights::new(&scattered.added(lines, &variance));
         problem = [lines.shared(&weights, structure)];
         model = fitted.model;
         fitted = at(&problem, &model, structure.numerators());
@@ -107,21 +116,32 @@ pub(super) fn search(lines: &Lines, options: &RationalOptions, trusted: bool) ->
     let (chosen, better, steps) = choose(lines, &weights, &fitted, true);
     structure = chosen;
     effort.steps += steps;
-    problem = [lines.shared(&weights, structure)];
-    let mut growth = Growth::new(&problem, structure.numerators(), rules);
-    fitted = growth.prune(better);
-    fitted = growth.grow(fitted, &mut evidence);
-    effort.scans += growth.scans;
-    effort.steps += growth.steps;
+    (problem, weights, fitted) = grown(
+        lines,
+        rules,
+        structure,
+        &variance,
+        &mut scattered,
+        better,
+        &mut evidence,
+        &mut effort,
+    );
     let at_limit = options.order.is_none() && fitted.model.poles.len() >= rules.most;
     let problems = if weights.exact {
         problem.to_vec()
     } else {
-        lines.separate(&weights, &variance, structure)
+        lines.separate(&weights, &scattered.added(lines, &variance), structure)
     };
     let start = at(&problems, &fitted.model, structure.numerators());
     let fitted = refine(&problems, start, structure.numerators(), LAST);
     effort.steps += fitted.steps;
+    let spread = (0..scattered.list.len())
+        .filter_map(|at_list| {
+            let r = scattered.nearest(at_list, &fitted)?;
+            let shared = at(&problem, &fitted.model, structure.numerators());
+            Some((r, spread::mean(&problem[0], &shared, structure.numerators(), r)?))
+        })
+        .collect();
     let dof = lines.data() - parameters(structure, &fitted, lines.h.len());
     Found {
         fitted,
@@ -131,9 +151,121 @@ pub(super) fn search(lines: &Lines, options: &RationalOptions, trusted: bool) ->
         estimated,
         dof: dof.max(1.0),
         evidence,
+        spread,
         at_limit,
         effort,
     }
+}
+
+/// Disagreements found so far, with the pole and its residues as they were.
+#[derive(Default)]
+struct Scattered {
+    list: Vec<(Scatter, Pole, Vec<f64>)>,
+}
+
+/// A pole that is found to scatter again scatters more than was thought.
+const MORE: f64 = 2.0;
+
+/// Most disagreements of one fit, counting repeats.
+const MOST_DISAGREEMENTS: usize = 60;
+
+impl Scattered {
+    fn add(&mut self, lines: &Lines, weights: &Weights, fitted: &Fitted, numerators: usize, new: Scatter) {
+        let pole = fitted.model.poles[new.pole];
+        let residues = residue_sizes(lines, weights, fitted, numerators, new.pole);
+        let old = self.list.iter_mut().find(|(_, p, _)| p.overlap(&pole) > 0.5);
+        match old {
+            Some((scatter, p, r)) => {
+                scatter.tau.0 = (MORE * scatter.tau.0).max(new.tau.0);
+                scatter.tau.1 = (MORE * scatter.tau.1).max(new.tau.1);
+                (*p, *r) = (pole, residues);
+            }
+            None => self.list.push((new, pole, residues)),
+        }
+    }
+
+    /// The variance with what the disagreements add.
+    fn added(&self, lines: &Lines, variance: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let mut all = variance.to_vec();
+        for (scatter, pole, residues) in &self.list {
+            for (i, v) in all.iter_mut().enumerate() {
+                for (k, v) in v.iter_mut().enumerate() {
+                    let x = lines.x[k];
+                    let size = residues[i] * x.powi(i32::from(lines.derivative));
+                    *v += size * size * spread::variance(scatter, pole, x);
+                }
+            }
+        }
+        all
+    }
+
+    /// The pole of a fit that an entry is about.
+    fn nearest(&self, entry: usize, fitted: &Fitted) -> Option<usize> {
+        let pole = &self.list[entry].1;
+        let poles = &fitted.model.poles;
+        (0..poles.len())
+            .filter(|&r| poles[r].overlap(pole) > 0.5)
+            .max_by(|&a, &b| poles[a].overlap(pole).total_cmp(&poles[b].overlap(pole)))
+    }
+}
+
+/// Sizes of the residues of a pole in the scaled responses.
+fn residue_sizes(
+    lines: &Lines,
+    weights: &Weights,
+    fitted: &Fitted,
+    numerators: usize,
+    r: usize,
+) -> Vec<f64> {
+    let fit = &fitted.fits[0];
+    let p = fitted.model.poles[r].value();
+    (0..lines.h.len())
+        .map(|i| {
+            let c = |b: usize| {
+                let at = r * numerators + b;
+                fit.c[(at, i)] / fit.length[at]
+            };
+            let mut top = Complex::new(c(0) * p.norm(), 0.0);
+            if numerators == 2 {
+                top += p * c(1);
+            }
+            top.norm() / (2.0 * p.im) * weights.by_response[i].sqrt()
+        })
+        .collect()
+}
+
+/// Grows at one variance and structure; where responses disagree about a pole, the weights are changed and growth goes on.
+#[allow(clippy::too_many_arguments)]
+fn grown(
+    lines: &Lines,
+    rules: Rules,
+    structure: Structure,
+    variance: &[Vec<f64>],
+    scattered: &mut Scattered,
+    start: Fitted,
+    evidence: &mut Vec<Step>,
+    effort: &mut Effort,
+) -> ([Problem; 1], Weights, Fitted) {
+    let numerators = structure.numerators();
+    let mut model = start.model;
+    for _ in 0..MOST_DISAGREEMENTS {
+        let weights = Weights::new(&scattered.added(lines, variance));
+        let problem = [lines.shared(&weights, structure)];
+        let mut growth = Growth::new(&problem, numerators, rules);
+        let fitted = growth.prune(at(&problem, &model, numerators));
+        let fitted = growth.grow(fitted, evidence);
+        effort.scans += growth.scans;
+        effort.steps += growth.steps;
+        let Some(scatter) = growth.scatter else {
+            return (problem, weights, fitted);
+        };
+        scattered.add(lines, &weights, &fitted, numerators, scatter);
+        model = fitted.model;
+    }
+    let weights = Weights::new(&scattered.added(lines, variance));
+    let problem = [lines.shared(&weights, structure)];
+    let fitted = at(&problem, &model, numerators);
+    (problem, weights, fitted)
 }
 
 /// Pole pairs whose parameters stay below half of the data, and at most `most`.

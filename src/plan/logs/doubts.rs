@@ -54,9 +54,8 @@ fn nearest(lines: &[f64], frequency_hz: f64) -> Option<usize> {
 /// Doubts that the kind of each response raises.
 pub fn of_kinds(responses: &FrequencyResponses) -> Vec<Warning> {
     fn kind(f: &FrequencyResponse) -> Option<(&Terminal, ResponseKind)> {
-        f.input
-            .as_ref()
-            .map(|input| (input, ResponseKind::of(&input.unit, &f.output.unit)))
+        let input = f.input.as_ref()?;
+        Some((input, ResponseKind::of(&input.unit, &f.output.unit)))
     }
     let ratio = responses.functions.iter().find_map(|f| {
         kind(f)

@@ -8,7 +8,7 @@ use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
 use crate::identify::mode::IdentifiedMode;
 use crate::identify::rational::{self, Delay, Measured, RationalFit, RationalOptions};
-use crate::identify::transfer::{Direct, TransferFunction};
+use crate::identify::transfer::function::{Direct, TransferFunction};
 use crate::numeric::Complex;
 use crate::recording::quantity::ResponseKind;
 use crate::recording::responses::{FrequencyResponse, FrequencyResponses};

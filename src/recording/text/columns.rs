@@ -4,6 +4,7 @@ use super::cells::{self, Cell, Cells, Marks};
 use super::dialect::Kind;
 use super::header::Header;
 use super::stamps::{self, Form};
+use super::table;
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
 use crate::base::words;
@@ -314,10 +315,10 @@ fn over_frequency(columns: &Columns<'_>, width: usize) -> bool {
     let named = columns.is_named(0, FREQUENCIES);
     let complex = columns.kinds[1..width.max(1)].contains(&Kind::Complex);
     let unnamed = columns.header.written[0].is_empty();
-    width > 1
-        && columns.is_number(0)
-        && columns.is_rising(0)
-        && (named || (unnamed && (hertz() || complex)))
+    let pairs = || (1..width).all(|c| table::is_part(&columns.header.names[c]));
+    let sure = named && width > 2 && pairs();
+    let told = named || (unnamed && (hertz() || complex));
+    width > 1 && columns.is_number(0) && (sure || (told && columns.is_rising(0)))
 }
 
 /// Which columns tell the time.

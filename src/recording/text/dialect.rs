@@ -317,11 +317,23 @@ fn first_row(lines: &[&str], marks: Marks, kinds: &[Kind]) -> Option<usize> {
     for at in (0..first).rev() {
         match stances[at] {
             Stance::Row => first = at,
+            Stance::Words if is_broken_row(lines[at], marks, kinds) => {}
             Stance::Words => break,
             Stance::Blank | Stance::Misfit => {}
         }
     }
     Some(first)
+}
+
+/// A row of the right width with a number in a column of numbers, whatever stands in the others.
+fn is_broken_row(line: &str, marks: Marks, kinds: &[Kind]) -> bool {
+    let cells: Vec<&[u8]> = Cells::new(line.as_bytes(), marks.delimiter)
+        .map(|(_, cell)| cell)
+        .collect();
+    let is_number = |(cell, wanted): (&&[u8], &Kind)| {
+        *wanted == Kind::Number && kind(cell, marks.decimal) == Kind::Number
+    };
+    cells.len() == kinds.len() && cells.iter().zip(kinds).any(is_number)
 }
 
 #[cfg(test)]

@@ -18,6 +18,8 @@ pub struct Header {
     pub preamble: Vec<usize>,
     /// A row of words that could be names but for its number of cells: its index, and how many cells.
     pub misfit: Option<(usize, usize)>,
+    /// A row below the names with a number in one column of numbers and words in another: its index, and that cell's.
+    pub broken: Option<(usize, usize)>,
 }
 
 /// Splits the lines above the numbers into names, units and preamble.
@@ -36,7 +38,7 @@ pub fn read(lines: &[&str], layout: &Layout) -> Header {
         if line.trim().is_empty() || !line.contains(char::is_alphabetic) {
             continue;
         }
-        match row(line, layout.marks, required, width) {
+        match row(line, layout.marks, required, width, rows.is_empty()) {
             Some(cells) => rows.push((at, cells)),
             None if rows.is_empty() => {
                 let cells = Cells::new(line.as_bytes(), layout.marks.delimiter).count();
@@ -57,6 +59,9 @@ pub fn read(lines: &[&str], layout: &Layout) -> Header {
         ..Header::default()
     };
     let mut used = Vec::new();
+    if let (Some((at, nearest)), Some((_, upper))) = (rows.first(), rows.get(1)) {
+        header.broken = broken_cell(nearest, upper, layout).map(|cell| (*at, cell));
+    }
     if let Some((at, cells)) = rows.first() {
         used.push(*at);
         let nearest_is_units = rows
@@ -74,7 +79,12 @@ pub fn read(lines: &[&str], layout: &Layout) -> Header {
                 used.push(*second);
                 (cells.clone(), upper.clone())
             }
-            _ if width > 1 && units_in(cells) == cells.len() => (Vec::new(), cells.clone()),
+            _ if width > 1
+                && units_in(cells) == cells.len()
+                && cells.iter().any(|c| c.chars().count() > 1) =>
+            {
+                (Vec::new(), cells.clone())
+            }
             _ => (cells.clone(), Vec::new()),
         };
         header.fill(written, &units, width);
@@ -102,8 +112,8 @@ impl Header {
     }
 }
 
-/// The cells of a row of words, where there are as many as columns.
-fn row(line: &str, marks: Marks, required: usize, width: usize) -> Option<Vec<String>> {
+/// The cells of a row of words, where there are as many as columns; `free`ly parted where the delimiter does not fit.
+fn row(line: &str, marks: Marks, required: usize, width: usize, free: bool) -> Option<Vec<String>> {
     let line = if is_comment(line) {
         uncommented(line)
     } else {
@@ -133,8 +143,7 @@ fn row(line: &str, marks: Marks, required: usize, width: usize) -> Option<Vec<St
     };
     let others = [b'\t', b';', b',', b' '];
     fits(by(marks.delimiter)).or_else(|| {
-        let lone = marks.delimiter == b' ' || is_comment(line) || width > 1;
-        if !lone || width == 1 {
+        if width == 1 || (!free && marks.delimiter != b' ') {
             return None;
         }
         fits(wide_gaps()).or_else(|| {
@@ -143,6 +152,19 @@ fn row(line: &str, marks: Marks, required: usize, width: usize) -> Option<Vec<St
                 .find_map(|d| fits(by(d)).filter(|c| c.len() == width))
         })
     })
+}
+
+/// The cell of words in a row that otherwise is one of numbers, below a row of words alone.
+fn broken_cell(nearest: &[String], upper: &[String], layout: &Layout) -> Option<usize> {
+    let decimal = layout.marks.decimal;
+    let is_number = |cell: &String| cells::number(cell.as_bytes(), decimal).is_some();
+    let of_numbers = |at: usize| layout.kinds.get(at) == Some(&Kind::Number);
+    let numbers = (0..nearest.len()).any(|at| of_numbers(at) && is_number(&nearest[at]));
+    if !numbers || upper.len() < nearest.len() || upper.iter().any(is_number) {
+        return None;
+    }
+    (0..nearest.len())
+        .find(|&at| of_numbers(at) && !is_number(&nearest[at]) && !nearest[at].is_empty())
 }
 
 /// A name without quotes and line breaks.

@@ -27,14 +27,14 @@ pub mod preamble;
 /// Names and units.
 pub mod header;
 
+/// Tables over frequency.
+pub mod table;
+
 /// What becomes of each column.
 pub mod columns;
 
 /// The rows.
 pub mod body;
-
-/// Tables over frequency.
-pub mod table;
 
 /// Bytes from which the encoding is told.
 const TASTE: usize = 64 << 10;
@@ -209,6 +209,18 @@ fn refuse_misfits(
     layout: &dialect::Layout,
     header: &header::Header,
 ) -> Result<(), Error> {
+    if let Some((at, column)) = header.broken {
+        let mut cells = cells::Cells::new(lines[at].as_bytes(), layout.marks.delimiter);
+        let (start, cell) = cells.nth(column).unwrap_or((0, lines[at].as_bytes()));
+        let place = Place::in_line(path, at + 1, lines[at], start..start + cell.len());
+        return Err(Error::new(
+            Code::NotANumber,
+            "words stand in a row of numbers, below the names",
+        )
+        .at(&place)
+        .label("not a number")
+        .hint("mend the cell, or state how many lines stand above the numbers: --header-lines"));
+    }
     let above = &lines[..layout.first.min(lines.len())];
     for (at, line) in above.iter().enumerate().rev() {
         match dialect::stance(line, layout.marks, &layout.kinds) {

@@ -65,6 +65,11 @@ fn part(name: &str) -> Option<(String, Part)> {
     Some((words.join("_"), part))
 }
 
+/// Whether a name is that of a part of a frequency response.
+pub fn is_part(name: &str) -> bool {
+    part(name).is_some()
+}
+
 /// One column of the table.
 struct Entry {
     base: String,

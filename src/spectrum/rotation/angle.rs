@@ -265,7 +265,7 @@ mod tests {
                 .map(|t| (curve.at(t) - angle(t)).abs())
                 .fold(0.0, f64::max)
         };
-        let order = (error(40) / error(80)).log2();
+        let order = (error(160) / error(320)).log2();
         assert!((order - 4.0).abs() < 0.2, "{order}");
     }
 

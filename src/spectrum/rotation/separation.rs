@@ -30,8 +30,8 @@ pub struct SeparationSettings {
     /// Samples in a block, even: what is told apart from a tone lies `2/block` of the rate or more beside it. A tone of amplitude `a` in white
     /// noise of variance `σ²` loses the part `1/(1 + block a²/(6σ²))`.
     pub block: usize,
-    /// Delay in samples: longer than the memory of the random part.
-    pub delay: usize,
+    /// Samples between the end of a block and the begin of the one it predicts: at least the memory of the random part.
+    pub gap: usize,
 }
 
 /// The two parts; their sum is the signal.
@@ -48,23 +48,24 @@ pub struct Separation {
 /// Separates a signal.
 ///
 /// # Errors
-/// Samples not finite, a block that is odd or below four samples, a delay of zero, a signal shorter than eight half-overlapping blocks and the delay.
+/// Samples not finite, a block that is odd or below four samples, a signal shorter than eight
+/// half-overlapping blocks, one more and the gap.
 pub fn separate(samples: &[f64], settings: SeparationSettings) -> Result<Separation, Error> {
-    let SeparationSettings { block, delay } = settings;
+    let SeparationSettings { block, gap } = settings;
     check_count(block, 4, "the number of samples in a block")?;
-    check_count(delay, 1, "the delay in samples")?;
     if !block.is_multiple_of(2) {
         return Err(Error::new(
             Code::OutOfRange,
             format!("a block of {block} samples, where an even number is needed"),
         ));
     }
+    let delay = block.saturating_add(gap);
     // so many blocks and their delay, and everywhere either the past or the future within reach
     let blocks = block.saturating_mul(LEAST_BLOCKS + 1) / 2;
     let reach = delay.saturating_mul(2).saturating_add(block);
     check(samples, blocks.saturating_add(delay).max(reach))?;
-    let (past, future, blocks) = filters(samples, settings);
-    let deterministic = predict(samples, settings, &past, &future);
+    let (past, future, blocks) = filters(samples, block, delay);
+    let deterministic = predict(samples, delay, &past, &future);
     let random = samples
         .iter()
         .zip(&deterministic)
@@ -78,8 +79,7 @@ pub fn separate(samples: &[f64], settings: SeparationSettings) -> Result<Separat
 }
 
 /// Impulse responses from the past and from the future, each `block` long with its middle at `block/2`.
-fn filters(samples: &[f64], settings: SeparationSettings) -> (Vec<f64>, Vec<f64>, usize) {
-    let SeparationSettings { block, delay } = settings;
+fn filters(samples: &[f64], block: usize, delay: usize) -> (Vec<f64>, Vec<f64>, usize) {
     let weights = hann(block);
     let mut fft = RealFft::new(block);
     let zero = Complex::new(0.0, 0.0);
@@ -125,14 +125,8 @@ fn filters(samples: &[f64], settings: SeparationSettings) -> (Vec<f64>, Vec<f64>
 }
 
 /// `h_past * x(· − Δ)`, `h_future * x(· + Δ)`, or their mean where both lie inside the signal.
-fn predict(
-    samples: &[f64],
-    settings: SeparationSettings,
-    past: &[f64],
-    future: &[f64],
-) -> Vec<f64> {
-    let SeparationSettings { block, delay } = settings;
-    let n = samples.len();
+fn predict(samples: &[f64], delay: usize, past: &[f64], future: &[f64]) -> Vec<f64> {
+    let (n, block) = (samples.len(), past.len());
     let long = quick_length(n + block + delay);
     let mut fft = RealFft::new(long);
     let zero = Complex::new(0.0, 0.0);

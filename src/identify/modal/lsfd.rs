@@ -1,0 +1,197 @@
+//! Residues, shapes and scaling for known poles, by least squares over lines (least-squares frequency domain):
+//! `H = sⁿ (Σ_r [R_r/(s − p_r) + R_r*/(s − p_r*)] + L/s² + U)`, `s = iω`, n = 0, 1, 2 for displacement, velocity, acceleration.
+//!
+//! Ewins, Modal Testing, 2nd ed. (2000), §4.5; L (inertia line) and U (residual flexibility), both real, stand for the modes below and above.
+
+use std::f64::consts::TAU;
+
+use super::candidates::unit_largest;
+use super::responses::{Quantity, Responses};
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::numeric::definite::hermitian;
+use crate::numeric::{Complex, ComplexMatrix, Matrix, overdetermined};
+
+/// Residues of every mode and what stands for the modes outside the band.
+#[derive(Debug, Clone)]
+pub struct ResidueFit {
+    /// Poles of the upper half plane, rad/s, as given.
+    pub poles: Vec<Complex>,
+    /// `residues[mode][(output, input)]`, of the receptance.
+    pub residues: Vec<ComplexMatrix>,
+    /// L, of the receptance, by output and input.
+    pub lower: Matrix,
+    /// U, of the receptance, by output and input.
+    pub upper: Matrix,
+    /// What was measured.
+    pub quantity: Quantity,
+}
+
+/// Fits residues; all lines weigh the same.
+///
+/// # Errors
+/// `IllPosed` without a pole, with one that is no pole of the upper half plane, or more unknowns than lines; those of the solver.
+pub fn residues(
+    responses: &Responses,
+    poles: &[Complex],
+    quantity: Quantity,
+) -> Result<ResidueFit, Error> {
+    let is_pole = |p: &Complex| p.re.is_finite() && p.im.is_finite() && p.im > 0.0;
+    if poles.is_empty() || !poles.iter().all(is_pole) {
+        return Err(Error::new(
+            Code::IllPosed,
+            "residues need finite poles of the upper half plane, and at least one",
+        )
+        .hint("select poles first"));
+    }
+    let lines: Vec<usize> = (0..responses.n_lines())
+        .filter(|&k| responses.frequency_hz()[k] > 0.0) // L/s² has no value at rest
+        .collect();
+    let n = lines.len();
+    let scale = TAU * responses.ends_hz().1; // s and the poles in units of the last line, so that L and U stay in range
+    let unknowns = 2 * poles.len() + 2;
+    let mut basis = Matrix::zeros(2 * n, unknowns);
+    for (row, &k) in lines.iter().enumerate() {
+        let s = Complex::new(0.0, TAU * responses.frequency_hz()[k] / scale);
+        for (column, value) in terms(s, poles, scale, quantity).into_iter().enumerate() {
+            basis[(row, column)] = value.re;
+            basis[(n + row, column)] = value.im;
+        }
+    }
+    let (outputs, inputs) = (responses.n_outputs(), responses.n_inputs());
+    let measured = Matrix::from_fn(2 * n, outputs * inputs, |i, column| {
+        let h = responses.value(column / inputs, column % inputs);
+        if i < n {
+            h[lines[i]].re
+        } else {
+            h[lines[i - n]].im
+        }
+    });
+    let x = overdetermined::solve(&basis, &measured)?;
+    // Units come back: H in s/scale has scale⁻ⁿ in it, residues another factor of scale, L its square.
+    let unit = scale.powi(-quantity.power());
+    let at = |row: usize, o: usize, i: usize| x[(row, o * inputs + i)] * unit;
+    let residue = |r: usize| {
+        ComplexMatrix::from_fn(outputs, inputs, |o, i| {
+            Complex::new(at(2 * r, o, i), at(2 * r + 1, o, i)) * scale
+        })
+    };
+    Ok(ResidueFit {
+        poles: poles.to_vec(),
+        residues: (0..poles.len()).map(residue).collect(),
+        lower: Matrix::from_fn(outputs, inputs, |o, i| {
+            at(unknowns - 2, o, i) * scale * scale
+        }),
+        upper: Matrix::from_fn(outputs, inputs, |o, i| at(unknowns - 1, o, i)),
+        quantity,
+    })
+}
+
+/// Factors of Re R, Im R of every mode, of L and of U.
+fn terms(s: Complex, poles: &[Complex], scale: f64, quantity: Quantity) -> Vec<Complex> {
+    let factor = s.powi(quantity.power());
+    let mut terms = Vec::with_capacity(2 * poles.len() + 2);
+    for &p in poles {
+        let (above, below) = ((s - p / scale).inv(), (s - p.conj() / scale).inv());
+        terms.push(factor * (above + below));
+        terms.push(factor * Complex::I * (above - below));
+    }
+    terms.push(factor / (s * s));
+    terms.push(factor);
+    terms
+}
+
+impl ResidueFit {
+    /// The fitted response of an output to an input at a frequency above 0, Hz.
+    pub fn synthesise(&self, output: usize, input: usize, frequency_hz: f64) -> Complex {
+        let s = Complex::new(0.0, TAU * frequency_hz);
+        let mut sum = self.lower[(output, input)] / (s * s) + self.upper[(output, input)];
+        for (p, r) in self.poles.iter().zip(&self.residues) {
+            let r = r[(output, input)];
+            sum += r / (s - p) + r.conj() / (s - p.conj());
+        }
+        sum * s.powi(self.quantity.power())
+    }
+
+    /// Shape and participation of a mode: the matrix of rank one nearest its residues.
+    ///
+    /// # Errors
+    /// Those of the eigenproblem behind it.
+    pub fn shape(&self, mode: usize) -> Result<ModeShape, Error> {
+        let r = &self.residues[mode];
+        let (values, vectors) = hermitian(&(r.adjoint() * r))?;
+        let last = values.len() - 1;
+        let v: Vec<Complex> = (0..=last).map(|i| vectors[(i, last)]).collect();
+        let image = (0..r.nrows())
+            .map(|o| (0..=last).fold(Complex::ZERO, |s, i| s + r[(o, i)] * v[i]))
+            .collect::<Vec<_>>();
+        let shape = unit_largest(image.clone());
+        let lead = (0..shape.len()).fold(0, |best, o| {
+            if image[o].norm_sqr() > image[best].norm_sqr() {
+                o
+            } else {
+                best
+            }
+        });
+        let total: f64 = values.iter().map(|x| x.max(0.0)).sum();
+        Ok(ModeShape {
+            participation: v.iter().map(|v| v.conj() * image[lead]).collect(),
+            rank_one_share: if total > 0.0 {
+                values[last] / total
+            } else {
+                0.0
+            },
+            shape,
+        })
+    }
+
+    /// Scale of a mode by a driving point, where output and input are the same freedom with the same sign.
+    ///
+    /// # Errors
+    /// As [`ResidueFit::shape`]; `IllPosed` where the mode does not move the driving point.
+    pub fn scaling(&self, mode: usize, output: usize, input: usize) -> Result<Scaling, Error> {
+        let ModeShape {
+            shape,
+            participation,
+            ..
+        } = self.shape(mode)?;
+        let residue = shape[output] * participation[input];
+        let modal_a = shape[output] * shape[output] / residue;
+        if !(modal_a.re.is_finite() && modal_a.im.is_finite()) {
+            return Err(Error::new(
+                Code::IllPosed,
+                format!("mode {} does not move its driving point", mode + 1),
+            )
+            .hint("take another driving point"));
+        }
+        let modal_mass = (modal_a / Complex::new(0.0, 2.0 * self.poles[mode].im)).re;
+        let root = modal_a.sqrt();
+        Ok(Scaling {
+            modal_a,
+            modal_mass,
+            unit_a_shape: shape.iter().map(|x| x / root).collect(),
+        })
+    }
+}
+
+/// A mode over outputs and inputs.
+#[derive(Debug, Clone)]
+pub struct ModeShape {
+    /// Over the outputs, the largest component 1.
+    pub shape: Vec<Complex>,
+    /// Over the inputs, so that `residue ≈ shape · participationᵀ`.
+    pub participation: Vec<Complex>,
+    /// Share of the residues' sum of squares that rank one explains; 1 for a single mode or one input.
+    pub rank_one_share: f64,
+}
+
+/// Absolute size of a mode.
+#[derive(Debug, Clone)]
+pub struct Scaling {
+    /// `a` of `R = ψψᵀ/a` for the shape with largest component 1.
+    pub modal_a: Complex,
+    /// Modal mass of that shape, `Re[a/(2iω_d)]`, exact for proportional damping; in the unit of force over acceleration.
+    pub modal_mass: f64,
+    /// The shape with `a = 1`, that is `φᵀ(2λM + C)φ = 1`, as damped modes of a model are scaled.
+    pub unit_a_shape: Vec<Complex>,
+}

@@ -1,0 +1,275 @@
+//! Frequency-domain decomposition: peaks of the largest singular value of the spectral matrix, its vector as shape (Brincker, Zhang &
+//! Andersen, Smart Mater. Struct. 10 (2001)); damping from the decay of the autocovariance of the bell about each peak (Brincker,
+//! Ventura & Andersen, IMAC 19 (2001)).
+//!
+//! The bell `φᴴ S(f) φ` alone is transformed back: a complex autocovariance `R(τ) ∝ exp(−ζωτ + iω_d τ)`, whose modulus and phase give
+//! damping and frequency by straight lines. The window's own autocovariance, which multiplies R, is divided out, so that short
+//! segments do not add damping.
+
+use std::f64::consts::TAU;
+
+use super::channels::Channels;
+use super::harmonics::{Bands, Harmonic, Running};
+use super::spectral_matrix::SpectralMatrix;
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::identify::mode::IdentifiedMode;
+use crate::numeric::{Complex, definite};
+
+/// What may be said instead of left to the defaults.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Settings {
+    /// Samples of a segment; `None`: a twentieth of the record.
+    pub segment: Option<usize>,
+    /// Peaks are looked for from here to there, Hz; `None`: everywhere.
+    pub band_hz: Option<(f64, f64)>,
+    /// What turns.
+    pub running: Option<Running>,
+}
+
+/// A peak of the largest singular value.
+#[derive(Debug, Clone)]
+pub struct Peak {
+    /// Where it stands, Hz: a parabola through the logarithms of three lines.
+    pub frequency_hz: f64,
+    /// Its density over that of the higher of the valleys beside it.
+    pub prominence: f64,
+    /// Shape over the channels, the largest component 1.
+    pub shape: Vec<Complex>,
+    /// Pole from the decay of its bell, where that decays; with the same shape, without covariance.
+    pub mode: Option<IdentifiedMode>,
+    /// What it shows of being a line of running speed.
+    pub harmonic: Harmonic,
+}
+
+/// Singular values of the spectral matrix by line, and their peaks.
+#[derive(Debug, Clone)]
+pub struct Decomposition {
+    /// Lines, Hz.
+    pub frequency_hz: Vec<f64>,
+    /// Singular values of each line, largest first, product of units per Hz.
+    pub singular_values: Vec<Vec<f64>>,
+    /// Peaks by rising frequency.
+    pub peaks: Vec<Peak>,
+}
+
+/// A peak is one where it stands above its valleys by this many standard deviations of an averaged density…
+const BEYOND_CHANCE: f64 = 5.0;
+
+/// … and by half of its own power at least.
+const LEAST_PROMINENCE: f64 = 2.0;
+
+/// Vectors of the bell agree with that of the peak by this MAC (Brincker et al.'s rule).
+const SAME_SHAPE: f64 = 0.8;
+
+/// The bell ends where it has fallen to this share of its peak: what is further down is the neighbours'.
+const BELL_FLOOR: f64 = 1e-2;
+
+/// The part of the decay the lines are laid through: below the first share, above the second.
+const DECAY: (f64, f64) = (0.95, 0.3);
+
+/// Half width of the band in which the distribution is looked at, in resolved lines.
+const LOOK: f64 = 2.0;
+
+/// Decomposes the responses.
+///
+/// # Errors
+/// `TooShort` where fewer than two segments fit; `OutOfRange` for a band that holds no line; those of the eigenproblems.
+pub fn decompose(channels: &Channels, settings: &Settings) -> Result<Decomposition, Error> {
+    let spectra = SpectralMatrix::new(channels, settings.segment)?;
+    let mut values = Vec::with_capacity(spectra.lines.len());
+    let mut vectors = Vec::with_capacity(spectra.lines.len());
+    for line in &spectra.lines {
+        let (mut found, columns) = definite::hermitian(line)?;
+        vectors.push(columns.col_as_slice(found.len() - 1).to_vec());
+        found.reverse();
+        values.push(found);
+    }
+    let first: Vec<f64> = values.iter().map(|v| v[0].max(f64::MIN_POSITIVE)).collect();
+    let bells = Bells { spectra: &spectra, first: &first, vectors: &vectors, rate_hz: channels.rate_hz() };
+    let found = bells.peaks(settings.band_hz)?;
+    let bands = Bands::new(channels);
+    let peaks = (0..found.len()).map(|k| bells.describe(&found, k, &bands, settings)).collect();
+    Ok(Decomposition {
+        frequency_hz: (0..first.len()).map(|k| k as f64 * spectra.spacing_hz).collect(),
+        singular_values: values,
+        peaks,
+    })
+}
+
+struct Bells<'a> {
+    spectra: &'a SpectralMatrix,
+    first: &'a [f64],
+    vectors: &'a [Vec<Complex>],
+    rate_hz: f64,
+}
+
+/// Line and prominence of a peak.
+struct Found {
+    line: usize,
+    prominence: f64,
+}
+
+impl Bells<'_> {
+    fn peaks(&self, band_hz: Option<(f64, f64)>) -> Result<Vec<Found>, Error> {
+        let s = self.first;
+        let spacing = self.spectra.spacing_hz;
+        // The lines next to zero hold what is left of the mean.
+        let lowest = 4;
+        let (from, to) = match band_hz {
+            None => (lowest, s.len().saturating_sub(1)),
+            Some((a, b)) => {
+                let to = (b / spacing).floor().min(s.len() as f64 - 1.0) as usize;
+                (((a / spacing).ceil() as usize).max(lowest), to)
+            }
+        };
+        if from + 2 > to {
+            return Err(Error::new(
+                Code::OutOfRange,
+                format!(
+                    "no lines to look for peaks in: the band is lines {from} to {to} of {}, {spacing} Hz apart",
+                    s.len()
+                ),
+            )
+            .hint("widen the band, or take longer segments"));
+        }
+        // Of half-overlapping Hann segments about 0.95 in two hops count as independent (Welch 1967).
+        let independent = (self.spectra.averages as f64 * 0.95).max(1.0);
+        let needed = (BEYOND_CHANCE / independent.sqrt()).exp().max(LEAST_PROMINENCE);
+        Ok((from..=to)
+            .filter(|&k| k > 0 && k + 1 < s.len() && s[k] > s[k - 1] && s[k] >= s[k + 1])
+            .map(|line| Found { line, prominence: self.prominence(line) })
+            .filter(|f| f.prominence >= needed)
+            .collect())
+    }
+
+    /// The peak over the higher of its valleys, each the lowest line on the way to a higher peak.
+    fn prominence(&self, line: usize) -> f64 {
+        let s = self.first;
+        let valley = |lines: &mut dyn Iterator<Item = usize>| {
+            let mut lowest = s[line];
+            for k in lines {
+                if s[k] > s[line] {
+                    break;
+                }
+                lowest = lowest.min(s[k]);
+            }
+            lowest
+        };
+        let left = valley(&mut (0..line).rev());
+        let right = valley(&mut (line + 1..s.len()));
+        s[line] / left.max(right)
+    }
+
+    fn describe(&self, found: &[Found], k: usize, bands: &Bands, settings: &Settings) -> Peak {
+        let Found { line, prominence } = found[k];
+        let spacing = self.spectra.spacing_hz;
+        let frequency_hz = (line as f64 + self.summit(line)) * spacing;
+        let (mut shape, mut strongest) = (self.vectors[line].clone(), 0);
+        for (c, x) in shape.iter().enumerate() {
+            if x.norm_sqr() > shape[strongest].norm_sqr() {
+                strongest = c;
+            }
+        }
+        let largest = shape[strongest];
+        shape.iter_mut().for_each(|x| *x /= largest);
+        let mode = self.bell(line).and_then(|bell| self.decay(&bell)).map(|pole| IdentifiedMode {
+            pole,
+            pole_covariance: None,
+            shape: shape.clone(),
+        });
+        let half_band = LOOK * 2.0 * spacing; // lines lie at half the resolution
+        Peak {
+            frequency_hz,
+            prominence,
+            mode,
+            harmonic: bands.look(strongest, frequency_hz, half_band, settings.running.as_ref()),
+            shape,
+        }
+    }
+
+    /// Where between the lines beside it a peak stands, from −½ to ½.
+    fn summit(&self, line: usize) -> f64 {
+        let [a, b, c] = [line - 1, line, line + 1].map(|k| self.first[k].ln());
+        let bend = a - 2.0 * b + c;
+        if bend < 0.0 { (0.5 * (a - c) / bend).clamp(-0.5, 0.5) } else { 0.0 }
+    }
+
+    /// Lines about the peak with its shape, and `φᴴ S φ` on them.
+    fn bell(&self, line: usize) -> Option<Vec<(usize, f64)>> {
+        let shape = &self.vectors[line];
+        let density = |k: usize| -> f64 {
+            let s = &self.spectra.lines[k];
+            (0..shape.len())
+                .flat_map(|i| (0..shape.len()).map(move |j| (i, j)))
+                .map(|(i, j)| (shape[i].conj() * s[(i, j)] * shape[j]).re)
+                .sum()
+        };
+        let is_alike = |k: usize| {
+            let product: Complex = shape.iter().zip(&self.vectors[k]).map(|(a, b)| a.conj() * b).sum();
+            product.norm_sqr() >= SAME_SHAPE
+        };
+        let floor = self.first[line] * BELL_FLOOR;
+        let walk = |lines: &mut dyn Iterator<Item = usize>| {
+            let mut bell = Vec::new();
+            let mut lowest = f64::INFINITY;
+            for k in lines {
+                let value = density(k);
+                // On its way down the bell may rise by chance, not double: there a neighbour begins.
+                if !is_alike(k) || value < floor || value > 2.0 * lowest {
+                    break;
+                }
+                lowest = lowest.min(value);
+                bell.push((k, value));
+            }
+            bell
+        };
+        let mut bell = walk(&mut (1..line).rev());
+        bell.push((line, density(line)));
+        bell.extend(walk(&mut (line + 1..self.first.len() - 1)));
+        (bell.len() >= 5).then_some(bell)
+    }
+
+    /// The pole from the autocovariance of a bell; nothing where it does not decay within the segment.
+    fn decay(&self, bell: &[(usize, f64)]) -> Option<Complex> {
+        let step = TAU * self.spectra.spacing_hz / self.rate_hz;
+        let total: f64 = bell.iter().map(|(_, s)| s).sum();
+        let centre = bell.iter().map(|&(k, s)| k as f64 * s).sum::<f64>() / total;
+        // The bell is narrow: its envelope about the centre changes slowly, and every few samples are enough.
+        let width = bell.len() as f64;
+        let stride = ((TAU / (step * width)) as usize / 8).max(1);
+        let mut points: Vec<[f64; 3]> = Vec::new();
+        let mut turns = 0.0;
+        let mut last = 0.0;
+        for lag in (0..self.spectra.segment / 2).step_by(stride) {
+            let sum: Complex = (bell.iter())
+                .map(|&(k, s)| {
+                    let angle = (k as f64 - centre) * step * lag as f64;
+                    Complex::new(angle.cos(), angle.sin()) * s
+                })
+                .sum();
+            let amplitude = sum.norm() / total / self.spectra.window_lags[lag];
+            let phase = sum.im.atan2(sum.re);
+            turns -= ((phase - last) / TAU).round();
+            last = phase;
+            if amplitude < DECAY.1 {
+                break;
+            }
+            if amplitude < DECAY.0 {
+                points.push([lag as f64 / self.rate_hz, amplitude.ln(), phase + TAU * turns]);
+            }
+        }
+        let slope = |value: usize| {
+            let n = points.len() as f64;
+            let mean = |k: usize| points.iter().map(|p| p[k]).sum::<f64>() / n;
+            let (t, y) = (mean(0), mean(value));
+            let top: f64 = points.iter().map(|p| (p[0] - t) * (p[value] - y)).sum();
+            top / points.iter().map(|p| (p[0] - t).powi(2)).sum::<f64>()
+        };
+        if points.len() < 3 {
+            return None;
+        }
+        let pole = Complex::new(slope(1), centre * step * self.rate_hz + slope(2));
+        (pole.re < 0.0 && pole.im > 0.0).then_some(pole)
+    }
+}

@@ -1,0 +1,132 @@
+//! Lines of running speed told from modes: by the orders of a known speed, and by what a band-passed response is distributed like.
+//!
+//! Noise through a resonance is normally distributed, a sine is not (Brincker, Andersen & Møller, IMAC 18 (2000)). Of the envelope
+//! `|z|` of the analytic signal, `E|z|⁴/(E|z|²)²` is 2 for the one and 1 for the other; over N independent values it scatters by `2/√N`.
+
+use super::channels::Channels;
+use crate::numeric::Complex;
+use crate::numeric::fft::{ComplexFft, quick_length};
+
+/// What turns, and which of its orders may be heard.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Running {
+    /// Speed of the shaft, Hz.
+    pub speed_hz: f64,
+    /// Orders of it, such as 1, 2 and a tooth number.
+    pub orders: Vec<f64>,
+    /// Half width about each order within which a frequency is taken for it, relative: how far the speed strays.
+    pub tolerance: f64,
+}
+
+/// What a frequency shows of being a line of running speed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Harmonic {
+    /// `E|z|⁴/(E|z|²)²` of the envelope: 2 for noise through a resonance, 1 for a sine.
+    pub envelope_kurtosis: f64,
+    /// Standard deviation the kurtosis would have were it noise.
+    pub scatter: f64,
+    /// The order of the running speed it lies on.
+    pub order: Option<f64>,
+}
+
+impl Harmonic {
+    /// On a known order, or nearer to a sine than to noise by more than chance.
+    pub fn is_harmonic(&self) -> bool {
+        self.order.is_some() || self.is_sine()
+    }
+
+    /// Nearer to a sine than to noise by more than chance.
+    pub fn is_sine(&self) -> bool {
+        const NEARER: f64 = 1.5; // half way
+        const BEYOND_CHANCE: f64 = 3.0; // standard deviations
+        self.envelope_kurtosis < NEARER.min(2.0 - BEYOND_CHANCE * self.scatter)
+    }
+}
+
+/// Spectra of whole responses, from which bands are cut.
+pub struct Bands {
+    spectra: Vec<Vec<Complex>>,
+    spacing_hz: f64,
+    samples: usize,
+}
+
+impl Bands {
+    /// One transform of each whole channel.
+    pub fn new(channels: &Channels) -> Bands {
+        let n = channels.length();
+        let length = quick_length(n);
+        let mut transform = ComplexFft::new(length);
+        let spectra = (channels.samples().iter())
+            .map(|samples| {
+                let mean = samples.iter().sum::<f64>() / n as f64;
+                let mut values = vec![Complex::new(0.0, 0.0); length];
+                for (z, x) in values.iter_mut().zip(*samples) {
+                    z.re = x - mean;
+                }
+                transform.forward(&mut values);
+                values.truncate(length / 2 + 1);
+                values
+            })
+            .collect();
+        Bands {
+            spectra,
+            spacing_hz: channels.rate_hz() / length as f64,
+            samples: n,
+        }
+    }
+
+    /// Looks at the band `frequency_hz ± half_band_hz` of one channel, and at the orders of what turns.
+    pub fn look(
+        &self,
+        channel: usize,
+        frequency_hz: f64,
+        half_band_hz: f64,
+        running: Option<&Running>,
+    ) -> Harmonic {
+        let envelope = self.envelope_kurtosis(channel, frequency_hz, half_band_hz);
+        let (envelope_kurtosis, scatter) = envelope.unwrap_or((2.0, f64::INFINITY));
+        let order = running.and_then(|r| {
+            let is_near = |order: &&f64| {
+                let line = *order * r.speed_hz;
+                (frequency_hz - line).abs() <= r.tolerance * line
+            };
+            r.orders.iter().find(is_near).copied()
+        });
+        Harmonic {
+            envelope_kurtosis,
+            scatter,
+            order,
+        }
+    }
+
+    /// Kurtosis and the scatter chance gives it; nothing for a band without lines.
+    fn envelope_kurtosis(&self, channel: usize, centre: f64, half: f64) -> Option<(f64, f64)> {
+        let spectrum = self.spectra.get(channel)?;
+        let first = ((centre - half) / self.spacing_hz).ceil().max(1.0) as usize;
+        let last = ((centre + half) / self.spacing_hz).floor() as usize;
+        let band = spectrum.get(first..(last + 1).min(spectrum.len()))?;
+        // The band moved to zero frequency; twice as many values as lines hold |z|² without aliasing.
+        let mut values = vec![Complex::new(0.0, 0.0); quick_length(2 * band.len().max(2))];
+        values[..band.len()].copy_from_slice(band);
+        let length = values.len();
+        ComplexFft::new(length).inverse(&mut values);
+        // Padding behind the record holds no signal.
+        let kept = length * self.samples / quick_length(self.samples);
+        let powers: Vec<f64> = values[..kept.clamp(1, length)].iter().map(|z| z.norm_sqr()).collect();
+        let n = powers.len() as f64;
+        let mean = powers.iter().sum::<f64>() / n;
+        let square = powers.iter().map(|p| p * p).sum::<f64>() / n;
+        // Values independent of each other: n/2 by bandwidth, fewer where the power within the band is bunched.
+        let mut related = 0.0;
+        for lag in 1..powers.len() / 2 {
+            let product: f64 = powers.iter().zip(&powers[lag..]).map(|(a, b)| (a - mean) * (b - mean)).sum();
+            let correlation = product / n / (square - mean * mean).max(f64::MIN_POSITIVE);
+            if correlation < 0.05 {
+                break;
+            }
+            related += correlation;
+        }
+        let independent = n / (1.0 + 2.0 * related);
+        (mean > 0.0).then(|| (square / (mean * mean), 2.0 / independent.sqrt()))
+    }
+}

@@ -1,0 +1,91 @@
+//! Spectral matrices of responses: averaged products of windowed, overlapping segments (Welch 1967), padded to twice their length so
+//! that they are transforms of covariances at lags that do not wrap.
+
+use super::channels::Channels;
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::numeric::fft::{RealFft, quick_length};
+use crate::numeric::{Complex, ComplexMatrix};
+
+/// One-sided spectral densities between all channels, by line.
+#[derive(Debug, Clone)]
+pub struct SpectralMatrix {
+    /// Distance of the lines, Hz; half of what the segments resolve.
+    pub spacing_hz: f64,
+    /// Samples of a segment.
+    pub segment: usize,
+    /// Segments averaged; half overlapping, so that about 1.9 of them count as independent for each two.
+    pub averages: usize,
+    /// Autocovariance of the window over lags, 1 at lag 0: the covariances behind the spectra are multiplied by it.
+    pub window_lags: Vec<f64>,
+    /// `E y yᴴ` of each line, product of units per Hz.
+    pub lines: Vec<ComplexMatrix>,
+}
+
+/// Segments of half overlap that the default leaves in a record.
+const SEGMENTS: usize = 40;
+
+impl SpectralMatrix {
+    /// With a Hann window over `segment` samples; `None` takes a twentieth of the record.
+    ///
+    /// # Errors
+    /// `TooShort` where fewer than two segments fit.
+    pub fn new(channels: &Channels, segment: Option<usize>) -> Result<SpectralMatrix, Error> {
+        let n = channels.length();
+        let segment = segment.unwrap_or_else(|| (2 * n / SEGMENTS).max(16)).max(4);
+        let hop = segment / 2;
+        if n < segment + hop {
+            return Err(Error::new(
+                Code::TooShort,
+                format!("{n} samples for segments of {segment}"),
+            )
+            .hint(format!("take at least {} samples, or shorter segments", segment + hop)));
+        }
+        let window: Vec<f64> = (0..segment)
+            .map(|t| (std::f64::consts::PI * t as f64 / segment as f64).sin().powi(2))
+            .collect();
+        let power: f64 = window.iter().map(|w| w * w).sum();
+        let nc = channels.samples().len();
+        let mut transform = RealFft::new(quick_length(2 * segment));
+        let zero = Complex::new(0.0, 0.0);
+        let mut spectra = vec![vec![zero; transform.lines()]; nc];
+        let mut padded = vec![0.0; transform.samples()];
+        let mut lines = vec![ComplexMatrix::zeros(nc, nc); transform.lines()];
+        let means: Vec<f64> = (channels.samples().iter())
+            .map(|s| s.iter().sum::<f64>() / n as f64)
+            .collect();
+        let averages = (n - segment) / hop + 1;
+        // One-sided: what stands at negative frequencies is added to the positive ones.
+        let scale = 2.0 / (channels.rate_hz() * power * averages as f64);
+        for k in 0..averages {
+            for (c, samples) in channels.samples().iter().enumerate() {
+                padded.fill(0.0);
+                let stretch = &samples[k * hop..k * hop + segment];
+                for (t, (x, w)) in stretch.iter().zip(&window).enumerate() {
+                    padded[t] = (x - means[c]) * w;
+                }
+                transform.forward(&mut padded, &mut spectra[c]);
+            }
+            for (at, line) in lines.iter_mut().enumerate() {
+                for (i, j) in (0..nc).flat_map(|i| (0..=i).map(move |j| (i, j))) {
+                    line[(i, j)] += spectra[i][at] * spectra[j][at].conj() * scale;
+                }
+            }
+        }
+        for line in &mut lines {
+            for (i, j) in (0..nc).flat_map(|i| (0..i).map(move |j| (i, j))) {
+                line[(j, i)] = line[(i, j)].conj();
+            }
+        }
+        let window_lags = (0..segment)
+            .map(|lag| window.iter().zip(&window[lag..]).map(|(a, b)| a * b).sum::<f64>() / power)
+            .collect();
+        Ok(SpectralMatrix {
+            spacing_hz: channels.rate_hz() / transform.samples() as f64,
+            segment,
+            averages,
+            window_lags,
+            lines,
+        })
+    }
+}

@@ -1,0 +1,347 @@
+//! A fitted model `A(q) y_t = B(q)/F(q) u_t + C(q) e_t`: its residuals, one-step predictions, spectra and modes.
+
+use std::f64::consts::TAU;
+
+use super::filter::{delayed, divide};
+use super::record::Record;
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::identify::mode::IdentifiedMode;
+use crate::numeric::{Complex, Matrix, general};
+
+/// Which polynomials a model has, and how long they are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Family {
+    /// `A y = e`.
+    Ar {
+        /// Coefficients of A.
+        a: usize,
+    },
+    /// `A y = C e`.
+    Arma {
+        /// Coefficients of A.
+        a: usize,
+        /// Coefficients of C.
+        c: usize,
+    },
+    /// `A y = B u + e`.
+    Arx {
+        /// Coefficients of A.
+        a: usize,
+        /// Coefficients of B.
+        b: usize,
+        /// Samples from input to output; 0 where the input acts at once.
+        delay: usize,
+    },
+    /// `A y = B u + C e`.
+    Armax {
+        /// Coefficients of A.
+        a: usize,
+        /// Coefficients of B.
+        b: usize,
+        /// Coefficients of C.
+        c: usize,
+        /// Samples from input to output.
+        delay: usize,
+    },
+    /// `y = B/F u + e`.
+    OutputError {
+        /// Coefficients of B.
+        b: usize,
+        /// Coefficients of F.
+        f: usize,
+        /// Samples from input to output.
+        delay: usize,
+    },
+}
+
+/// Lengths of the polynomials.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct Lengths {
+    pub a: usize,
+    pub b: usize,
+    pub c: usize,
+    pub f: usize,
+    pub delay: usize,
+}
+
+impl Family {
+    pub(super) fn lengths(self) -> Lengths {
+        let none = Lengths::default();
+        match self {
+            Family::Ar { a } => Lengths { a, ..none },
+            Family::Arma { a, c } => Lengths { a, c, ..none },
+            Family::Arx { a, b, delay } => Lengths { a, b, delay, ..none },
+            Family::Armax { a, b, c, delay } => Lengths { a, b, c, delay, f: 0 },
+            Family::OutputError { b, f, delay } => Lengths { b, f, delay, ..none },
+        }
+    }
+
+    /// Coefficients to fit.
+    pub fn unknowns(self) -> usize {
+        let n = self.lengths();
+        n.a + n.b + n.c + n.f
+    }
+}
+
+impl Lengths {
+    /// Samples before the first one that is predicted from a full past.
+    pub(super) fn start(self) -> usize {
+        let input = if self.b > 0 { self.delay + self.b - 1 } else { 0 };
+        self.a.max(input)
+    }
+}
+
+/// A fitted model.
+#[derive(Debug, Clone)]
+pub struct SeriesModel {
+    /// What was fitted.
+    pub family: Family,
+    /// `a₁, a₂, …`.
+    pub a: Vec<f64>,
+    /// `b₀, b₁, …`, the first acting after the delay; output per input.
+    pub b: Vec<f64>,
+    /// `c₁, c₂, …`.
+    pub c: Vec<f64>,
+    /// `f₁, f₂, …`.
+    pub f: Vec<f64>,
+    /// Variance of the noise e, output squared.
+    pub noise_variance: f64,
+    /// Covariance of the coefficients in the order a, b, c, f; right where the residuals are white.
+    pub covariance: Matrix,
+    /// Mean of the output, which was taken off.
+    pub output_mean: f64,
+    /// Mean of the input, which was taken off.
+    pub input_mean: f64,
+    /// Samples predicted in the fit.
+    pub samples: usize,
+    /// Sample rate, Hz.
+    pub rate_hz: f64,
+    /// Steps of the iteration; 0 where the fit is linear.
+    pub iterations: usize,
+}
+
+impl SeriesModel {
+    /// Standard deviations of the coefficients in the order a, b, c, f.
+    pub fn std(&self) -> Vec<f64> {
+        (0..self.covariance.nrows())
+            .map(|i| self.covariance[(i, i)].max(0.0).sqrt())
+            .collect()
+    }
+
+    /// Errors of the one-step predictions; zero for the samples that only start the recursion.
+    ///
+    /// # Errors
+    /// `NoSignal` where the model has an input and the record has none.
+    pub fn residuals(&self, record: &Record) -> Result<Vec<f64>, Error> {
+        let y: Vec<f64> = (record.output().iter())
+            .map(|y| y - self.output_mean)
+            .collect();
+        let u = match (self.b.is_empty(), record.input()) {
+            (true, _) => Vec::new(),
+            (false, Some(u)) => u.iter().map(|u| u - self.input_mean).collect(),
+            (false, None) => return Err(no_input()),
+        };
+        Ok(prediction_errors(self.polynomials(), &y, &u).errors)
+    }
+
+    /// One-step predictions: the output less the residual.
+    ///
+    /// # Errors
+    /// As [`SeriesModel::residuals`].
+    pub fn predictions(&self, record: &Record) -> Result<Vec<f64>, Error> {
+        let errors = self.residuals(record)?;
+        Ok((record.output().iter().zip(errors))
+            .map(|(y, e)| y - e)
+            .collect())
+    }
+
+    /// One-sided power spectral density of what the noise causes, output squared per Hz, at `frequency_hz`.
+    pub fn noise_density(&self, frequency_hz: f64) -> f64 {
+        let shift = self.shift(frequency_hz);
+        let shape = at(&self.c, shift) / at(&self.a, shift);
+        2.0 * self.noise_variance / self.rate_hz * shape.norm_sqr()
+    }
+
+    /// Output over input at `frequency_hz`.
+    pub fn response(&self, frequency_hz: f64) -> Complex {
+        let shift = self.shift(frequency_hz);
+        let delay = self.family.lengths().delay;
+        let top: Complex = (self.b.iter().enumerate())
+            .map(|(j, &b)| power(shift, delay + j) * b)
+            .sum();
+        top / (at(&self.a, shift) * at(&self.f, shift))
+    }
+
+    /// Modes: roots z of A (of F, for output errors) above the real axis as poles `rate · ln z`, by rising frequency, with the
+    /// covariance that the coefficients give them to first order. Shapes are empty.
+    ///
+    /// # Errors
+    /// `NoConvergence` of the roots.
+    pub fn modes(&self) -> Result<Vec<IdentifiedMode>, Error> {
+        let of_f = self.a.is_empty();
+        let first = if of_f { self.a.len() + self.b.len() + self.c.len() } else { 0 };
+        let coefficients = if of_f { &self.f } else { &self.a };
+        modes_of(coefficients, &self.covariance, first, self.rate_hz)
+    }
+
+    pub(super) fn polynomials(&self) -> Polynomials<'_> {
+        Polynomials {
+            a: &self.a,
+            b: &self.b,
+            c: &self.c,
+            f: &self.f,
+            delay: self.family.lengths().delay,
+        }
+    }
+
+    fn shift(&self, frequency_hz: f64) -> Complex {
+        let angle = TAU * frequency_hz / self.rate_hz;
+        Complex::new(angle.cos(), -angle.sin())
+    }
+}
+
+/// An input is needed and there is none.
+pub(super) fn no_input() -> Error {
+    Error::new(Code::NoSignal, "the model has an input and the record has none")
+        .hint("give the input channel, or fit a family without one: AR or ARMA")
+}
+
+/// The polynomials, for computing.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Polynomials<'a> {
+    pub a: &'a [f64],
+    pub b: &'a [f64],
+    pub c: &'a [f64],
+    pub f: &'a [f64],
+    pub delay: usize,
+}
+
+/// Errors of the one-step predictions, and the undisturbed output `w = B/F u` behind them.
+pub(super) struct Prediction {
+    pub errors: Vec<f64>,
+    pub undisturbed: Vec<f64>,
+    pub first: usize,
+}
+
+/// `e = (A y − w)/C` from the first sample with a full past on, with `e = 0` before it.
+pub(super) fn prediction_errors(model: Polynomials, y: &[f64], u: &[f64]) -> Prediction {
+    let lengths = Lengths {
+        a: model.a.len(),
+        b: model.b.len(),
+        c: model.c.len(),
+        f: model.f.len(),
+        delay: model.delay,
+    };
+    let first = lengths.start().min(y.len());
+    let mut undisturbed = delayed(u, model.b, model.delay);
+    divide(&mut undisturbed, model.f);
+    let mut errors = y.to_vec();
+    for (k, a) in model.a.iter().enumerate() {
+        (errors.iter_mut().skip(k + 1).zip(y)).for_each(|(e, y)| *e += a * y);
+    }
+    (errors.iter_mut().zip(&undisturbed)).for_each(|(e, w)| *e -= w);
+    errors[..first].fill(0.0);
+    divide(&mut errors[first..], model.c);
+    Prediction {
+        errors,
+        undisturbed,
+        first,
+    }
+}
+
+/// `1 + c₁x + c₂x² + …`.
+fn at(c: &[f64], x: Complex) -> Complex {
+    let one = Complex::new(1.0, 0.0);
+    (c.iter().rev()).fold(Complex::new(0.0, 0.0), |sum, &c| (sum + c) * x) + one
+}
+
+fn power(x: Complex, n: usize) -> Complex {
+    (0..n).fold(Complex::new(1.0, 0.0), |product, _| product * x)
+}
+
+/// Modes of `z^n + a₁z^{n−1} + … + a_n`, whose coefficients have the covariance that starts at `first`.
+///
+/// `dz/da_k = −z^{n−k} / P′(z)` and `s = rate · ln z`, so `ds/da_k = −rate · z^{n−k−1} / P′(z)`.
+pub(super) fn modes_of(
+    a: &[f64],
+    covariance: &Matrix,
+    first: usize,
+    rate_hz: f64,
+) -> Result<Vec<IdentifiedMode>, Error> {
+    let n = a.len();
+    let companion = Matrix::from_fn(n, n, |i, j| match i {
+        0 => -a[j],
+        _ => f64::from(u8::from(j + 1 == i)),
+    });
+    let roots = general::eigen(&companion)?.values;
+    let mut modes: Vec<IdentifiedMode> = (roots.iter())
+        .filter(|z| z.im > 0.0)
+        .map(|&z| {
+            let weights = sensitivities(a, z, rate_hz);
+            let mut sums = [0.0; 3];
+            for (i, wi) in weights.iter().enumerate() {
+                for (j, wj) in weights.iter().enumerate() {
+                    let c = covariance[(first + i, first + j)];
+                    sums[0] += wi.re * c * wj.re;
+                    sums[1] += wi.im * c * wj.im;
+                    sums[2] += wi.re * c * wj.im;
+                }
+            }
+            let known = sums.iter().all(|x| x.is_finite());
+            IdentifiedMode {
+                pole: Complex::new(z.norm().ln(), z.im.atan2(z.re)) * rate_hz,
+                pole_covariance: known.then_some(sums),
+                shape: Vec::new(),
+            }
+        })
+        .collect();
+    modes.sort_by(|a, b| a.pole.norm().total_cmp(&b.pole.norm()));
+    Ok(modes)
+}
+
+/// `ds/da_k` for k from 1 to n.
+fn sensitivities(a: &[f64], z: Complex, rate_hz: f64) -> Vec<Complex> {
+    let n = a.len();
+    let zero = Complex::new(0.0, 0.0);
+    // Horner for P and P′ together.
+    let (_, slope) = std::iter::once(&1.0)
+        .chain(a)
+        .fold((zero, zero), |(p, slope), &a| (p * z + a, slope * z + p));
+    let scale = slope.inv() * -rate_hz;
+    // z^{n−k−1}, from k = n (1/z) down to k = 1.
+    let mut powers = vec![zero; n];
+    let mut next = z.inv();
+    for k in (0..n).rev() {
+        powers[k] = next * scale;
+        next *= z;
+    }
+    powers
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Sensitivities agree with central differences of the pole.
+    #[test]
+    fn law_sensitivities_are_derivatives() {
+        let a = [-1.5, 1.1, -0.3, 0.2];
+        let none = Matrix::zeros(4, 4);
+        let poles = |a: &[f64]| -> Vec<Complex> {
+            let modes = modes_of(a, &none, 0, 10.0).unwrap();
+            modes.iter().map(|m| m.pole).collect()
+        };
+        let h = 1e-6;
+        for (m, pole) in poles(&a).iter().enumerate() {
+            let z = (pole / 10.0).exp();
+            for (k, exact) in sensitivities(&a, z, 10.0).iter().enumerate() {
+                let (mut up, mut down) = (a, a);
+                up[k] += h;
+                down[k] -= h;
+                let measured = (poles(&up)[m] - poles(&down)[m]) / (2.0 * h);
+                assert!((measured - exact).norm() < 1e-6 * exact.norm().max(1.0));
+            }
+        }
+    }
+}

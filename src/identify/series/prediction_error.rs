@@ -1,0 +1,286 @@
+//! Models with inputs and coloured noise by the smallest sum of squared one-step prediction errors `Σ e_t²`.
+//!
+//! With `e = (A y − B/F u)/C` the gradient is a filtered copy of the signals (Ljung, System Identification, 2nd ed. (1999), §10.2–10.3):
+//! `∂e_t/∂a_k = y_{t−k}/C`, `∂e_t/∂b_j = −u_{t−d−j}/(CF)`, `∂e_t/∂c_k = −e_{t−k}/C`, `∂e_t/∂f_k = w_{t−k}/(CF)`, `w = B/F u`. Each row
+//! of it follows from the C rows before by one recursion, so it is never stored. Steps are Gauss–Newton, damped as by Marquardt
+//! (1963). Starts: Hannan & Rissanen, Biometrika 69 (1982), for C; Steiglitz & McBride, IEEE Trans. Autom. Control 10 (1965), for F.
+//! The errors before the first predicted sample are taken as zero, which for N samples moves the answer by the order of 1/N.
+
+use std::collections::VecDeque;
+
+use super::filter::{divide, is_stable, stabilised};
+use super::model::{Family, Lengths, Polynomials, SeriesModel, no_input, prediction_errors};
+use super::record::{Record, centred, check_order};
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::numeric::Matrix;
+use crate::numeric::factors::{Triangle, least_squares};
+
+/// A model of `family`. Means are taken off first. AR and ARX are one linear least squares.
+///
+/// # Errors
+/// `OutOfRange` for a model without coefficients; `NoSignal` where it needs an input and there is none; `TooShort`; `IllPosed` where
+/// the samples do not determine the coefficients (orders too high, or an input that does not move enough); `NoConvergence`.
+pub fn fit(record: &Record, family: Family) -> Result<SeriesModel, Error> {
+    let lengths = family.lengths();
+    fit_from(record, family, lengths.start())
+}
+
+/// As [`fit`], predicting from sample `first` on only, so that several orders can be compared on the same samples.
+pub(super) fn fit_from(record: &Record, family: Family, first: usize) -> Result<SeriesModel, Error> {
+    let n = family.lengths();
+    let first = first.max(n.start());
+    check_order(record.samples(), family.unknowns(), first)?;
+    let (y, output_mean) = centred(record.output());
+    let (u, input_mean) = match (n.b, record.input()) {
+        (0, _) => (Vec::new(), 0.0),
+        (_, Some(u)) => centred(u),
+        (_, None) => return Err(no_input()),
+    };
+    let signals = Signals { y, u, n, first };
+    let (theta, iterations) = if n.c == 0 && n.f == 0 {
+        (signals.linear(&signals.y, &signals.u, n)?.0, 0)
+    } else {
+        let start = if n.f > 0 { signals.steiglitz_mcbride()? } else { signals.hannan_rissanen()? };
+        signals.iterate(start)?
+    };
+    let (triangle, loss) = signals.gradient(&theta);
+    let samples = signals.y.len() - first;
+    let noise_variance = loss / (samples - family.unknowns()) as f64;
+    let information = least_squares(&triangle)?;
+    let size = theta.len();
+    let covariance = Matrix::from_fn(size, size, |i, j| information.inverse[(i, j)] * noise_variance);
+    let parts = n.split(&theta);
+    Ok(SeriesModel {
+        family,
+        a: parts.a.to_vec(),
+        b: parts.b.to_vec(),
+        c: parts.c.to_vec(),
+        f: parts.f.to_vec(),
+        noise_variance,
+        covariance,
+        output_mean,
+        input_mean,
+        samples,
+        rate_hz: record.rate_hz(),
+        iterations,
+    })
+}
+
+impl Lengths {
+    /// The polynomials inside the vector of all coefficients.
+    fn split(self, theta: &[f64]) -> Polynomials<'_> {
+        let (a, rest) = theta.split_at(self.a);
+        let (b, rest) = rest.split_at(self.b);
+        let (c, f) = rest.split_at(self.c);
+        Polynomials { a, b, c, f, delay: self.delay }
+    }
+}
+
+/// Gauss–Newton ends when the next step would lower the loss by less than this share of one sample's variance: far below the scatter
+/// of the answer, which is one variance for each coefficient.
+const SETTLED: f64 = 1e-9;
+
+/// Steps before giving up; 5 to 20 are usual.
+const STEPS: usize = 200;
+
+/// Rounds of Steiglitz and McBride's start, which settles in a few.
+const ROUNDS: usize = 10;
+
+struct Signals {
+    y: Vec<f64>,
+    u: Vec<f64>,
+    n: Lengths,
+    first: usize,
+}
+
+impl Signals {
+    /// Least squares of `A y = B u`: coefficients, and their residuals with zeros before the first.
+    fn linear(&self, y: &[f64], u: &[f64], n: Lengths) -> Result<(Vec<f64>, Vec<f64>), Error> {
+        let first = self.first.max(n.start());
+        let size = n.a + n.b;
+        let mut triangle = Triangle::new(size + 1);
+        let mut row = vec![0.0; size + 1];
+        for t in first..y.len() {
+            (0..n.a).for_each(|k| row[k] = -y[t - 1 - k]);
+            (0..n.b).for_each(|j| row[n.a + j] = u[t - n.delay - j]);
+            row[size] = y[t];
+            triangle.push(&row);
+        }
+        let theta = least_squares(&triangle.finish())?.solution;
+        let (a, b) = theta.split_at(n.a);
+        let model = Polynomials { a, b, c: &[], f: &[], delay: n.delay };
+        let errors = prediction_errors(model, y, u).errors;
+        Ok((theta, errors))
+    }
+
+    /// A long AR or ARX model gives the noise; with the noise known A, B and C are linear.
+    fn hannan_rissanen(&self) -> Result<Vec<f64>, Error> {
+        let n = self.n;
+        let samples = self.y.len();
+        // Long enough for 1/C to have died away, short enough to be determined: the usual (log N)², within a tenth of the samples.
+        let long = ((samples as f64).ln().powi(2) as usize).clamp(2 * (n.a + n.c), 100);
+        let long = long.min(samples / 10).max(1);
+        let b = if n.b > 0 { (n.b + n.c).max(long / 2) } else { 0 };
+        let noise_model = Lengths { a: long, b, c: 0, f: 0, delay: n.delay };
+        let (_, noise) = self.linear(&self.y, &self.u, noise_model)?;
+        let first = self.first.max(noise_model.start()) + n.c;
+        let size = n.a + n.b + n.c;
+        if samples <= first + size {
+            return Err(Error::new(
+                Code::TooShort,
+                format!("{samples} samples are too few to start a model of {size} unknowns with coloured noise"),
+            )
+            .hint("take a longer record, or lower the orders"));
+        }
+        let mut triangle = Triangle::new(size + 1);
+        let mut row = vec![0.0; size + 1];
+        for t in first..samples {
+            (0..n.a).for_each(|k| row[k] = -self.y[t - 1 - k]);
+            (0..n.b).for_each(|j| row[n.a + j] = self.u[t - n.delay - j]);
+            (0..n.c).for_each(|k| row[n.a + n.b + k] = noise[t - 1 - k]);
+            row[size] = self.y[t];
+            triangle.push(&row);
+        }
+        let mut theta = least_squares(&triangle.finish())?.solution;
+        let c = stabilised(theta.split_off(n.a + n.b));
+        theta.extend(c);
+        Ok(theta)
+    }
+
+    /// `F y = B u` with both signals filtered by the last 1/F, again and again.
+    fn steiglitz_mcbride(&self) -> Result<Vec<f64>, Error> {
+        let n = self.n;
+        let linear = Lengths { a: n.f, b: n.b, c: 0, f: 0, delay: n.delay };
+        let mut best: Option<(f64, Vec<f64>)> = None;
+        let mut f: Vec<f64> = Vec::new();
+        for _ in 0..ROUNDS {
+            let (mut y, mut u) = (self.y.clone(), self.u.clone());
+            divide(&mut y, &f);
+            divide(&mut u, &f);
+            let Ok((found, _)) = self.linear(&y, &u, linear) else { break };
+            let (a, b) = found.split_at(n.f);
+            f = stabilised(a.to_vec());
+            let theta = [b, f.as_slice()].concat();
+            let loss = self.loss(&theta);
+            if best.as_ref().is_none_or(|(least, _)| loss < *least) {
+                best = Some((loss, theta));
+            }
+        }
+        best.map(|(_, theta)| theta).ok_or_else(|| {
+            Error::new(Code::IllPosed, "the input does not determine an output-error model of these orders")
+                .hint("lower the orders, or drive the machine with more than a few frequencies")
+        })
+    }
+
+    /// `Σ e²`; infinite where C or F is not stable.
+    fn loss(&self, theta: &[f64]) -> f64 {
+        let model = self.n.split(theta);
+        if !(is_stable(model.c) && is_stable(model.f)) {
+            return f64::INFINITY;
+        }
+        let errors = self.errors(model);
+        errors[self.first..].iter().map(|e| e * e).sum()
+    }
+
+    fn errors(&self, model: Polynomials) -> Vec<f64> {
+        prediction_errors(model, &self.y, &self.u).errors
+    }
+
+    /// The triangle of `[∂e/∂θ, −e]`, and `Σ e²`.
+    fn gradient(&self, theta: &[f64]) -> (Matrix, f64) {
+        let n = self.n;
+        let model = n.split(theta);
+        let found = prediction_errors(model, &self.y, &self.u);
+        let (e, mut w, mut u) = (found.errors, found.undisturbed, self.u.clone());
+        divide(&mut w, model.f);
+        divide(&mut u, model.f);
+        let size = theta.len();
+        let mut triangle = Triangle::new(size + 1);
+        let mut past: VecDeque<Vec<f64>> = VecDeque::new();
+        let mut row = vec![0.0; size + 1];
+        let before = |x: &[f64], t: usize, lag: usize| t.checked_sub(lag).map_or(0.0, |at| x[at]);
+        let mut loss = 0.0;
+        for t in found.first..e.len() {
+            (0..n.a).for_each(|k| row[k] = before(&self.y, t, k + 1));
+            (0..n.b).for_each(|j| row[n.a + j] = -before(&u, t, n.delay + j));
+            (0..n.c).for_each(|k| row[n.a + n.b + k] = -before(&e, t, k + 1));
+            (0..n.f).for_each(|k| row[n.a + n.b + n.c + k] = before(&w, t, k + 1));
+            for (c, earlier) in model.c.iter().zip(&past) {
+                (row.iter_mut().zip(earlier)).for_each(|(r, p)| *r -= c * p);
+            }
+            if n.c > 0 {
+                let mut kept = if past.len() == n.c { past.pop_back().unwrap_or_default() } else { Vec::new() };
+                kept.clear();
+                kept.extend_from_slice(&row[..size]);
+                past.push_front(kept);
+            }
+            if t >= self.first {
+                row[size] = -e[t];
+                loss += e[t] * e[t];
+                triangle.push(&row);
+            }
+        }
+        (triangle.finish(), loss)
+    }
+
+    /// Damped Gauss–Newton from `theta`; the coefficients and how many steps.
+    fn iterate(&self, mut theta: Vec<f64>) -> Result<(Vec<f64>, usize), Error> {
+        let samples = (self.y.len() - self.first) as f64;
+        let mut damping = 1e-3;
+        let mut loss = self.loss(&theta);
+        for step in 1..=STEPS {
+            let (triangle, _) = self.gradient(&theta);
+            loop {
+                let change = damped_step(&triangle, damping)?;
+                let gain = predicted_gain(&triangle, &change);
+                let next: Vec<f64> = theta.iter().zip(&change).map(|(t, c)| t + c).collect();
+                if gain <= SETTLED * loss / samples {
+                    return Ok((theta, step));
+                }
+                let reached = self.loss(&next);
+                if reached < loss {
+                    (theta, loss) = (next, reached);
+                    damping = (damping * 0.1).max(f64::EPSILON);
+                    break;
+                }
+                damping *= 10.0;
+            }
+        }
+        Err(Error::new(
+            Code::NoConvergence,
+            format!("the fit of {} coefficients did not settle in {STEPS} steps", theta.len()),
+        )
+        .hint("lower the orders: a pole and a zero that cancel leave the coefficients undetermined"))
+    }
+}
+
+/// Minimises `‖J x − b‖² + damping Σ ‖J_j‖² x_j²` from the triangle of `[J b]`.
+fn damped_step(triangle: &Matrix, damping: f64) -> Result<Vec<f64>, Error> {
+    let size = triangle.ncols() - 1;
+    let mut extended = Triangle::new(size + 1);
+    let mut row = vec![0.0; size + 1];
+    for i in 0..=size {
+        (0..=size).for_each(|j| row[j] = triangle[(i, j)]);
+        extended.push(&row);
+    }
+    for j in 0..size {
+        row.fill(0.0);
+        let length = triangle.col_as_slice(j).iter().map(|x| x * x).sum::<f64>().sqrt();
+        row[j] = damping.sqrt() * length;
+        extended.push(&row);
+    }
+    Ok(least_squares(&extended.finish())?.solution)
+}
+
+/// `‖b‖² − ‖J x − b‖²` from the triangle of `[J b]`.
+fn predicted_gain(triangle: &Matrix, x: &[f64]) -> f64 {
+    let size = x.len();
+    (0..size)
+        .map(|i| {
+            let b = triangle[(i, size)];
+            let jx: f64 = (i..size).map(|j| triangle[(i, j)] * x[j]).sum();
+            b * b - (jx - b) * (jx - b)
+        })
+        .sum()
+}
