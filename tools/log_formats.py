@@ -1,7 +1,8 @@
 """Small logs written by scipy and pyuff, for tests/log_formats.rs.
 
 Run: python3 tools/log_formats.py > data/reference/log_formats.json
-Files are hexadecimal; beside each stand the numbers it was written from.
+Files are hexadecimal; beside each stand the numbers it was written from, as text, since not every reader of JSON rounds
+numbers to the last bit.
 """
 
 import io
@@ -51,6 +52,10 @@ def uff(sets):
         return file.read().hex()
 
 
+def exact(values):
+    return " ".join(repr(float(v)) for v in np.asarray(values))
+
+
 rng = np.random.default_rng(58)
 t = np.arange(12) / 400.0
 whole = rng.integers(0, 100, 12)
@@ -91,17 +96,19 @@ document = {
     "made_by": f"tools/log_formats.py with scipy {scipy.__version__}, pyuff {pyuff.__version__}, numpy {np.__version__}",
     "mat_classes": mat(classes, do_compression=False),
     "mat_classes_compressed": mat(classes, do_compression=True),
-    "classes": whole.tolist(),
+    "classes": exact(whole),
     "mat_struct": mat({"run": {"time": t, "data": run, "note": "second gear"}, "cells": np.array([run, 2 * run], dtype=object)}),
-    "run": run.tolist(),
+    "run": exact(run),
     "mat_frf": mat({"freq": f, "H": h, "coh_H": coherence}, do_compression=True),
-    "h_re": h.real.T.tolist(), "h_im": h.imag.T.tolist(), "coherence": coherence.T.tolist(),
-    "mat_big_endian": big, "big_x": big_x,
+    "h_re": [exact(c) for c in h.real.T],
+    "h_im": [exact(c) for c in h.imag.T],
+    "coherence": [exact(c) for c in coherence.T],
+    "mat_big_endian": big, "big_x": exact(big_x),
     "mat_level_4": mat({"x": run, "dt": 0.1}, format="4"),
     "mat_object": mat({"o": MatlabObject(np.array([(1.0,)], dtype=[("a", object)]), "gearbox")}),
     "uff_time_text": uff([time_set(0, time, signal)]),
     "uff_time_binary": uff([time_set(1, time, signal)]),
-    "signal": signal.tolist(),
+    "signal": exact(signal),
     "uff_frf_text": uff([frf_set(0, f, h[:, 0], 7), frf_set(0, f, h[:, 1], 8)]),
     "uff_frf_binary": uff([frf_set(1, f, h[:, 0], 7), frf_set(1, f, h[:, 1], 8)]),
 }

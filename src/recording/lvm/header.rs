@@ -2,6 +2,7 @@
 
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::base::place::Place;
 use crate::recording::raw::{Raw, Repair};
 use crate::recording::settings::Settings;
 
@@ -13,6 +14,7 @@ const MOST_CHANNELS: usize = 1 << 16;
 
 /// Lines of the file, from front to back.
 pub(super) struct Lines<'a> {
+    path: &'a str,
     rest: &'a [u8],
     /// Number of the next line, from 1.
     pub number: usize,
@@ -20,9 +22,10 @@ pub(super) struct Lines<'a> {
 }
 
 impl<'a> Lines<'a> {
-    pub fn new(bytes: &'a [u8], settings: &Settings) -> Lines<'a> {
+    pub fn new(path: &'a str, bytes: &'a [u8], settings: &Settings) -> Lines<'a> {
         let label = settings.dialect.encoding.as_deref();
         Lines {
+            path,
             rest: bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes),
             number: 1,
             encoding: label.and_then(|l| encoding_rs::Encoding::for_label(l.as_bytes())),
@@ -46,6 +49,18 @@ impl<'a> Lines<'a> {
         self.rest = &self.rest[end..];
         self.number += 1;
         Some(line)
+    }
+
+    /// An error at a line, from 1.
+    pub fn error(
+        &self,
+        code: Code,
+        number: usize,
+        line: &[u8],
+        message: impl Into<String>,
+    ) -> Error {
+        let place = Place::in_line(self.path, number, &self.text(line), 0..0);
+        Error::new(code, message).at(&place)
     }
 
     /// Text of a line: UTF-8 where it is that, else Windows-1252, the superset of Latin-1.
@@ -205,8 +220,10 @@ pub(super) fn segment(
     match (ended, keys.is_empty()) {
         (false, true) => return Ok(None),
         (false, false) => {
-            return Err(broken(
+            return Err(lines.error(
+                Code::BrokenFile,
                 first_line,
+                b"",
                 format!("the file ends inside the header of a segment, without {END}"),
             ));
         }
@@ -220,7 +237,7 @@ pub(super) fn segment(
         .map(|line| lines.text(line))
         .unwrap_or_default();
     let headings: Vec<&str> = headings.split(separator).map(str::trim).collect();
-    let header = columns(&keys, &headings, file, first_line)?;
+    let header = columns(&keys, &headings, file, lines, first_line)?;
     Ok(Some(header))
 }
 
@@ -229,7 +246,8 @@ fn columns(
     keys: &[(String, Vec<String>)],
     headings: &[&str],
     file: &File,
-    line: usize,
+    lines: &Lines<'_>,
+    first_line: usize,
 ) -> Result<Header, Error> {
     let values = |key: &str| {
         keys.iter()
@@ -244,10 +262,8 @@ fn columns(
     let named = headings.iter().enumerate().filter(is_channel).count();
     let count = n_stated.unwrap_or(named);
     if count == 0 || count > MOST_CHANNELS {
-        return Err(broken(
-            line,
-            format!("the header of the segment states {count} channels"),
-        ));
+        let message = format!("the header of the segment states {count} channels");
+        return Err(lines.error(Code::BrokenFile, first_line, b"", message));
     }
     let per_channel = if file.abscissa == Abscissa::Multi {
         2
@@ -296,11 +312,4 @@ fn columns(
 fn number(cell: &str) -> Option<f64> {
     let number: f64 = cell.replace(',', ".").parse().ok()?;
     number.is_finite().then_some(number)
-}
-
-pub(super) fn broken(line: usize, message: impl std::fmt::Display) -> Error {
-    Error::new(
-        Code::BrokenFile,
-        format!("LVM file, line {line}: {message}"),
-    )
 }

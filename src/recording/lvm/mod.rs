@@ -28,7 +28,7 @@ use crate::base::error::{Error, Errors};
 /// # Errors
 /// `broken-file`, `ragged-row` and `not-a-number` with the line, `empty-log` where no row holds a number.
 pub fn read(path: &str, bytes: &[u8], settings: &Settings) -> Result<Raw, Errors> {
-    let mut lines = header::Lines::new(bytes, settings);
+    let mut lines = header::Lines::new(path, bytes, settings);
     let file = header::file(&mut lines)?;
     let mut raw = Raw {
         path: path.to_string(),

@@ -107,7 +107,15 @@ pub(super) fn read(lines: &mut Lines<'_>, file: &File, header: Header) -> Result
         lines.take();
         cells.clear();
         cells.extend(line.split(|&b| b == file.separator));
-        segment.row(&cells, header.columns, number, lines)?;
+        segment.row(
+            &cells,
+            header.columns,
+            &At {
+                lines,
+                number,
+                line,
+            },
+        )?;
     }
     for series in segment.samples.iter_mut().chain(&mut segment.abscissas) {
         series.flush()?;
@@ -120,18 +128,25 @@ fn is_key(line: &[u8]) -> bool {
     line.starts_with(b"Channels") || line.starts_with(b"***") || line.starts_with(b"Notes")
 }
 
+/// Where a row stands.
+struct At<'a> {
+    lines: &'a Lines<'a>,
+    number: usize,
+    line: &'a [u8],
+}
+
+impl At<'_> {
+    fn error(&self, code: Code, message: String) -> Error {
+        self.lines.error(code, self.number, self.line, message)
+    }
+}
+
 impl Segment {
-    fn row(
-        &mut self,
-        cells: &[&[u8]],
-        columns: usize,
-        line: usize,
-        lines: &Lines<'_>,
-    ) -> Result<(), Error> {
+    fn row(&mut self, cells: &[&[u8]], columns: usize, at: &At<'_>) -> Result<(), Error> {
         let row = self.rows;
-        for (at, series) in self.abscissas.iter_mut().enumerate() {
-            let column = self.channels[at].x_column.unwrap_or(0);
-            match number(cells, column, line, "X_Value")? {
+        for (which, series) in self.abscissas.iter_mut().enumerate() {
+            let column = self.channels[which].x_column.unwrap_or(0);
+            match number(cells, column, "X_Value", at)? {
                 Some((x, comma)) => {
                     self.has_comma |= comma;
                     let cell = cells[column].trim_ascii();
@@ -145,17 +160,17 @@ impl Segment {
             // A row ends early only where the channels that follow have ended before.
             let ended = channel.samples.is_some_and(|samples| row >= samples);
             if channel.column >= cells.len() && !ended {
-                return Err(Error::new(
+                return Err(at.error(
                     Code::RaggedRow,
                     format!(
-                        "LVM file, line {line}: {} cells where channel `{}` stands in column {}",
+                        "the row has {} cells where channel `{}` stands in column {}",
                         cells.len(),
                         channel.name,
                         channel.column + 1
                     ),
                 ));
             }
-            match number(cells, channel.column, line, &channel.name)? {
+            match number(cells, channel.column, &channel.name, at)? {
                 Some((value, comma)) => {
                     self.has_comma |= comma;
                     series.push(value)?;
@@ -167,12 +182,13 @@ impl Segment {
         let comment = comment.iter().find(|cell| !cell.trim_ascii().is_empty());
         match comment {
             Some(comment) if self.comments.len() < MOST_COMMENTS => {
-                self.comments.push((row, lines.text(comment.trim_ascii())));
+                self.comments
+                    .push((row, at.lines.text(comment.trim_ascii())));
             }
             Some(_) => self.comments_left_out += 1,
             None => {}
         }
-        self.lines.note(row, line);
+        self.lines.note(row, at.number);
         self.rows += 1;
         Ok(())
     }
@@ -182,8 +198,8 @@ impl Segment {
 fn number(
     cells: &[&[u8]],
     column: usize,
-    line: usize,
     name: &str,
+    at: &At<'_>,
 ) -> Result<Option<(f64, bool)>, Error> {
     /// Bytes a number may be written in.
     const LONGEST: usize = 64;
@@ -207,9 +223,9 @@ fn number(
         Some(value) => Ok(Some((value, true))),
         None => {
             let shown: String = String::from_utf8_lossy(cell).chars().take(24).collect();
-            Err(Error::new(
+            Err(at.error(
                 Code::NotANumber,
-                format!("LVM file, line {line}: `{shown}` in channel `{name}` is not a number"),
+                format!("`{shown}` in channel `{name}` is not a number"),
             ))
         }
     }

@@ -1,8 +1,6 @@
 //! The header of a data set 58: five lines for people, six records of fields in fixed columns.
 
 use super::codes;
-use crate::base::code::Code;
-use crate::base::error::Error;
 
 /// How the numbers of a set are stored: record 7 field 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -57,10 +55,16 @@ pub(super) struct Header {
     pub denominator: Axis,
 }
 
-/// Reads the eleven lines; `first_line` is the number of the first.
-pub(super) fn parse(lines: &[String], first_line: usize) -> Result<Header, Error> {
+/// Reads the eleven lines; what is wrong comes with the place of its line among them, from 0.
+pub(super) fn parse(lines: &[String]) -> Result<Header, (usize, String)> {
+    const PLACE: usize = 5;
+    const SHAPE: usize = 6;
+    let wrong = |at: usize, message: &str| Err((at, message.to_string()));
     let [ids @ .., place, shape, abscissa, ordinate, denominator, _z] = lines else {
-        return Err(at(first_line, "the header ends before its eleven lines"));
+        return wrong(
+            0,
+            "the header of the data set 58 ends before its eleven lines",
+        );
     };
     let mut kept = ids.iter().map(|id| plain(id));
     let ids: [String; 5] = std::array::from_fn(|_| kept.next().unwrap_or_default());
@@ -71,14 +75,9 @@ pub(super) fn parse(lines: &[String], first_line: usize) -> Result<Header, Error
         direction: integer(&columns(place, from + 20, from + 24)),
     };
     let function = integer(&columns(place, 0, 5));
-    let function = usize::try_from(function).map_err(|_| {
-        at(
-            first_line + 5,
-            format!("the type of function is {function}"),
-        )
-    })?;
+    let function = usize::try_from(function)
+        .map_err(|_| (PLACE, format!("the type of function is {function}")))?;
 
-    let shape_line = first_line + 6;
     let fields = shape_fields(shape);
     let number = |field: usize| -> f64 {
         let text = fields.get(field).map(|text| text.replace(['D', 'd'], "E"));
@@ -91,33 +90,27 @@ pub(super) fn parse(lines: &[String], first_line: usize) -> Result<Header, Error
         5.0 => (true, false),
         6.0 => (true, true),
         other => {
-            return Err(at(
-                shape_line,
+            return Err((
+                SHAPE,
                 format!("the ordinate is of type {other} where 2, 4, 5 and 6 are known"),
             ));
         }
     };
     let (count, spacing) = (number(1), number(2));
     if !(0.0..1e15).contains(&count) || count.fract() != 0.0 {
-        return Err(at(
-            shape_line,
-            format!("the number of values is `{}`", shape.trim()),
-        ));
+        return Err((SHAPE, format!("the number of values is `{}`", shape.trim())));
     }
     let is_even = match spacing {
         1.0 => true,
         0.0 => false,
         _ => {
-            return Err(at(
-                shape_line,
-                "the abscissa is neither even (1) nor uneven (0)",
-            ));
+            return wrong(SHAPE, "the abscissa is neither even (1) nor uneven (0)");
         }
     };
     let (start, step) = (number(3), number(4));
     if is_even && !(start.is_finite() && step.is_finite()) {
-        return Err(at(
-            shape_line,
+        return Err((
+            SHAPE,
             format!(
                 "start and increment of the abscissa cannot be read from `{}`",
                 shape.trim()
@@ -180,12 +173,4 @@ fn plain(field: &str) -> String {
         "NONE" | "None" | "none" => String::new(),
         text => text.to_string(),
     }
-}
-
-/// An error about a line of the file.
-pub(super) fn at(line: usize, message: impl std::fmt::Display) -> Error {
-    Error::new(
-        Code::BrokenFile,
-        format!("UFF data set 58, line {line}: {message}"),
-    )
 }

@@ -1,19 +1,40 @@
 //! A file of text lines and binary stretches, read from front to back.
 
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::base::place::Place;
+
 /// The bytes that are left, and which line they start on.
 #[derive(Clone)]
 pub(super) struct Cursor<'a> {
+    path: &'a str,
     pub rest: &'a [u8],
     /// Of the file, from 1.
     pub line: usize,
 }
 
 impl<'a> Cursor<'a> {
-    pub fn new(bytes: &'a [u8]) -> Cursor<'a> {
+    pub fn new(path: &'a str, bytes: &'a [u8]) -> Cursor<'a> {
         Cursor {
+            path,
             rest: bytes,
             line: 1,
         }
+    }
+
+    /// An error at a line with this text.
+    pub fn error(&self, line: usize, text: &str, message: impl Into<String>) -> Error {
+        let place = Place::in_line(self.path, line, text, 0..0);
+        Error::new(Code::BrokenFile, message).at(&place)
+    }
+
+    /// An error at the next line.
+    pub fn error_here(&self, message: impl Into<String>) -> Error {
+        /// Bytes of a line shown; what should be text may be binary.
+        const SHOWN: usize = 200;
+        let line = self.peek();
+        let text = String::from_utf8_lossy(&line[..line.len().min(SHOWN)]);
+        self.error(self.line, &text, message)
     }
 
     /// The next line without its end; `None` at the end of the file.

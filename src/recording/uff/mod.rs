@@ -60,7 +60,7 @@ pub fn read(path: &str, bytes: &[u8], settings: &Settings) -> Result<Raw, Errors
         ..Raw::default()
     };
     let mut reader = Reader::default();
-    reader.read(&mut Cursor::new(bytes), settings, &mut raw)?;
+    reader.read(&mut Cursor::new(path, bytes), settings, &mut raw)?;
     reader.say_skipped(&mut raw);
     let is_si = reader.units_code.is_none_or(|code| code == SI);
     let has_binary = reader.sets.iter().any(|set| set.is_binary);
@@ -146,9 +146,10 @@ impl Reader {
         let digits = title.bytes().take_while(u8::is_ascii_digit).count();
         let number: i64 = title[..digits].parse().map_err(|_| {
             let shown: String = title.chars().take(24).collect();
-            Error::new(
-                Code::BrokenFile,
-                format!("the UFF file has `{shown}` at line {first_line} where the number of a data set should stand"),
+            cursor.error(
+                first_line,
+                title,
+                format!("`{shown}` stands where the number of a data set should"),
             )
         })?;
         if number != 58 {
@@ -164,7 +165,11 @@ impl Reader {
         }
         let rest = &title[digits..];
         let binary = rest.starts_with(['b', 'B']);
-        let binary = binary.then(|| binary_title(rest, first_line)).transpose()?;
+        let binary = binary.then(|| binary_title(rest)).transpose();
+        let binary = binary.map_err(|(code, message)| Error {
+            code,
+            ..cursor.error(first_line, title, message)
+        })?;
         let mut lines = Vec::with_capacity(HEADER_LINES);
         while lines.len() < HEADER_LINES {
             match cursor.next_line() {
@@ -172,7 +177,10 @@ impl Reader {
                 None => break,
             }
         }
-        let header = header::parse(&lines, first_line + 1)?;
+        let header = header::parse(&lines).map_err(|(at, message)| {
+            let text = lines.get(at).map_or("", String::as_str);
+            cursor.error(first_line + 1 + at, text, message)
+        })?;
         let values = match binary {
             Some(binary) => values::binary(cursor, &header, binary)?,
             None => values::text(cursor, &header)?,
@@ -198,25 +206,21 @@ impl Reader {
         cursor.skip_blank();
         let is_whole = values.re.len() == header.count;
         if cursor.rest.is_empty() && !is_whole {
-            return Err(Error::new(
-                Code::BrokenFile,
-                format!(
-                    "the data set 58 at line {first_line} states {} values and the file ends after {}",
-                    header.count,
-                    values.re.len()
-                ),
-            )
-            .hint("the file was cut off: copy it again"));
+            let message = format!(
+                "the data set 58 at line {first_line} states {} values and the file ends after {}",
+                header.count,
+                values.re.len()
+            );
+            return Err(cursor
+                .error_here(message)
+                .hint("the file was cut off: copy it again"));
         }
         // Rests of an older, longer file may be glued to the mark.
         if !cursor.rest.is_empty() && !cursor.peek().starts_with(b"-1") {
-            return Err(header::at(
-                cursor.line,
-                format!(
-                    "the mark -1 should stand here, after {} values",
-                    header.count
-                ),
-            ));
+            return Err(cursor.error_here(format!(
+                "the mark -1 should stand here, after {} values",
+                header.count
+            )));
         }
         cursor.next_line();
         if !is_whole {
@@ -257,29 +261,24 @@ impl Reader {
 }
 
 /// Byte order, format of floats and bytes after `58`: `b     1     2          11      889600`.
-fn binary_title(rest: &str, line: usize) -> Result<Binary, Error> {
+fn binary_title(rest: &str) -> Result<Binary, (Code, String)> {
+    let broken = |message: &str| Err((Code::BrokenFile, message.to_string()));
     let mut fields = rest[1..].split_whitespace().map(str::parse::<usize>);
     let mut field = || fields.next().and_then(Result::ok);
     let (order, floats, _lines, bytes) = (field(), field(), field(), field());
     match floats {
         Some(2) => {}
-        Some(1) => return Err(foreign("DEC VMS", line)),
-        Some(3) => return Err(foreign("IBM 370", line)),
+        Some(1) => return Err(foreign("DEC VMS")),
+        Some(3) => return Err(foreign("IBM 370")),
         _ => {
-            return Err(header::at(
-                line,
-                "the format of floats is none of 1, 2 and 3",
-            ));
+            return broken("the format of floats is none of 1, 2 and 3");
         }
     }
     let is_big_endian = match order {
         Some(1) => false,
         Some(2) => true,
         _ => {
-            return Err(header::at(
-                line,
-                "the byte order is neither 1 (little) nor 2 (big)",
-            ));
+            return broken("the byte order is neither 1 (little) nor 2 (big)");
         }
     };
     Ok(Binary {
@@ -288,14 +287,11 @@ fn binary_title(rest: &str, line: usize) -> Result<Binary, Error> {
     })
 }
 
-fn foreign(machine: &str, line: usize) -> Error {
-    Error::new(
-        Code::UnknownFormat,
-        format!(
-            "the data set 58b at line {line} holds floats of {machine}; those of IEEE 754 are read"
-        ),
-    )
-    .hint("write it as text, data set 58, with the program it came from")
+fn foreign(machine: &str) -> (Code, String) {
+    let message = format!(
+        "the data set 58b holds floats of {machine}; those of IEEE 754 are read, and text is whatever the machine"
+    );
+    (Code::UnknownFormat, message)
 }
 
 /// A line of the header as text: UTF-8 where it is that, else Windows-1252, the superset of Latin-1.

@@ -1,8 +1,7 @@
 //! The numbers of a data set 58: text in columns, or bytes.
 
-use super::header::{self, Header, Ordinate};
+use super::header::{Header, Ordinate};
 use super::lines::{Cursor, is_mark};
-use crate::base::code::Code;
 use crate::base::error::Error;
 
 /// Numbers of a set: abscissa where it is uneven, ordinate, imaginary parts where it is complex.
@@ -54,7 +53,6 @@ pub(super) fn text(cursor: &mut Cursor<'_>, header: &Header) -> Result<Values, E
     let mut flat = Vec::with_capacity(wanted.min(cursor.rest.len() / 2));
     let mut overloads = 0;
     while flat.len() < wanted && !cursor.rest.is_empty() {
-        let line_number = cursor.line;
         let mut line = cursor.peek();
         if is_mark(line) {
             break;
@@ -68,7 +66,7 @@ pub(super) fn text(cursor: &mut Cursor<'_>, header: &Header) -> Result<Values, E
                 let cell = line.split(|b| b.is_ascii_whitespace()).next();
                 let cell = String::from_utf8_lossy(cell.unwrap_or_default());
                 let shown: String = cell.chars().take(24).collect();
-                header::at(line_number, format!("`{shown}` is not a number"))
+                cursor.error_here(format!("`{shown}` is not a number"))
             })?;
             let is_overload = line[0] == b'*' || number.is_infinite();
             overloads += usize::from(is_overload);
@@ -78,13 +76,10 @@ pub(super) fn text(cursor: &mut Cursor<'_>, header: &Header) -> Result<Values, E
         // Zeros that fill up the last row do no harm; a mark may be glued to it.
         let filling = |b: &u8| matches!(b, b'0' | b'.' | b'E' | b'e' | b'+' | b' ');
         if flat.len() == wanted && !line.is_empty() && !is_mark(line) && !line.iter().all(filling) {
-            return Err(header::at(
-                line_number,
-                format!(
-                    "more numbers follow the {} values the header states",
-                    header.count
-                ),
-            ));
+            return Err(cursor.error_here(format!(
+                "more numbers follow the {} values the header states",
+                header.count
+            )));
         }
         let glued = is_mark(line) && !line.is_empty();
         if glued {
@@ -146,16 +141,14 @@ pub(super) fn binary(
     };
     let wanted = needs(abscissa);
     let Some((data, rest)) = cursor.rest.split_at_checked(wanted) else {
-        return Err(Error::new(
-            Code::BrokenFile,
-            format!(
-                "the binary data set 58 at line {} needs {wanted} bytes for its {} values where {} are left",
-                cursor.line,
-                header.count,
-                cursor.rest.len()
-            ),
-        )
-        .hint("the file was cut off or damaged: copy it again, not as text"));
+        let message = format!(
+            "the binary data set 58 needs {wanted} bytes for its {} values where {} are left",
+            header.count,
+            cursor.rest.len()
+        );
+        return Err(cursor
+            .error_here(message)
+            .hint("the file was cut off or damaged: copy it again, not as text"));
     };
     cursor.rest = rest;
     let width = header.width();

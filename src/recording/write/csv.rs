@@ -15,7 +15,9 @@ use crate::recording::signals::Recording;
 /// `output-failed`; those of reading a column.
 pub fn signals(recording: &Recording, to: &mut impl Write) -> Result<(), Error> {
     let names = recording.channels.iter().map(|c| heading(&c.name, &c.unit));
-    let head: Vec<String> = std::iter::once("time [s]".to_string()).chain(names).collect();
+    let head: Vec<String> = std::iter::once("time [s]".to_string())
+        .chain(names)
+        .collect();
     writeln!(to, "{}", head.join(",")).map_err(failed)?;
     let mut blocks = vec![vec![0.0; BLOCK]; recording.channels.len()];
     let mut start = 0;

@@ -45,7 +45,11 @@ pub fn signals(recording: &Recording, geardyn: &Value, to: &mut impl Write) -> R
 ///
 /// # Errors
 /// `output-failed`.
-pub fn responses<W: Write>(responses: &FrequencyResponses, geardyn: &Value, to: &mut W) -> Result<(), Error> {
+pub fn responses<W: Write>(
+    responses: &FrequencyResponses,
+    geardyn: &Value,
+    to: &mut W,
+) -> Result<(), Error> {
     let document = |to: &mut W| -> io::Result<()> {
         write!(
             to,
@@ -58,12 +62,25 @@ pub fn responses<W: Write>(responses: &FrequencyResponses, geardyn: &Value, to: 
         for (at, function) in responses.functions.iter().enumerate() {
             let input = function.input.as_ref().map_or(Value::Null, terminal);
             let output = terminal(&function.output);
-            write!(to, "{}{{\"input\":{input},\"output\":{output},\"value\":[", separator(at))?;
+            write!(
+                to,
+                "{}{{\"input\":{input},\"output\":{output},\"value\":[",
+                separator(at)
+            )?;
             for (k, Complex { re, im }) in function.value.iter().enumerate() {
-                write!(to, "{}{{\"re\":{},\"im\":{}}}", separator(k), number(*re), number(*im))?;
+                write!(
+                    to,
+                    "{}{{\"re\":{},\"im\":{}}}",
+                    separator(k),
+                    number(*re),
+                    number(*im)
+                )?;
             }
             write!(to, "]")?;
-            for (key, values) in [("variance", &function.variance), ("coherence", &function.coherence)] {
+            for (key, values) in [
+                ("variance", &function.variance),
+                ("coherence", &function.coherence),
+            ] {
                 write!(to, ",\"{key}\":")?;
                 match values {
                     Some(values) => list(to, values)?,

@@ -82,7 +82,11 @@ pub fn signals(recording: &Recording, form: Form, to: &mut impl Write) -> Result
 ///
 /// # Errors
 /// `output-failed`.
-pub fn responses(responses: &FrequencyResponses, form: Form, to: &mut impl Write) -> Result<(), Error> {
+pub fn responses(
+    responses: &FrequencyResponses,
+    form: Form,
+    to: &mut impl Write,
+) -> Result<(), Error> {
     let lines = &responses.frequency_hz;
     let abscissa = even(lines).unwrap_or(Abscissa::Uneven(lines));
     for function in &responses.functions {
@@ -226,7 +230,12 @@ impl Head<'_> {
         };
         let data_type = |terminal: &Terminal| codes::data_type(&terminal.unit);
         axis(to, self.abscissa_type, label, unit)?;
-        axis(to, data_type(self.output), &self.output.name, &self.output.unit)?;
+        axis(
+            to,
+            data_type(self.output),
+            &self.output.name,
+            &self.output.unit,
+        )?;
         axis(to, data_type(input), &input.name, &input.unit)?;
         axis(to, 0, "", "")
     }
@@ -234,7 +243,11 @@ impl Head<'_> {
 
 fn axis(to: &mut impl Write, data_type: i64, label: &str, unit: &str) -> io::Result<()> {
     let (label, unit) = (shown(label, 20), shown(unit, 20));
-    writeln!(to, "{data_type:10}{:5}{:5}{:5} {label:20} {unit:20}", 0, 0, 0)
+    writeln!(
+        to,
+        "{data_type:10}{:5}{:5}{:5} {label:20} {unit:20}",
+        0, 0, 0
+    )
 }
 
 /// Text without line breaks, `NONE` where there is none, cut to its field.
