@@ -9,6 +9,7 @@ use super::basis::{Pole, Problem};
 use super::local::{Placed, place};
 use super::projection::{Fitted, Model, Stop, at, refine};
 use super::scan::{Peak, scan, spacing};
+use super::spread::{Scatter, beside, disagreement};
 
 /// What growth is told.
 #[derive(Debug, Clone, Copy)]
@@ -36,17 +37,17 @@ const BATCH: usize = 8;
 const TRIALS: usize = 4;
 
 /// Steps of all poles together after one was added. No precision is bought before all are in.
-const STEPS: usize = 12;
+const STEPS: usize = 6;
 
 /// Before a place near a pole is looked at, the poles are brought to theirs.
 const SETTLE: Stop = Stop {
-    steps: 25,
+    steps: 12,
     fall: 1.0,
     share: 1e-3,
 };
 
-/// Poles added at once share less than this with any other.
-const CLEAR: f64 = 0.03;
+/// Poles added at once share less than this with any other, and are farther from it than so many lines.
+const CLEAR: (f64, f64) = (0.03, 6.0);
 
 /// A local fit sees most of what a pole gains; below this share of the threshold it is not worth a fit of all lines.
 const NEAR_THRESHOLD: f64 = 0.7;
@@ -62,6 +63,8 @@ pub(super) struct Growth<'a> {
     /// Fall of χ² a pole must bring.
     pub threshold: f64,
     refused: Vec<Pole>,
+    /// A disagreement that ended the growth: the lines want other weights.
+    pub scatter: Option<Scatter>,
     /// Steps of all poles together.
     pub steps: usize,
     /// Scans made.
@@ -82,6 +85,7 @@ impl<'a> Growth<'a> {
             rules,
             threshold,
             refused: Vec::new(),
+            scatter: None,
             steps: 0,
             scans: 0,
         }
@@ -115,8 +119,14 @@ impl<'a> Growth<'a> {
             match self.single(&fitted, &peaks, evidence) {
                 Some(next) => (fitted, settled) = (next, false),
                 None => {
-                    if peaks.is_empty() {
-                        evidence.push(self.step(&fitted, fitted.chi2 - best, 1, false, "no place in the band promises enough"));
+                    if peaks.is_empty() && self.scatter.is_none() {
+                        evidence.push(self.step(
+                            &fitted,
+                            fitted.chi2 - best,
+                            1,
+                            false,
+                            "no place in the band promises enough",
+                        ));
                     }
                     return fitted;
                 }
@@ -145,6 +155,7 @@ impl<'a> Growth<'a> {
         evidence: &mut Vec<Step>,
     ) -> Option<Fitted> {
         let least = self.threshold;
+        let step = spacing(&self.problem[0].x);
         let placed: Vec<Placed> = apart(peaks, spacing(&self.problem[0].x), BATCH.min(most))
             .iter()
             .filter(|p| p.gain > least)
@@ -155,7 +166,9 @@ impl<'a> Growth<'a> {
         for p in placed {
             let old = fitted.model.poles.iter();
             let mut others = old.chain(distinct.iter().map(|q| &q.pole));
-            if others.all(|q| q.overlap(&p.pole) < CLEAR) {
+            if others
+                .all(|q| q.overlap(&p.pole) < CLEAR.0 && (q.w - p.pole.w).abs() > CLEAR.1 * step)
+            {
                 distinct.push(p);
             }
         }
@@ -166,7 +179,11 @@ impl<'a> Growth<'a> {
         model.poles.extend(distinct.iter().map(|p| p.pole));
         let next = self.polish(&model);
         let next = self.prune(next);
-        let added = next.model.poles.len().saturating_sub(fitted.model.poles.len());
+        let added = next
+            .model
+            .poles
+            .len()
+            .saturating_sub(fitted.model.poles.len());
         if added == 0 || fitted.chi2 - next.chi2 < self.threshold * added as f64 {
             return None;
         }
@@ -182,7 +199,7 @@ impl<'a> Growth<'a> {
         evidence: &mut Vec<Step>,
     ) -> Option<Fitted> {
         let step = spacing(&self.problem[0].x);
-        let mut tries: Vec<(f64, Model, Option<Placed>)> = Vec::new();
+        let mut tries: Vec<(f64, Model)> = Vec::new();
         for peak in apart(peaks, step, TRIALS) {
             let placed = self.place(fitted, &peak);
             let mut model = fitted.model.clone();
@@ -195,15 +212,23 @@ impl<'a> Growth<'a> {
                 }
                 None => model.poles.push(peak.pole),
             }
-            tries.push((placed.as_ref().map_or(peak.gain, |p| p.gain), model, placed));
+            tries.push((placed.map_or(peak.gain, |p| p.gain), model));
         }
         tries.sort_by(|a, b| b.0.total_cmp(&a.0));
-        for (gain, model, _) in tries {
+        for (gain, model) in tries {
             let start = model.poles.last().copied()?;
             if gain < NEAR_THRESHOLD * self.threshold && self.rules.order.is_none() {
                 evidence.push(self.step(fitted, fitted.chi2 - gain, 1, false, NOISE));
                 self.refused.push(start);
                 continue;
+            }
+            let near = beside(&self.problem[0], &fitted.model.poles, &start);
+            if let (Some(r), None) = (near, self.rules.order) {
+                self.scatter = disagreement(&self.problem[0], fitted, self.numerators, r, start);
+                if self.scatter.is_some() {
+                    evidence.push(self.step(fitted, fitted.chi2 - gain, 1, false, DISAGREE));
+                    return None;
+                }
             }
             let next = self.polish(&model);
             let fall = fitted.chi2 - next.chi2;
@@ -213,8 +238,17 @@ impl<'a> Growth<'a> {
                 self.refused.push(start);
                 continue;
             }
-            if self.rules.estimated && !forced && self.is_outlier(&fitted.fits[0].e, &next.fits[0].e) {
-                evidence.push(self.step(fitted, next.chi2, 1, false, "nearly all of it on one line: taken as a bad line"));
+            if self.rules.estimated
+                && !forced
+                && self.is_outlier(&fitted.fits[0].e, &next.fits[0].e)
+            {
+                evidence.push(self.step(
+                    fitted,
+                    next.chi2,
+                    1,
+                    false,
+                    "nearly all of it on one line: taken as a bad line",
+                ));
                 self.refused.push(start);
                 continue;
             }
@@ -265,8 +299,7 @@ impl<'a> Growth<'a> {
                 .into_iter()
                 .enumerate()
                 .filter(|&(r, s)| {
-                    s < self.threshold
-                        && !kept.iter().any(|q| same(q, &fitted.model.poles[r]))
+                    s < self.threshold && !kept.iter().any(|q| same(q, &fitted.model.poles[r]))
                 })
                 .min_by(|a, b| a.1.total_cmp(&b.1));
             let Some((r, _)) = weak else {
@@ -274,7 +307,9 @@ impl<'a> Growth<'a> {
             };
             let mut model = fitted.model.clone();
             let gone = model.poles.remove(r);
-            let without = self.polish(&model);
+            let start = at(self.problem, &model, self.numerators);
+            let without = refine(self.problem, start, self.numerators, SETTLE);
+            self.steps += without.steps;
             if without.chi2 - fitted.chi2 < self.threshold {
                 fitted = without;
             } else {
@@ -305,9 +340,7 @@ impl<'a> Growth<'a> {
             return false;
         };
         let freedoms = freedoms(&self.problem[0], self.numerators);
-        if largest < 0.5 * total
-            || total - largest > chi_squared_quantile(1.0 - OF_LAW, freedoms)
-        {
+        if largest < 0.5 * total || total - largest > chi_squared_quantile(1.0 - OF_LAW, freedoms) {
             return false;
         }
         let m = before.ncols();
@@ -340,6 +373,9 @@ impl<'a> Growth<'a> {
 
 /// Why a pole is refused.
 const NOISE: &str = "no more than noise gives somewhere in the band";
+
+/// Or taken for something else.
+const DISAGREE: &str = "no common pole fits there: the responses disagree, or the resonance is not that of a linear structure";
 
 /// Real numbers one more pole brings.
 fn freedoms(problem: &Problem, numerators: usize) -> f64 {
@@ -379,9 +415,8 @@ pub(super) fn significance(fitted: &Fitted, numerators: usize) -> Vec<f64> {
         let inverse = fit
             .qr
             .solve(&Matrix::from_fn(n, n, |i, j| f64::from(u8::from(i == j))));
-        let product = |a: usize, b: usize| -> f64 {
-            (0..n).map(|k| inverse[(a, k)] * inverse[(b, k)]).sum()
-        };
+        let product =
+            |a: usize, b: usize| -> f64 { (0..n).map(|k| inverse[(a, k)] * inverse[(b, k)]).sum() };
         for (r, sum) in all.iter_mut().enumerate() {
             let a = r * numerators;
             let saa = product(a, a);

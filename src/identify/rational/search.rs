@@ -102,8 +102,8 @@ pub(super) fn search(lines: &Lines, options: &RationalOptions, trusted: bool) ->
         effort.steps += fitted.steps;
         effort.rounds += 1;
         let residual = residuals(lines, &weights, &fitted);
-        let free = 1.0
-            - parameters(structure, &fitted, lines.h.len()) * lines.independence / lines.data();
+        let free =
+            1.0 - parameters(structure, &fitted, lines.h.len()) * lines.independence / lines.data();
         let next = from_residuals(lines, &residual, free.max(0.1));
         let ratio = mean_ratio(&next, &variance);
         variance = next;

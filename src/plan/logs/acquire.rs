@@ -59,7 +59,12 @@ const SHORTEST: usize = 256;
 ///
 /// # Errors
 /// Channels without signal or alike, a record too short.
-pub fn acquire(recording: &Recording, inputs: &[usize], outputs: &[usize], study: &EstimateStudy) -> Result<Acquired, Error> {
+pub fn acquire(
+    recording: &Recording,
+    inputs: &[usize],
+    outputs: &[usize],
+    study: &EstimateStudy,
+) -> Result<Acquired, Error> {
     let chosen: Vec<usize> = inputs.iter().chain(outputs).copied().collect();
     let channels: Vec<&Channel> = chosen.iter().map(|&c| &recording.channels[c]).collect();
     let is_hammer = match (study.impact, inputs.len()) {
@@ -78,7 +83,10 @@ pub fn acquire(recording: &Recording, inputs: &[usize], outputs: &[usize], study
 }
 
 fn terminals(channels: &[&Channel]) -> Vec<Terminal> {
-    let terminal = |c: &&Channel| Terminal { name: c.name.clone(), unit: c.unit.clone() };
+    let terminal = |c: &&Channel| Terminal {
+        name: c.name.clone(),
+        unit: c.unit.clone(),
+    };
     channels.iter().map(terminal).collect()
 }
 
@@ -90,28 +98,56 @@ fn looks_struck(recording: &Recording, channel: &Channel) -> Result<bool, Error>
     Ok(hits::is_impact(&beginning))
 }
 
-fn struck(recording: &Recording, channels: &[&Channel], study: &EstimateStudy) -> Result<Acquired, Error> {
+fn struck(
+    recording: &Recording,
+    channels: &[&Channel],
+    study: &EstimateStudy,
+) -> Result<Acquired, Error> {
     if let Some(window) = study.window {
-        let message = format!("an impact test takes no {} window: force and exponential windows are chosen from the data", window.name());
+        let message = format!(
+            "an impact test takes no {} window: force and exponential windows are chosen from the data",
+            window.name()
+        );
         return Err(Error::new(Code::Usage, message).hint("leave --window out, or say --no-impact"));
     }
     let all = blocks::whole(recording, channels, "an impact test")?;
     let responses: Vec<&[f64]> = all[1..].iter().map(Vec::as_slice).collect();
     let options = ImpactOptions {
-        block: study.resolution_hz.map(|df| (recording.rate_hz / df).round() as usize),
+        block: study
+            .resolution_hz
+            .map(|df| (recording.rate_hz / df).round() as usize),
         overload: channels.iter().map(|c| c.overload_level).collect(),
         ..ImpactOptions::default()
     };
-    let found = impact::analyse(recording.rate_hz, &all[0], &responses, &recording.stretches, &options)?;
+    let found = impact::analyse(
+        recording.rate_hz,
+        &all[0],
+        &responses,
+        &recording.stretches,
+        &options,
+    )?;
     let used = found.hits.iter().filter(|h| h.fault.is_none()).count();
-    let mut how = format!("{} {}: {used} used", found.hits.len(), if found.hits.len() == 1 { "hit" } else { "hits" });
-    for fault in [impact::Fault::Overload, impact::Fault::Double, impact::Fault::CutShort, impact::Fault::LateStart] {
+    let mut how = format!(
+        "{} {}: {used} used",
+        found.hits.len(),
+        if found.hits.len() == 1 { "hit" } else { "hits" }
+    );
+    for fault in [
+        impact::Fault::Overload,
+        impact::Fault::Double,
+        impact::Fault::CutShort,
+        impact::Fault::LateStart,
+    ] {
         let count = found.hits.iter().filter(|h| h.fault == Some(fault)).count();
         if count > 0 {
             how += &format!(", {count} {}", fault.word());
         }
     }
-    how += &format!("; H1, blocks of {:.4} s, {:.4} Hz lines", found.block as f64 / recording.rate_hz, recording.rate_hz / found.block as f64);
+    how += &format!(
+        "; H1, blocks of {:.4} s, {:.4} Hz lines",
+        found.block as f64 / recording.rate_hz,
+        recording.rate_hz / found.block as f64
+    );
     let driven = driven_band(&found.force_power, &found.estimate.frequency_hz);
     Ok(Acquired {
         responses: found.estimate.responses(&terminals(channels)),
@@ -128,15 +164,31 @@ fn struck(recording: &Recording, channels: &[&Channel], study: &EstimateStudy) -
 fn driven_band(power: &[f64], frequency_hz: &[f64]) -> Option<(f64, f64)> {
     const FALL: f64 = 1e-4;
     let largest = power.iter().copied().fold(0.0, f64::max);
-    let last = power.iter().position(|&p| p < FALL * largest).unwrap_or(power.len());
-    Some((*frequency_hz.get(1)?, *frequency_hz.get(last.checked_sub(1)?)?))
+    let last = power
+        .iter()
+        .position(|&p| p < FALL * largest)
+        .unwrap_or(power.len());
+    Some((
+        *frequency_hz.get(1)?,
+        *frequency_hz.get(last.checked_sub(1)?)?,
+    ))
 }
 
-fn averaged(recording: &Recording, channels: &[&Channel], inputs: usize, study: &EstimateStudy) -> Result<Acquired, Error> {
+fn averaged(
+    recording: &Recording,
+    channels: &[&Channel],
+    inputs: usize,
+    study: &EstimateStudy,
+) -> Result<Acquired, Error> {
     let options = welch_options(recording, study)?;
     let places: Vec<usize> = (0..channels.len()).collect();
     let (ins, outs) = places.split_at(inputs);
-    let mut welch = Welch::new(recording.rate_hz, channels.len(), &frf::pairs(ins, outs), &options)?;
+    let mut welch = Welch::new(
+        recording.rate_hz,
+        channels.len(),
+        &frf::pairs(ins, outs),
+        &options,
+    )?;
     blocks::each(recording, channels, |block, ends| {
         welch.push(block);
         if ends {
@@ -175,7 +227,12 @@ fn averaged(recording: &Recording, channels: &[&Channel], inputs: usize, study: 
 /// # Errors
 /// A resolution that no stretch can give, an overlap without sense.
 pub fn welch_options(recording: &Recording, study: &EstimateStudy) -> Result<WelchOptions, Error> {
-    let longest = recording.stretches.iter().map(|s| s.len()).max().unwrap_or(0);
+    let longest = recording
+        .stretches
+        .iter()
+        .map(|s| s.len())
+        .max()
+        .unwrap_or(0);
     let block = match study.resolution_hz {
         Some(df) => {
             let block = (recording.rate_hz / df).round();
@@ -183,7 +240,10 @@ pub fn welch_options(recording: &Recording, study: &EstimateStudy) -> Result<Wel
                 let message = format!(
                     "lines of {df} Hz need blocks of {block:.0} samples; the longest stretch has {longest}"
                 );
-                let hint = format!("ask for at least {:.6} Hz", recording.rate_hz / longest.max(1) as f64);
+                let hint = format!(
+                    "ask for at least {:.6} Hz",
+                    recording.rate_hz / longest.max(1) as f64
+                );
                 return Err(Error::new(Code::OutOfRange, message).hint(hint));
             }
             block as usize
@@ -208,6 +268,8 @@ fn independence(window: Window) -> f64 {
     const REACH: usize = 12;
     let w = window.samples(SAMPLES);
     let own = crate::spectrum::window::line_correlation(&w, 0).norm();
-    let sum: f64 = (1..=REACH).map(|m| (crate::spectrum::window::line_correlation(&w, m).norm() / own).powi(2)).sum();
+    let sum: f64 = (1..=REACH)
+        .map(|m| (crate::spectrum::window::line_correlation(&w, m).norm() / own).powi(2))
+        .sum();
     1.0 / (1.0 + 2.0 * sum)
 }

@@ -39,10 +39,17 @@ pub fn each(
 ///
 /// # Errors
 /// More samples than can be held at once.
-pub fn whole(recording: &Recording, channels: &[&Channel], what: &str) -> Result<Vec<Vec<f64>>, Error> {
+pub fn whole(
+    recording: &Recording,
+    channels: &[&Channel],
+    what: &str,
+) -> Result<Vec<Vec<f64>>, Error> {
     let samples = recording.samples.saturating_mul(channels.len());
     if samples > MOST {
-        let message = format!("{what} needs all {samples} samples at once, {} MB", samples >> 17);
+        let message = format!(
+            "{what} needs all {samples} samples at once, {} MB",
+            samples >> 17
+        );
         let hint = format!(
             "take a part of the log: --from, --to, up to {:.0} s",
             MOST as f64 / channels.len() as f64 / recording.rate_hz

@@ -6,7 +6,7 @@ use super::acquire::Acquired;
 use crate::base::error::Warning;
 use crate::identify::mode::IdentifiedMode;
 use crate::recording::quantity::ResponseKind;
-use crate::recording::responses::{FrequencyResponse, FrequencyResponses};
+use crate::recording::responses::{FrequencyResponse, FrequencyResponses, Terminal};
 use crate::spectrum::spectra::Spectra;
 
 /// Coherence below which a mode's response is mostly noise.
@@ -19,7 +19,11 @@ const LEAST_LINES: f64 = 3.0;
 const FEW_AVERAGES: f64 = 5.0;
 
 fn warning(code: &'static str, message: String, hint: &str) -> Warning {
-    Warning { code, message, hint: (!hint.is_empty()).then(|| hint.to_string()) }
+    Warning {
+        code,
+        message,
+        hint: (!hint.is_empty()).then(|| hint.to_string()),
+    }
 }
 
 /// Coherence at a frequency: of the outputs, the best there.
@@ -30,20 +34,34 @@ pub fn coherence_at(responses: &FrequencyResponses, frequency_hz: f64) -> Option
         let near = &coherence[line.saturating_sub(1)..(line + 2).min(coherence.len())];
         near.iter().copied().reduce(f64::max)
     };
-    responses.functions.iter().filter_map(about).reduce(f64::max)
+    responses
+        .functions
+        .iter()
+        .filter_map(about)
+        .reduce(f64::max)
 }
 
 fn nearest(lines: &[f64], frequency_hz: f64) -> Option<usize> {
     let above = lines.partition_point(|&f| f < frequency_hz);
     let candidates = [above.checked_sub(1), (above < lines.len()).then_some(above)];
     let off = |&line: &usize| (lines[line] - frequency_hz).abs();
-    candidates.into_iter().flatten().min_by(|a, b| off(a).total_cmp(&off(b)))
+    candidates
+        .into_iter()
+        .flatten()
+        .min_by(|a, b| off(a).total_cmp(&off(b)))
 }
 
 /// Doubts that the kind of each response raises.
 pub fn of_kinds(responses: &FrequencyResponses) -> Vec<Warning> {
-    let kind = |f: &FrequencyResponse| f.input.as_ref().map(|input| (input, ResponseKind::of(&input.unit, &f.output.unit)));
-    let ratio = responses.functions.iter().find_map(|f| kind(f).filter(|k| k.1 == ResponseKind::Transmissibility).map(|k| (k.0, f)));
+    fn kind(f: &FrequencyResponse) -> Option<(&Terminal, ResponseKind)> {
+        let input = f.input.as_ref()?;
+        Some((input, ResponseKind::of(&input.unit, &f.output.unit)))
+    }
+    let ratio = responses.functions.iter().find_map(|f| {
+        kind(f)
+            .filter(|k| k.1 == ResponseKind::Transmissibility)
+            .map(|k| (k.0, f))
+    });
     ratio
         .map(|(input, f)| {
             let message = format!(
@@ -57,7 +75,11 @@ pub fn of_kinds(responses: &FrequencyResponses) -> Vec<Warning> {
 }
 
 /// Doubts about modes found in measured responses.
-pub fn of_modes(responses: &FrequencyResponses, acquired: Option<&Acquired>, modes: &[IdentifiedMode]) -> Vec<Warning> {
+pub fn of_modes(
+    responses: &FrequencyResponses,
+    acquired: Option<&Acquired>,
+    modes: &[IdentifiedMode],
+) -> Vec<Warning> {
     let mut all = Vec::new();
     let names = |picked: Vec<String>| picked.join(", ");
     let hertz = |m: &IdentifiedMode| format!("{:.4} Hz", m.frequency_hz());
@@ -68,9 +90,18 @@ pub fn of_modes(responses: &FrequencyResponses, acquired: Option<&Acquired>, mod
         .collect();
     if !low.is_empty() {
         let message = format!("coherence is below {LOW_COHERENCE} at {}", names(low));
-        all.push(warning("low-coherence", message, "drive harder there, take more averages, or look for a second source"));
+        all.push(warning(
+            "low-coherence",
+            message,
+            "drive harder there, take more averages, or look for a second source",
+        ));
     }
-    let step = responses.frequency_hz.windows(2).map(|w| w[1] - w[0]).reduce(f64::min).unwrap_or(0.0);
+    let step = responses
+        .frequency_hz
+        .windows(2)
+        .map(|w| w[1] - w[0])
+        .reduce(f64::min)
+        .unwrap_or(0.0);
     // A force window and a response that has decayed leave no leakage; blocks cut from steady vibration do.
     let cut_from_steady = acquired.is_some_and(|a| a.spectra.is_some());
     let narrow: Vec<String> = modes
@@ -83,11 +114,21 @@ pub fn of_modes(responses: &FrequencyResponses, acquired: Option<&Acquired>, mod
             "the half-power bandwidth is below {LEAST_LINES} lines at {}: leakage makes damping look larger there",
             names(narrow)
         );
-        all.push(warning("leakage", message, "take longer blocks: a smaller --resolution, from a longer record"));
+        all.push(warning(
+            "leakage",
+            message,
+            "take longer blocks: a smaller --resolution, from a longer record",
+        ));
     }
     if let Some(n) = responses.averages.filter(|n| *n < FEW_AVERAGES && *n > 1.0) {
-        let message = format!("{n:.1} independent averages: the intervals rest on a variance known to a factor of two at best");
-        all.push(warning("few-averages", message, "take a longer record or more hits"));
+        let message = format!(
+            "{n:.1} independent averages: the intervals rest on a variance known to a factor of two at best"
+        );
+        all.push(warning(
+            "few-averages",
+            message,
+            "take a longer record or more hits",
+        ));
     }
     if let Some(spectra) = acquired.and_then(|a| a.spectra.as_ref()) {
         all.extend(of_spectra(spectra, modes));
@@ -119,13 +160,21 @@ fn of_spectra(spectra: &Spectra, modes: &[IdentifiedMode]) -> Vec<Warning> {
         );
         matches!((here, below, above), (Some(here), Some(below), Some(above)) if here > SWELLS * below.max(above))
     };
-    let closed: Vec<String> = modes.iter().filter(swells).map(|m| format!("{:.4} Hz", m.frequency_hz())).collect();
+    let closed: Vec<String> = modes
+        .iter()
+        .filter(swells)
+        .map(|m| format!("{:.4} Hz", m.frequency_hz()))
+        .collect();
     if !closed.is_empty() {
         let message = format!(
             "the input itself peaks at {}: force and motion may feed each other (a cut with regeneration, a shaker without control), which biases H1",
             closed.join(", ")
         );
-        all.push(warning("closed-loop", message, "identify with an excitation that is independent of the motion, such as a hammer"));
+        all.push(warning(
+            "closed-loop",
+            message,
+            "identify with an excitation that is independent of the motion, such as a hammer",
+        ));
     }
     for (channel, psd) in spectra.psd.iter().enumerate() {
         let n = psd.len();
@@ -134,8 +183,15 @@ fn of_spectra(spectra: &Spectra, modes: &[IdentifiedMode]) -> Vec<Warning> {
         // Without a filter in front of the converter the spectrum does not fall towards half the rate.
         const FOLDED: f64 = 1.0;
         if top > FOLDED * all_lines && n > 40 {
-            let message = format!("channel {} has as much power near half the sample rate as elsewhere: aliasing cannot be told from signal", channel + 1);
-            all.push(warning("aliasing", message, "measure with an anti-alias filter, or at a higher rate"));
+            let message = format!(
+                "channel {} has as much power near half the sample rate as elsewhere: aliasing cannot be told from signal",
+                channel + 1
+            );
+            all.push(warning(
+                "aliasing",
+                message,
+                "measure with an anti-alias filter, or at a higher rate",
+            ));
             break;
         }
     }

@@ -88,7 +88,11 @@ pub fn identify(source: Source, study: &IdentifyStudy) -> Result<Identification,
     let fit = fitted(&responses, acquired.as_ref(), band, study)?;
     trace.push(("rational fit", start.elapsed().as_secs_f64()));
     let decay = responses.window_decay;
-    let modes: Vec<IdentifiedMode> = fit.modes.iter().map(|mode| without_window(mode, decay)).collect();
+    let modes: Vec<IdentifiedMode> = fit
+        .modes
+        .iter()
+        .map(|mode| without_window(mode, decay))
+        .collect();
     let start = Instant::now();
     let functions = transfer_functions(&responses, &fit, decay)?;
     trace.push(("transfer functions", start.elapsed().as_secs_f64()));
@@ -98,44 +102,91 @@ pub fn identify(source: Source, study: &IdentifyStudy) -> Result<Identification,
     warnings.extend(doubts::of_modes(&responses, acquired.as_ref(), &fit.modes));
     let (how, hits) = match acquired {
         Some(acquired) => (acquired.how, acquired.hits),
-        None => (format!("{} responses over {} lines, as read", responses.functions.len(), responses.frequency_hz.len()), Vec::new()),
+        None => (
+            format!(
+                "{} responses over {} lines, as read",
+                responses.functions.len(),
+                responses.frequency_hz.len()
+            ),
+            Vec::new(),
+        ),
     };
-    Ok(Identification { trace, how, hits, responses, band_hz: band, fit, modes, functions, warnings })
+    Ok(Identification {
+        trace,
+        how,
+        hits,
+        responses,
+        band_hz: band,
+        fit,
+        modes,
+        functions,
+        warnings,
+    })
 }
 
 /// Of the responses in a file those that are asked for.
-fn chosen(mut responses: FrequencyResponses, study: &IdentifyStudy) -> Result<FrequencyResponses, Error> {
-    let known: Vec<String> = responses.functions.iter().map(|f| f.output.name.clone()).collect();
+fn chosen(
+    mut responses: FrequencyResponses,
+    study: &IdentifyStudy,
+) -> Result<FrequencyResponses, Error> {
+    let known: Vec<String> = responses
+        .functions
+        .iter()
+        .map(|f| f.output.name.clone())
+        .collect();
     for name in &study.outputs {
         if !known.contains(name) {
             return Err(no_channel(name, &known));
         }
     }
     let is_input = |f: &FrequencyResponse| {
-        study.inputs.is_empty() || f.input.as_ref().is_some_and(|i| study.inputs.contains(&i.name))
+        study.inputs.is_empty()
+            || f.input
+                .as_ref()
+                .is_some_and(|i| study.inputs.contains(&i.name))
     };
-    responses.functions.retain(|f| is_input(f) && (study.outputs.is_empty() || study.outputs.contains(&f.output.name)));
+    responses.functions.retain(|f| {
+        is_input(f) && (study.outputs.is_empty() || study.outputs.contains(&f.output.name))
+    });
     if responses.functions.is_empty() {
         let message = "no response of the file is driven by the inputs asked for";
-        return Err(Error::new(Code::NoChannel, message).hint("leave --input out: the file says what drives"));
+        return Err(Error::new(Code::NoChannel, message)
+            .hint("leave --input out: the file says what drives"));
     }
     Ok(responses)
 }
 
 fn estimate(recording: &Recording, study: &IdentifyStudy) -> Result<Acquired, Error> {
     let place = |name: &String| {
-        recording.channels.iter().position(|c| c.name == *name).ok_or_else(|| {
-            let known: Vec<String> = recording.channels.iter().map(|c| c.name.clone()).collect();
-            no_channel(name, &known)
-        })
+        recording
+            .channels
+            .iter()
+            .position(|c| c.name == *name)
+            .ok_or_else(|| {
+                let known: Vec<String> =
+                    recording.channels.iter().map(|c| c.name.clone()).collect();
+                no_channel(name, &known)
+            })
     };
-    let inputs = study.inputs.iter().map(place).collect::<Result<Vec<usize>, Error>>()?;
-    let outputs = study.outputs.iter().map(place).collect::<Result<Vec<usize>, Error>>()?;
+    let inputs = study
+        .inputs
+        .iter()
+        .map(place)
+        .collect::<Result<Vec<usize>, Error>>()?;
+    let outputs = study
+        .outputs
+        .iter()
+        .map(place)
+        .collect::<Result<Vec<usize>, Error>>()?;
     acquire::acquire(recording, &inputs, &outputs, &study.estimate)
 }
 
 /// The lines fitted: as asked, else where the input has power, else all that are not at an edge.
-fn band(responses: &FrequencyResponses, acquired: Option<&Acquired>, study: &IdentifyStudy) -> Result<(f64, f64), Error> {
+fn band(
+    responses: &FrequencyResponses,
+    acquired: Option<&Acquired>,
+    study: &IdentifyStudy,
+) -> Result<(f64, f64), Error> {
     let lines = &responses.frequency_hz;
     let (Some(&first), Some(&last)) = (lines.first(), lines.last()) else {
         return Err(Error::new(Code::EmptyLog, "there are no lines to fit"));
@@ -143,7 +194,9 @@ fn band(responses: &FrequencyResponses, acquired: Option<&Acquired>, study: &Ide
     if let Some((low, high)) = study.band_hz {
         let inside = lines.iter().filter(|f| (low..=high).contains(f)).count();
         if inside == 0 {
-            let message = format!("no line lies in the band {low} … {high} Hz; there are lines from {first} to {last} Hz");
+            let message = format!(
+                "no line lies in the band {low} … {high} Hz; there are lines from {first} to {last} Hz"
+            );
             return Err(Error::new(Code::OutOfRange, message));
         }
         return Ok((low, high));
@@ -159,9 +212,22 @@ fn band(responses: &FrequencyResponses, acquired: Option<&Acquired>, study: &Ide
     }
 }
 
-fn fitted(responses: &FrequencyResponses, acquired: Option<&Acquired>, band: (f64, f64), study: &IdentifyStudy) -> Result<RationalFit, Error> {
-    let values: Vec<Vec<Complex>> = responses.functions.iter().map(|f| f.value.clone()).collect();
-    let variance: Option<Vec<Vec<f64>>> = responses.functions.iter().map(|f| f.variance.clone()).collect();
+fn fitted(
+    responses: &FrequencyResponses,
+    acquired: Option<&Acquired>,
+    band: (f64, f64),
+    study: &IdentifyStudy,
+) -> Result<RationalFit, Error> {
+    let values: Vec<Vec<Complex>> = responses
+        .functions
+        .iter()
+        .map(|f| f.value.clone())
+        .collect();
+    let variance: Option<Vec<Vec<f64>>> = responses
+        .functions
+        .iter()
+        .map(|f| f.variance.clone())
+        .collect();
     let options = RationalOptions {
         band_hz: Some(band),
         order: study.order,
@@ -187,11 +253,17 @@ fn fitted(responses: &FrequencyResponses, acquired: Option<&Acquired>, band: (f6
         .collect();
     match (study.derivative, kinds.first()) {
         (Some(times), _) => fit(times),
-        (None, Some(ResponseKind::Compliance(times))) if kinds.iter().all(|k| k == &kinds[0]) => fit(*times),
+        (None, Some(ResponseKind::Compliance(times))) if kinds.iter().all(|k| k == &kinds[0]) => {
+            fit(*times)
+        }
         (None, Some(ResponseKind::Unknown)) => {
             // Receptance and accelerance differ in what modes outside the band leave in it: the better of the two.
             let (plain, twice) = (fit(0)?, fit(2)?);
-            Ok(if cost(&twice) < cost(&plain) { twice } else { plain })
+            Ok(if cost(&twice) < cost(&plain) {
+                twice
+            } else {
+                plain
+            })
         }
         _ => fit(0),
     }
@@ -205,11 +277,18 @@ fn cost(fit: &RationalFit) -> f64 {
 
 /// A mode without the exponential window that lay on its record: the pole moves right by its rate.
 fn without_window(mode: &IdentifiedMode, decay: f64) -> IdentifiedMode {
-    IdentifiedMode { pole: mode.pole + decay, ..mode.clone() }
+    IdentifiedMode {
+        pole: mode.pole + decay,
+        ..mode.clone()
+    }
 }
 
 /// Partial fractions of each response: `s^q/(s − p) = p^q/(s − p)` and a polynomial, the window taken off by `H(s) = H_w(s − σ)`.
-fn transfer_functions(responses: &FrequencyResponses, fit: &RationalFit, decay: f64) -> Result<Vec<TransferFunction>, Error> {
+fn transfer_functions(
+    responses: &FrequencyResponses,
+    fit: &RationalFit,
+    decay: f64,
+) -> Result<Vec<TransferFunction>, Error> {
     let mut all = Vec::new();
     for (i, f) in responses.functions.iter().enumerate() {
         let mut direct = Direct::default();
@@ -236,8 +315,13 @@ fn transfer_functions(responses: &FrequencyResponses, fit: &RationalFit, decay: 
             }
         }
         let poles = fit.poles.iter().map(|p| p + decay).collect();
-        let delay = fit.delay_s.get(i.min(fit.delay_s.len().saturating_sub(1))).copied().unwrap_or(0.0);
-        let mut function = TransferFunction::new(poles, residues, direct)?.between(f.input.clone(), f.output.clone());
+        let delay = fit
+            .delay_s
+            .get(i.min(fit.delay_s.len().saturating_sub(1)))
+            .copied()
+            .unwrap_or(0.0);
+        let mut function = TransferFunction::new(poles, residues, direct)?
+            .between(f.input.clone(), f.output.clone());
         if delay > 0.0 {
             function = function.delayed(delay)?;
         }
