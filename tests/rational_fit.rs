@@ -270,7 +270,7 @@ fn accelerances<'a>(f: &'a [f64], h: &'a [Vec<Complex>]) -> Measured<'a> {
     }
 }
 
-/// Six accelerances of a beam, without a hint but the band.
+/// Six accelerances of a beam, without a hint but the band and at most sixteen pole pairs.
 #[test]
 #[ignore = "set GEARDYN_RECORDINGS to the folder of measured logs"]
 fn ref_sdypy_beam_six_responses() {
@@ -278,6 +278,7 @@ fn ref_sdypy_beam_six_responses() {
     let (f, h) = csv(&folder.join("sdypy_ema_beam/sdypy_beam_frf_resp1.csv"));
     let options = RationalOptions {
         band_hz: Some((10.0, 5000.0)),
+        most_poles: 16,
         ..RationalOptions::default()
     };
     let fit = fit(&accelerances(&f, &h), &options).unwrap();

@@ -128,6 +128,10 @@ pub(super) fn search(lines: &Lines, options: &RationalOptions, trusted: bool) ->
         &mut evidence,
         &mut effort,
     );
+    if merge(lines, &weights, &mut scattered, &mut fitted, structure) {
+        weights = Weights::new(&scattered.added(lines, &variance));
+        problem = [lines.shared(&weights, structure)];
+    }
     let at_limit = options.order.is_none() && fitted.model.poles.len() >= rules.most;
     let problems = if weights.exact {
         problem.to_vec()
@@ -229,6 +233,48 @@ impl Scattered {
         (0..poles.len())
             .filter(|&r| poles[r].overlap(pole) > 0.5)
             .max_by(|&a, &b| poles[a].overlap(pole).total_cmp(&poles[b].overlap(pole)))
+    }
+}
+
+/// Where responses disagree about some poles, two poles nearer than this share of a half-width are one they disagree about.
+const ONE: f64 = 0.5;
+
+/// Merges such poles; says whether there were any.
+fn merge(
+    lines: &Lines,
+    weights: &Weights,
+    scattered: &mut Scattered,
+    fitted: &mut Fitted,
+    structure: Structure,
+) -> bool {
+    let numerators = structure.numerators();
+    let mut merged = false;
+    if scattered.list.iter().all(|s| s.0.share > 0.0) {
+        return false;
+    }
+    loop {
+        let poles = &fitted.model.poles;
+        let pair = (0..poles.len())
+            .flat_map(|a| (0..a).map(move |b| (a, b)))
+            .find(|&(a, b)| {
+                (poles[a].w - poles[b].w).abs() < ONE * poles[a].sigma.min(poles[b].sigma)
+            });
+        let Some((gone, kept)) = pair else {
+            return merged;
+        };
+        let apart = (poles[gone].w - poles[kept].w).abs();
+        let wider = (poles[gone].sigma - poles[kept].sigma).abs();
+        let mut model = fitted.model.clone();
+        model.poles[kept].w = 0.5 * (poles[gone].w + poles[kept].w);
+        model.poles.remove(gone);
+        *fitted = at(&[lines.shared(weights, structure)], &model, numerators);
+        let new = Scatter {
+            pole: kept,
+            tau: (apart, wider),
+            share: 0.0,
+        };
+        scattered.add(lines, weights, fitted, numerators, new);
+        merged = true;
     }
 }
 
