@@ -50,7 +50,10 @@ fn lines() -> Vec<f64> {
 impl Case {
     fn pole(&self, r: usize) -> Complex {
         let w = TAU * self.frequency_hz[r];
-        Complex::new(-self.damping[r] * w, w * (1.0 - self.damping[r].powi(2)).sqrt())
+        Complex::new(
+            -self.damping[r] * w,
+            w * (1.0 - self.damping[r].powi(2)).sqrt(),
+        )
     }
 
     /// Receptances, each mode as high at its resonance as the others.
@@ -154,8 +157,12 @@ fn errors(fit: &RationalFit, case: &Case) -> Option<(f64, f64)> {
     let mut worst = (0.0_f64, 0.0_f64);
     for r in 0..5 {
         let m = &fit.modes[r];
-        worst.0 = worst.0.max((m.frequency_hz() / case.frequency_hz[r] - 1.0).abs());
-        worst.1 = worst.1.max((m.damping_ratio() / case.damping[r] - 1.0).abs());
+        worst.0 = worst
+            .0
+            .max((m.frequency_hz() / case.frequency_hz[r] - 1.0).abs());
+        worst.1 = worst
+            .1
+            .max((m.damping_ratio() / case.damping[r] - 1.0).abs());
     }
     Some(worst)
 }
@@ -176,7 +183,11 @@ fn law_five_modes_in_noise() {
                 let variance = given.then_some(v.as_slice());
                 let fit = fit(&measured(&f, &h, variance), &RationalOptions::default()).unwrap();
                 let worst = errors(&fit, case);
-                println!("{} {snr} dB given {given}: {worst:?} {}", case.name, describe(&fit));
+                println!(
+                    "{} {snr} dB given {given}: {worst:?} {}",
+                    case.name,
+                    describe(&fit)
+                );
                 if worst.is_none() {
                     missed.push(format!("{} {snr} dB given {given}", case.name));
                 }

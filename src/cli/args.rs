@@ -141,7 +141,12 @@ pub struct IdentifyArgs {
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub export: Option<PathBuf>,
     /// Sample the exported state space (s where bare)
-    #[arg(long, value_name = "TIME", requires = "export", help_heading = "Output")]
+    #[arg(
+        long,
+        value_name = "TIME",
+        requires = "export",
+        help_heading = "Output"
+    )]
     pub sample_time: Option<String>,
     /// How it is sampled
     #[arg(long, value_enum, requires = "sample_time", default_value_t = MapWord::ZeroOrderHold, help_heading = "Output")]

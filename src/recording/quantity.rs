@@ -51,6 +51,8 @@ const SENSORS: &[(&str, Sensed, f64)] = &[
     ("ips", Sensed::Velocity, 0.0254),
     ("mil", Sensed::Displacement, 25.4e-6),
     ("mils", Sensed::Displacement, 25.4e-6),
+    ("Newtons", Sensed::Force, 1.0),
+    ("Newton", Sensed::Force, 1.0),
     ("V", Sensed::Voltage, 1.0),
     ("mV", Sensed::Voltage, 1e-3),
     ("µV", Sensed::Voltage, 1e-6),

@@ -46,7 +46,7 @@ pub fn settle(mut raw: Raw, settings: &Settings) -> Result<Recording, Error> {
     };
     if let (Some(base), Some(stamps)) = (&base, &group.clock.stamps) {
         settled.say_gaps(base, settings);
-        settled.even_out(base, &stamps.seconds)?;
+        settled.even_out(base, &stamps.seconds, stamps.resolution_s)?;
     }
     settled.split_at_missing()?;
     if settings.gaps == Gaps::Fill {
@@ -181,7 +181,11 @@ fn rate(
     let header = group.clock.header_rate.as_ref();
     let by_stamps = |base: &TimeBase| {
         let rows = samples(group);
-        (base.rate_hz, format!("by regression over {rows} stamps"))
+        let how = match base.spacing {
+            Spacing::Jittered { .. } => "mean",
+            _ => "by regression",
+        };
+        (base.rate_hz, format!("{how} over {rows} stamps"))
     };
     match (settings.rate, base, header) {
         (Some(RateSource::Hertz(rate)), _, _) if rate > 0.0 && rate.is_finite() => {
@@ -276,11 +280,16 @@ impl Settled {
     }
 
     /// Resamples jittered rows.
-    fn even_out(&mut self, base: &TimeBase, seconds: &Column) -> Result<(), Error> {
+    fn even_out(
+        &mut self,
+        base: &TimeBase,
+        seconds: &Column,
+        resolution_s: f64,
+    ) -> Result<(), Error> {
         let Spacing::Jittered {
             rms_s,
+            most_s,
             steps_s: (short, long),
-            ..
         } = base.spacing
         else {
             return Ok(());
@@ -326,8 +335,22 @@ impl Settled {
         self.stretches = stretches;
         let decibels = 20.0 * worst.max(1e-12).log10();
         let text = crate::base::units::seconds;
+        let drift = match (base.drift_hz.1 / base.drift_hz.0 - 1.0).abs() > SAME_RATE {
+            true => format!(
+                "; the clock drifts between {:.1} and {:.1} Hz",
+                base.drift_hz.0, base.drift_hz.1
+            ),
+            false => String::new(),
+        };
+        // Stamps whose last digit is a good part of a step are rounded as well.
+        const COARSE: f64 = 0.02;
+        let rounded = match resolution_s * rate > COARSE {
+            true => format!(", rounded to {}", text(resolution_s)),
+            false => String::new(),
+        };
         let message = format!(
-            "resampled to {rate:.6} Hz, band-limited: error below {decibels:.0} dB up to {band:.4} Hz (stamps jitter by {} rms, steps of {} to {})",
+            "resampled to {rate:.6} Hz, band-limited: error below {decibels:.0} dB up to {band:.4} Hz (stamps up to {} off an even grid, {} rms, steps of {} to {}{rounded}{drift})",
+            text(most_s),
             text(rms_s),
             text(short),
             text(long)

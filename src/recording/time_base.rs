@@ -1,5 +1,6 @@
 //! The clock of a log: its rate by regression over the stamps, `t_i = a_s + i/rate` with one rate and an offset for every stretch
-//! between gaps; jitter, gaps, rounding of the stamps. Never the median step: rounding and jitter bias it.
+//! between gaps; jitter, gaps, rounding of the stamps. Where they jitter, the mean over the stretches, which keeps their length
+//! when the samples are put on an even grid. Never the median step: rounding and jitter bias it.
 
 use std::ops::Range;
 
@@ -26,8 +27,10 @@ pub struct TimeBase {
     pub rate_std: f64,
     /// Stretches without a gap, in rows.
     pub stretches: Vec<Range<usize>>,
-    /// Time of the first row of each stretch on the regression line, s.
+    /// Time of the first row of each stretch, s: on the regression line, its own stamp where the stamps jitter.
     pub starts: Vec<f64>,
+    /// The rate of single parts of the record, the lowest and the highest, Hz: how the clock drifts.
+    pub drift_hz: (f64, f64),
     /// Gaps between the stretches.
     pub gaps: Vec<Gap>,
     /// How evenly the stamps are spaced.
@@ -76,6 +79,8 @@ struct Sums {
     y: f64,
     xx: f64,
     xy: f64,
+    /// The latest `y`.
+    last: f64,
 }
 
 impl Sums {
@@ -85,6 +90,7 @@ impl Sums {
         self.y += y;
         self.xx += x * x;
         self.xy += x * y;
+        self.last = y;
     }
 
     /// Σ(x − x̄)² and Σ(x − x̄)(y − ȳ).
@@ -189,6 +195,7 @@ pub fn examine(clock: &Clock, stamps: &Stamps) -> Result<TimeBase, Error> {
         Ok(())
     })?;
     let freedoms = (n as f64 - 1.0 - stretches.len() as f64).max(1.0);
+    let mut rate_hz = 1.0 / dt;
     let spacing = if most <= UNIFORM * dt {
         Spacing::Uniform
     } else if most <= stamps.resolution_s {
@@ -202,8 +209,21 @@ pub fn examine(clock: &Clock, stamps: &Stamps) -> Result<TimeBase, Error> {
             steps_s: (shortest, longest),
         }
     };
+    let mut starts = starts;
+    if matches!(spacing, Spacing::Jittered { .. }) {
+        let (steps, length) = all
+            .iter()
+            .fold((0.0, 0.0), |(n, t), s| (n + s.n - 1.0, t + s.last));
+        rate_hz = if length > 0.0 {
+            steps / length
+        } else {
+            rate_hz
+        };
+        starts = firsts;
+    }
     Ok(TimeBase {
-        rate_hz: 1.0 / dt,
+        rate_hz,
+        drift_hz: drift(stamps, &stretches, rate_hz)?,
         rate_std: if xx > 0.0 {
             (square / freedoms / xx).sqrt() / dt
         } else {
@@ -214,6 +234,28 @@ pub fn examine(clock: &Clock, stamps: &Stamps) -> Result<TimeBase, Error> {
         gaps,
         spacing,
     })
+}
+
+/// The lowest and the highest rate over the tenths of the longest stretch, Hz.
+fn drift(stamps: &Stamps, stretches: &[Range<usize>], rate_hz: f64) -> Result<(f64, f64), Error> {
+    const PARTS: usize = 10;
+    let longest = stretches.iter().max_by_key(|s| s.len()).cloned();
+    let Some(rows) = longest.filter(|s| s.len() > 2 * PARTS) else {
+        return Ok((rate_hz, rate_hz));
+    };
+    let length = (rows.len() - 1) / PARTS;
+    let (mut low, mut high) = (f64::INFINITY, 0.0f64);
+    for part in 0..PARTS {
+        let first = rows.start + part * length;
+        let mut ends = [0.0, 0.0];
+        stamps.seconds.read(first, &mut ends[..1])?;
+        stamps.seconds.read(first + length, &mut ends[1..])?;
+        let rate = length as f64 / (ends[1] - ends[0]);
+        if rate.is_finite() {
+            (low, high) = (low.min(rate), high.max(rate));
+        }
+    }
+    Ok((low.min(rate_hz), high.max(rate_hz)))
 }
 
 /// The step most rows make, s: only to tell gaps from steps, never to tell the rate.

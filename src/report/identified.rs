@@ -19,7 +19,11 @@ use crate::recording::responses::FrequencyResponse;
 /// A transfer function without polynomial form.
 pub fn json(found: &Identification, done: &[Repair]) -> Result<Value, Error> {
     let trace: Vec<&str> = found.trace.iter().map(|t| t.0).collect();
-    let functions = found.functions.iter().map(TransferFunction::to_json).collect::<Result<Vec<Value>, Error>>()?;
+    let functions = found
+        .functions
+        .iter()
+        .map(TransferFunction::to_json)
+        .collect::<Result<Vec<Value>, Error>>()?;
     Ok(json!({
         "geardyn": log_header(&trace),
         "how": found.how,
@@ -43,8 +47,13 @@ pub fn json(found: &Identification, done: &[Repair]) -> Result<Value, Error> {
 
 fn mode(found: &Identification, k: usize, mode: &IdentifiedMode) -> Value {
     let f = mode.frequency_hz();
-    let names = found.responses.functions.iter().map(|f| f.output.name.clone());
-    let shape: serde_json::Map<String, Value> = names.zip(mode.shape.iter().map(|&z| complex(z))).collect();
+    let names = found
+        .responses
+        .functions
+        .iter()
+        .map(|f| f.output.name.clone());
+    let shape: serde_json::Map<String, Value> =
+        names.zip(mode.shape.iter().map(|&z| complex(z))).collect();
     json!({
         "mode": k + 1,
         "frequency_hz": f,
@@ -61,7 +70,8 @@ fn mode(found: &Identification, k: usize, mode: &IdentifiedMode) -> Value {
 
 /// The modes as CSV.
 pub fn csv(found: &Identification) -> String {
-    let mut text = String::from("mode,frequency_hz,frequency_std_hz,damping_ratio,damping_std,coherence");
+    let mut text =
+        String::from("mode,frequency_hz,frequency_std_hz,damping_ratio,damping_std,coherence");
     let quoted = |name: &str| name.replace('"', "\"\"");
     for f in &found.responses.functions {
         text += &format!(",\"{0} re\",\"{0} im\"", quoted(&f.output.name));
@@ -89,20 +99,41 @@ pub fn csv(found: &Identification) -> String {
 /// The responses, measured and fitted, inside the band.
 pub fn curves(found: &Identification, title: &str) -> Bode {
     let (low, high) = found.band_hz;
-    let lines: Vec<usize> = (0..found.responses.frequency_hz.len()).filter(|&k| (low..=high).contains(&found.responses.frequency_hz[k])).collect();
-    let synthesised: Vec<Vec<_>> = lines.iter().map(|&k| found.fit.synthesise(found.responses.frequency_hz[k])).collect();
+    let lines: Vec<usize> = (0..found.responses.frequency_hz.len())
+        .filter(|&k| (low..=high).contains(&found.responses.frequency_hz[k]))
+        .collect();
+    let synthesised: Vec<Vec<_>> = lines
+        .iter()
+        .map(|&k| found.fit.synthesise(found.responses.frequency_hz[k]))
+        .collect();
     let curve = |(i, f): (usize, &FrequencyResponse)| Curve {
         label: label(f),
         unit: unit(f),
         measured: lines.iter().map(|&k| f.value[k]).collect(),
         fitted: Some(synthesised.iter().map(|all| all[i]).collect()),
-        coherence: f.coherence.as_ref().map(|c| lines.iter().map(|&k| c[k]).collect()),
+        coherence: f
+            .coherence
+            .as_ref()
+            .map(|c| lines.iter().map(|&k| c[k]).collect()),
     };
     Bode {
         title: title.to_string(),
-        frequency_hz: lines.iter().map(|&k| found.responses.frequency_hz[k]).collect(),
-        curves: found.responses.functions.iter().enumerate().map(curve).collect(),
-        modes_hz: found.modes.iter().map(IdentifiedMode::frequency_hz).collect(),
+        frequency_hz: lines
+            .iter()
+            .map(|&k| found.responses.frequency_hz[k])
+            .collect(),
+        curves: found
+            .responses
+            .functions
+            .iter()
+            .enumerate()
+            .map(curve)
+            .collect(),
+        modes_hz: found
+            .modes
+            .iter()
+            .map(IdentifiedMode::frequency_hz)
+            .collect(),
     }
 }
 
@@ -116,7 +147,9 @@ fn label(f: &FrequencyResponse) -> String {
 
 fn unit(f: &FrequencyResponse) -> String {
     match &f.input {
-        Some(input) if !input.unit.is_empty() && !f.output.unit.is_empty() => format!("({})/({})", f.output.unit, input.unit),
+        Some(input) if !input.unit.is_empty() && !f.output.unit.is_empty() => {
+            format!("({})/({})", f.output.unit, input.unit)
+        }
         _ => f.output.unit.clone(),
     }
 }

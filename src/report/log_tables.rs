@@ -98,7 +98,11 @@ pub fn identified(found: &Identification) -> String {
         text += "no mode is significant in the band\n";
         return text;
     }
-    let coherent = found.responses.functions.iter().any(|f| f.coherence.is_some());
+    let coherent = found
+        .responses
+        .functions
+        .iter()
+        .any(|f| f.coherence.is_some());
     let mut table = plain();
     let mut heads = vec!["mode", "frequency", "damping"];
     let mut units = vec!["", "Hz", "%"];
@@ -112,24 +116,45 @@ pub fn identified(found: &Identification) -> String {
     table.add_row(units);
     for (k, mode) in found.modes.iter().enumerate() {
         let frequency = with_deviation(mode.frequency_hz(), mode.frequency_std_hz().unwrap_or(0.0));
-        let damping = with_deviation(100.0 * mode.damping_ratio(), 100.0 * mode.damping_std().unwrap_or(0.0));
+        let damping = with_deviation(
+            100.0 * mode.damping_ratio(),
+            100.0 * mode.damping_std().unwrap_or(0.0),
+        );
         let mut row = vec![(k + 1).to_string(), frequency, damping];
         if coherent {
-            row.push(coherence_at(&found.responses, mode.frequency_hz()).map_or("–".to_string(), |c| format!("{c:.3}")));
+            row.push(
+                coherence_at(&found.responses, mode.frequency_hz())
+                    .map_or("–".to_string(), |c| format!("{c:.3}")),
+            );
         }
         row.push(note_of(found, mode));
         table.add_row(row);
     }
     super::table::right_but_last(&mut table);
     text += &finish(&table);
-    text += &format!("± one standard deviation; fit error {} %\n", super::number::percent(super::identified::worst_error(found)));
+    text += &format!(
+        "± one standard deviation; fit error {} %\n",
+        super::number::percent(super::identified::worst_error(found))
+    );
     if let Some(last) = found.fit.evidence.iter().rev().find(|s| !s.accepted) {
         text += &format!("{}\n", last.words());
     }
     let decay = found.responses.window_decay;
-    if decay > 0.0 && let (Some(first), Some(last)) = (found.modes.first(), found.modes.last()) {
-        let shift = |m: &IdentifiedMode| format!("{} % at {} Hz", super::number::percent(window_damping(decay, m.frequency_hz())), brief(m.frequency_hz()));
-        text += &format!("exponential window: taken off the damping, {} … {}\n", shift(first), shift(last));
+    if decay > 0.0
+        && let (Some(first), Some(last)) = (found.modes.first(), found.modes.last())
+    {
+        let shift = |m: &IdentifiedMode| {
+            format!(
+                "{} % at {} Hz",
+                super::number::percent(window_damping(decay, m.frequency_hz())),
+                brief(m.frequency_hz())
+            )
+        };
+        text += &format!(
+            "exponential window: taken off the damping, {} … {}\n",
+            shift(first),
+            shift(last)
+        );
     }
     text
 }
