@@ -35,11 +35,14 @@ impl Harmonic {
         self.order.is_some() || self.is_sine()
     }
 
-    /// Nearer to a sine than to noise by more than chance.
+    /// Nearer to a sine than to noise by more than chance; or an envelope so constant that only a resonance narrower than the record can
+    /// resolve would have it.
     pub fn is_sine(&self) -> bool {
         const NEARER: f64 = 1.5; // half way
         const BEYOND_CHANCE: f64 = 3.0; // standard deviations
-        self.envelope_kurtosis < NEARER.min(2.0 - BEYOND_CHANCE * self.scatter)
+        const CONSTANT: f64 = 1.05; // an amplitude that strays by 11 %
+        let noise = (2.0 - BEYOND_CHANCE * self.scatter).max(CONSTANT);
+        self.envelope_kurtosis < noise.min(NEARER)
     }
 }
 

@@ -22,17 +22,17 @@ pub struct SpectralMatrix {
     pub lines: Vec<ComplexMatrix>,
 }
 
-/// Segments of half overlap that the default leaves in a record.
-const SEGMENTS: usize = 40;
+/// Segments that the default leaves in a record, at least; up to twice as many, for lengths are powers of two.
+const SEGMENTS: usize = 10;
 
 impl SpectralMatrix {
-    /// With a Hann window over `segment` samples; `None` takes a twentieth of the record.
+    /// With a Hann window over `segment` samples; `None` takes the power of two below a tenth of the record.
     ///
     /// # Errors
     /// `TooShort` where fewer than two segments fit.
     pub fn new(channels: &Channels, segment: Option<usize>) -> Result<SpectralMatrix, Error> {
         let n = channels.length();
-        let segment = segment.unwrap_or_else(|| (2 * n / SEGMENTS).max(16)).max(4);
+        let segment = segment.unwrap_or_else(|| 1 << (n / SEGMENTS).max(16).ilog2()).max(4);
         let hop = segment / 2;
         if n < segment + hop {
             return Err(Error::new(
