@@ -230,7 +230,11 @@ fn csv(path: &std::path::Path) -> (Vec<f64>, Vec<Vec<Complex>>) {
         .collect();
     let f = rows.iter().map(|r| r[0]).collect();
     let h = (0..rows[0].len() / 2)
-        .map(|i| rows.iter().map(|r| Complex::new(r[1 + 2 * i], r[2 + 2 * i])).collect())
+        .map(|i| {
+            rows.iter()
+                .map(|r| Complex::new(r[1 + 2 * i], r[2 + 2 * i]))
+                .collect()
+        })
         .collect();
     (f, h)
 }
@@ -243,8 +247,13 @@ fn npy(path: &std::path::Path) -> Vec<Vec<Complex>> {
         .chunks_exact(8)
         .map(|b| f64::from_le_bytes(b.try_into().unwrap()))
         .collect();
-    let all: Vec<Complex> = numbers.chunks_exact(2).map(|z| Complex::new(z[0], z[1])).collect();
-    all.chunks_exact(all.len() / 42).map(<[Complex]>::to_vec).collect()
+    let all: Vec<Complex> = numbers
+        .chunks_exact(2)
+        .map(|z| Complex::new(z[0], z[1]))
+        .collect();
+    all.chunks_exact(all.len() / 42)
+        .map(<[Complex]>::to_vec)
+        .collect()
 }
 
 const BEAM: [(f64, f64); 7] = [
@@ -260,7 +269,11 @@ const BEAM: [(f64, f64); 7] = [
 /// The reference frequencies are each met by one mode within 0.5 %, its damping within 15 %; what else is reported is returned.
 fn check_beam(fit: &RationalFit) -> (Vec<String>, Vec<f64>) {
     let mut wrong = Vec::new();
-    let near = |f: f64| fit.modes.iter().filter(move |m| (m.frequency_hz() / f - 1.0).abs() < 0.005);
+    let near = |f: f64| {
+        fit.modes
+            .iter()
+            .filter(move |m| (m.frequency_hz() / f - 1.0).abs() < 0.005)
+    };
     for (f, z) in BEAM {
         let met: Vec<_> = near(f).collect();
         match met.as_slice() {

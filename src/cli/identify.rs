@@ -213,7 +213,11 @@ fn files(args: &IdentifyArgs, found: &Identification) -> Result<Vec<String>, Err
         match path.extension().and_then(|e| e.to_str()) {
             Some("csv") => write::csv::responses(&found.responses, &mut bytes)?,
             Some("uff") => write::uff::responses(&found.responses, Form::Text, &mut bytes)?,
-            _ => write::json::responses(&found.responses, &report::json::log_header(&[]), &mut bytes)?,
+            _ => write::json::responses(
+                &found.responses,
+                &report::json::log_header(&[]),
+                &mut bytes,
+            )?,
         }
         all.push((path.clone(), bytes));
     }

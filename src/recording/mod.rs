@@ -60,6 +60,5 @@ pub mod settle;
 /// What a channel looks like.
 pub mod survey;
 
-
 /// Signals and frequency responses to files.
 pub mod write;

@@ -238,7 +238,7 @@ impl Reader {
             classes::CELL => Contents::Cells(self.children(rest, count, None, depth)?),
             classes::STRUCT => {
                 let fields = fields(rest, order)?;
-                let count = count.checked_mul(fields.len()).unwrap_or(usize::MAX);
+                let count = count.saturating_mul(fields.len());
                 Contents::Structure(self.children(rest, count, Some(&fields), depth)?)
             }
             classes::DOUBLE..=classes::UINT64 => {

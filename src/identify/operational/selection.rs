@@ -43,14 +43,21 @@ pub fn physical(
     (select(&orders, found.spacing_hz, rule).into_iter())
         .map(|chosen| {
             let middle = chosen.mode.pole;
-            let all = found.orders.iter().flat_map(|o| o.modes.iter().map(move |m| (o.order, m)));
+            let all = found
+                .orders
+                .iter()
+                .flat_map(|o| o.modes.iter().map(move |m| (o.order, m)));
             let nearest = all.min_by(|a, b| {
                 let apart = |m: &IdentifiedMode| (m.pole - middle).norm();
                 apart(a.1).total_cmp(&apart(b.1))
             });
             let (order, mode) = nearest.map_or((0, chosen.mode.clone()), |(o, m)| (o, m.clone()));
             let strongest = (0..mode.shape.len())
-                .max_by(|&a, &b| mode.shape[a].norm_sqr().total_cmp(&mode.shape[b].norm_sqr()))
+                .max_by(|&a, &b| {
+                    mode.shape[a]
+                        .norm_sqr()
+                        .total_cmp(&mode.shape[b].norm_sqr())
+                })
                 .unwrap_or(0);
             // Wide enough to hold the resonance, and enough lines of the record to tell a distribution.
             let half_band = (HALF_BANDS * mode.pole.re.abs() / std::f64::consts::TAU)

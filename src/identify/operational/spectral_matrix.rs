@@ -39,10 +39,17 @@ impl SpectralMatrix {
                 Code::TooShort,
                 format!("{n} samples for segments of {segment}"),
             )
-            .hint(format!("take at least {} samples, or shorter segments", segment + hop)));
+            .hint(format!(
+                "take at least {} samples, or shorter segments",
+                segment + hop
+            )));
         }
         let window: Vec<f64> = (0..segment)
-            .map(|t| (std::f64::consts::PI * t as f64 / segment as f64).sin().powi(2))
+            .map(|t| {
+                (std::f64::consts::PI * t as f64 / segment as f64)
+                    .sin()
+                    .powi(2)
+            })
             .collect();
         let power: f64 = window.iter().map(|w| w * w).sum();
         let nc = channels.samples().len();
@@ -78,7 +85,14 @@ impl SpectralMatrix {
             }
         }
         let window_lags = (0..segment)
-            .map(|lag| window.iter().zip(&window[lag..]).map(|(a, b)| a * b).sum::<f64>() / power)
+            .map(|lag| {
+                window
+                    .iter()
+                    .zip(&window[lag..])
+                    .map(|(a, b)| a * b)
+                    .sum::<f64>()
+                    / power
+            })
             .collect();
         Ok(SpectralMatrix {
             spacing_hz: channels.rate_hz() / transform.samples() as f64,

@@ -21,7 +21,11 @@ const SPOILS: f64 = 1.5;
 pub(super) fn answer(measured: &Measured, lines: &Lines, found: Found) -> RationalFit {
     let per_dof = found.fitted.chi2 / found.dof;
     let beyond = per_dof > 1.0 + BEYOND_NOISE * (2.0 / found.dof).sqrt();
-    let scale = if found.estimated || beyond { per_dof } else { 1.0 };
+    let scale = if found.estimated || beyond {
+        per_dof
+    } else {
+        1.0
+    };
     let numerators = found.structure.numerators();
     let certain = covariance(&found.problems, &found.fitted, numerators, scale);
     let poles = &found.fitted.model.poles;
@@ -35,7 +39,10 @@ pub(super) fn answer(measured: &Measured, lines: &Lines, found: Found) -> Ration
     let zero = Complex::new(0.0, 0.0);
     let mut fit = RationalFit {
         modes: Vec::new(),
-        poles: order.iter().map(|&r| poles[r].value() * lines.top).collect(),
+        poles: order
+            .iter()
+            .map(|&r| poles[r].value() * lines.top)
+            .collect(),
         residues: vec![vec![zero; poles.len()]; responses],
         residual_terms: vec![[0.0; 2]; responses],
         delay_s: by_measured(&found.fitted.model.delays, lines, responses)
@@ -252,7 +259,9 @@ fn warn(fit: &mut RationalFit, lines: &Lines, found: &Found, beyond: bool, per_d
     if beyond && !found.estimated {
         say(
             "misfit",
-            format!("the misfit is {per_dof:.2} times what the variance explains; standard deviations were widened to it"),
+            format!(
+                "the misfit is {per_dof:.2} times what the variance explains; standard deviations were widened to it"
+            ),
             "look for drift between measurements, nonlinearity, leakage, or a variance that is too small",
         );
     }
@@ -261,7 +270,9 @@ fn warn(fit: &mut RationalFit, lines: &Lines, found: &Found, beyond: bool, per_d
         let tau = s.1.tau.0 * lines.top / std::f64::consts::TAU;
         say(
             "responses-disagree",
-            format!("the responses disagree about the mode at {f:.2} Hz by {tau:.2e} Hz (standard deviation) beyond their noise"),
+            format!(
+                "the responses disagree about the mode at {f:.2} Hz by {tau:.2e} Hz (standard deviation) beyond their noise"
+            ),
             "sensors that load the structure, drift, or amplitudes that differ",
         );
     }

@@ -106,12 +106,7 @@ impl Problem {
             let size = pole.w.hypot(pole.sigma);
             for k in 0..n {
                 let inverse = self.factor[k] * inverse(pole, self.x[k]);
-                put(
-                    basis.col_as_slice_mut(r * numerators),
-                    k,
-                    n,
-                    inverse * size,
-                );
+                put(basis.col_as_slice_mut(r * numerators), k, n, inverse * size);
                 if numerators == 2 {
                     let s = Complex::new(0.0, self.x[k]);
                     put(

@@ -38,7 +38,9 @@ pub(super) fn start(problem: &Problem, per_response: bool) -> Vec<f64> {
     if !per_response {
         return vec![best(problem, &strong, &(0..responses).collect::<Vec<_>>())];
     }
-    (0..responses).map(|i| best(problem, &strong, &[i])).collect()
+    (0..responses)
+        .map(|i| best(problem, &strong, &[i]))
+        .collect()
 }
 
 fn best(problem: &Problem, strong: &[Placed], responses: &[usize]) -> f64 {

@@ -120,7 +120,13 @@ impl<'a> Growth<'a> {
                 Some(next) => (fitted, settled) = (next, false),
                 None => {
                     if peaks.is_empty() && self.scatter.is_none() {
-                        evidence.push(self.step(&fitted, fitted.chi2 - best, 1, false, "no place in the band promises enough"));
+                        evidence.push(self.step(
+                            &fitted,
+                            fitted.chi2 - best,
+                            1,
+                            false,
+                            "no place in the band promises enough",
+                        ));
                     }
                     return fitted;
                 }
@@ -170,7 +176,11 @@ impl<'a> Growth<'a> {
         model.poles.extend(distinct.iter().map(|p| p.pole));
         let next = self.polish(&model);
         let next = self.prune(next);
-        let added = next.model.poles.len().saturating_sub(fitted.model.poles.len());
+        let added = next
+            .model
+            .poles
+            .len()
+            .saturating_sub(fitted.model.poles.len());
         if added == 0 || fitted.chi2 - next.chi2 < self.threshold * added as f64 {
             return None;
         }
@@ -211,8 +221,7 @@ impl<'a> Growth<'a> {
             }
             let near = beside(&fitted.model.poles, &start, self.problem[0].y.ncols());
             if let (Some(r), None) = (near, self.rules.order) {
-                self.scatter =
-                    disagreement(&self.problem[0], fitted, self.numerators, r, start);
+                self.scatter = disagreement(&self.problem[0], fitted, self.numerators, r, start);
                 if self.scatter.is_some() {
                     evidence.push(self.step(fitted, fitted.chi2 - gain, 1, false, DISAGREE));
                     return None;
@@ -226,8 +235,17 @@ impl<'a> Growth<'a> {
                 self.refused.push(start);
                 continue;
             }
-            if self.rules.estimated && !forced && self.is_outlier(&fitted.fits[0].e, &next.fits[0].e) {
-                evidence.push(self.step(fitted, next.chi2, 1, false, "nearly all of it on one line: taken as a bad line"));
+            if self.rules.estimated
+                && !forced
+                && self.is_outlier(&fitted.fits[0].e, &next.fits[0].e)
+            {
+                evidence.push(self.step(
+                    fitted,
+                    next.chi2,
+                    1,
+                    false,
+                    "nearly all of it on one line: taken as a bad line",
+                ));
                 self.refused.push(start);
                 continue;
             }
@@ -278,8 +296,7 @@ impl<'a> Growth<'a> {
                 .into_iter()
                 .enumerate()
                 .filter(|&(r, s)| {
-                    s < self.threshold
-                        && !kept.iter().any(|q| same(q, &fitted.model.poles[r]))
+                    s < self.threshold && !kept.iter().any(|q| same(q, &fitted.model.poles[r]))
                 })
                 .min_by(|a, b| a.1.total_cmp(&b.1));
             let Some((r, _)) = weak else {
@@ -318,9 +335,7 @@ impl<'a> Growth<'a> {
             return false;
         };
         let freedoms = freedoms(&self.problem[0], self.numerators);
-        if largest < 0.5 * total
-            || total - largest > chi_squared_quantile(1.0 - OF_LAW, freedoms)
-        {
+        if largest < 0.5 * total || total - largest > chi_squared_quantile(1.0 - OF_LAW, freedoms) {
             return false;
         }
         let m = before.ncols();
@@ -395,9 +410,8 @@ pub(super) fn significance(fitted: &Fitted, numerators: usize) -> Vec<f64> {
         let inverse = fit
             .qr
             .solve(&Matrix::from_fn(n, n, |i, j| f64::from(u8::from(i == j))));
-        let product = |a: usize, b: usize| -> f64 {
-            (0..n).map(|k| inverse[(a, k)] * inverse[(b, k)]).sum()
-        };
+        let product =
+            |a: usize, b: usize| -> f64 { (0..n).map(|k| inverse[(a, k)] * inverse[(b, k)]).sum() };
         for (r, sum) in all.iter_mut().enumerate() {
             let a = r * numerators;
             let saa = product(a, a);

@@ -192,7 +192,10 @@ impl Weights {
             .collect();
         let of_line: Vec<f64> = (0..lines)
             .map(|k| {
-                let mut logs = variance.iter().zip(&of_response).map(|(v, g)| v[k].ln() - g);
+                let mut logs = variance
+                    .iter()
+                    .zip(&of_response)
+                    .map(|(v, g)| v[k].ln() - g);
                 mean(&mut logs, variance.len())
             })
             .collect();
@@ -287,7 +290,12 @@ fn check(measured: &Measured, options: &RationalOptions) -> Result<(), Error> {
         if let Some(k) = v.iter().position(|v| !(v.is_finite() && *v >= 0.0)) {
             return Err(Error::new(
                 Code::OutOfRange,
-                format!("the variance of response {} at {} Hz is {}", i + 1, f[k], v[k]),
+                format!(
+                    "the variance of response {} at {} Hz is {}",
+                    i + 1,
+                    f[k],
+                    v[k]
+                ),
             ));
         }
     }

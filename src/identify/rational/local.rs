@@ -217,7 +217,12 @@ fn common_denominator(problem: &Problem, fitted: &Fitted, peak: &Peak, step: f64
 fn without_line(x: &[f64], weight: &[f64], values: &[Complex]) -> Vec<Complex> {
     let total: f64 = weight.iter().sum();
     let mean_x = x.iter().zip(weight).map(|(x, w)| x * w).sum::<f64>() / total;
-    let mean: Complex = values.iter().zip(weight).map(|(v, w)| v * w).sum::<Complex>() / total;
+    let mean: Complex = values
+        .iter()
+        .zip(weight)
+        .map(|(v, w)| v * w)
+        .sum::<Complex>()
+        / total;
     let (mut slope, mut spread) = (Complex::new(0.0, 0.0), 0.0);
     for k in 0..x.len() {
         let t = x[k] - mean_x;

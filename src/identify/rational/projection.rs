@@ -128,7 +128,9 @@ fn add_poles(
         for b in 0..numerators {
             let row = (p / 2) * numerators + b;
             let at = p * numerators + b;
-            sum.g[p] -= (0..no).map(|i| fit.c[(row, i)] * slope[(at, i)]).sum::<f64>();
+            sum.g[p] -= (0..no)
+                .map(|i| fit.c[(row, i)] * slope[(at, i)])
+                .sum::<f64>();
             for p2 in 0..2 * np {
                 for b2 in 0..numerators {
                     sum.a[(p, p2)] += gram[(at, p2 * numerators + b2)]
@@ -224,12 +226,7 @@ const DAMPING: (f64, f64, f64) = (1e-3, 0.1, 8.0);
 const MOST_DAMPING: f64 = 1e10;
 
 /// Moves poles and delays to the least χ² nearby.
-pub(super) fn refine(
-    problems: &[Problem],
-    start: Fitted,
-    numerators: usize,
-    stop: Stop,
-) -> Fitted {
+pub(super) fn refine(problems: &[Problem], start: Fitted, numerators: usize, stop: Stop) -> Fitted {
     let mut best = start;
     if best.model.poles.is_empty() && best.model.delays.is_empty() {
         return best;
@@ -289,7 +286,9 @@ fn step(normal: &Normal, damping: f64) -> Option<(Vec<f64>, f64)> {
     let mut fall = 0.0;
     for i in 0..n {
         fall -= 2.0 * normal.g[i] * step[i];
-        fall -= (0..n).map(|j| step[i] * normal.a[(i, j)] * step[j]).sum::<f64>();
+        fall -= (0..n)
+            .map(|j| step[i] * normal.a[(i, j)] * step[j])
+            .sum::<f64>();
     }
     fall.is_finite().then_some((step, fall))
 }

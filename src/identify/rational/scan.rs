@@ -243,7 +243,5 @@ fn overlap(n: usize, t: isize) -> (usize, usize, usize) {
 }
 
 fn add(sum: &mut [f64], data: &[f64], factor: f64) {
-    sum.iter_mut()
-        .zip(data)
-        .for_each(|(s, d)| *s += factor * d);
+    sum.iter_mut().zip(data).for_each(|(s, d)| *s += factor * d);
 }

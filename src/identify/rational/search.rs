@@ -100,8 +100,8 @@ pub(super) fn search(lines: &Lines, options: &RationalOptions, trusted: bool) ->
         effort.steps += fitted.steps;
         effort.rounds += 1;
         let residual = residuals(lines, &weights, &fitted);
-        let free = 1.0
-            - parameters(structure, &fitted, lines.h.len()) * lines.independence / lines.data();
+        let free =
+            1.0 - parameters(structure, &fitted, lines.h.len()) * lines.independence / lines.data();
         let next = from_residuals(lines, &residual, free.max(0.1));
         let ratio = mean_ratio(&next, &variance);
         variance = next;
@@ -139,7 +139,10 @@ pub(super) fn search(lines: &Lines, options: &RationalOptions, trusted: bool) ->
         .filter_map(|at_list| {
             let r = scattered.nearest(at_list, &fitted)?;
             let shared = at(&problem, &fitted.model, structure.numerators());
-            Some((r, spread::mean(&problem[0], &shared, structure.numerators(), r)?))
+            Some((
+                r,
+                spread::mean(&problem[0], &shared, structure.numerators(), r)?,
+            ))
         })
         .collect();
     let dof = lines.data() - parameters(structure, &fitted, lines.h.len());
@@ -170,10 +173,20 @@ const MORE: f64 = 2.0;
 const MOST_DISAGREEMENTS: usize = 60;
 
 impl Scattered {
-    fn add(&mut self, lines: &Lines, weights: &Weights, fitted: &Fitted, numerators: usize, new: Scatter) {
+    fn add(
+        &mut self,
+        lines: &Lines,
+        weights: &Weights,
+        fitted: &Fitted,
+        numerators: usize,
+        new: Scatter,
+    ) {
         let pole = fitted.model.poles[new.pole];
         let residues = residue_sizes(lines, weights, fitted, numerators, new.pole);
-        let old = self.list.iter_mut().find(|(_, p, _)| p.overlap(&pole) > 0.5);
+        let old = self
+            .list
+            .iter_mut()
+            .find(|(_, p, _)| p.overlap(&pole) > 0.5);
         match old {
             Some((scatter, p, r)) => {
                 scatter.tau.0 = (MORE * scatter.tau.0).max(new.tau.0);

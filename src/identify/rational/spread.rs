@@ -117,7 +117,11 @@ pub(super) fn disagreement(
     let pair = refine(&both, at(&both, &model, numerators), numerators, STOP);
     let parameters = 4.0 + responses * (2 * numerators + both[0].fixed.ncols()) as f64;
     let freedom = (2.0 * (to - from) as f64 * responses - parameters).max(1.0);
-    let mut shifts: Vec<f64> = separate.poles.iter().map(|p| (p.w - pole.w).abs()).collect();
+    let mut shifts: Vec<f64> = separate
+        .poles
+        .iter()
+        .map(|p| (p.w - pole.w).abs())
+        .collect();
     shifts.sort_by(f64::total_cmp);
     let shift = shifts[shifts.len() / 2];
     let better = separate.chi2 < pair.chi2;
@@ -148,14 +152,22 @@ pub(super) struct Mean {
 }
 
 /// The mean pole over the responses, by fits of its window alone.
-pub(super) fn mean(problem: &Problem, fitted: &Fitted, numerators: usize, r: usize) -> Option<Mean> {
+pub(super) fn mean(
+    problem: &Problem,
+    fitted: &Fitted,
+    numerators: usize,
+    r: usize,
+) -> Option<Mean> {
     let pole = fitted.model.poles[r];
     let (from, to) = window(&problem.x, &pole, spacing(&problem.x))?;
     let local = cut(problem, fitted, numerators, &[r], from, to);
     let separate = own(&local, pole, numerators);
     let rows = 2.0 * (to - from) as f64;
     let freedom = local.y.ncols() as f64 * (rows - 2.0 - (numerators + 4) as f64).max(1.0);
-    Some(random_effects(&separate, (separate.chi2 / freedom).max(1.0)))
+    Some(random_effects(
+        &separate,
+        (separate.chi2 / freedom).max(1.0),
+    ))
 }
 
 fn random_effects(own: &Own, unit: f64) -> Mean {
@@ -186,7 +198,11 @@ fn pooled(y: &[f64], v: &[f64]) -> (f64, f64, f64) {
         (mean, total, weights)
     };
     let (mean, total, weights) = weighted(0.0);
-    let q: f64 = y.iter().zip(&weights).map(|(y, w)| w * (y - mean).powi(2)).sum();
+    let q: f64 = y
+        .iter()
+        .zip(&weights)
+        .map(|(y, w)| w * (y - mean).powi(2))
+        .sum();
     let squares: f64 = weights.iter().map(|w| w * w).sum();
     let surplus = q - (y.len() as f64 - 1.0);
     let tau2 = (surplus / (total - squares / total)).max(0.0);
