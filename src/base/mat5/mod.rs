@@ -42,5 +42,8 @@ pub mod write;
 /// Numbers of every stored type to doubles.
 mod scalars;
 
+/// Header, tags and data.
+mod element;
+
 /// Arrays from bytes.
 pub mod read;

@@ -60,7 +60,8 @@ pub fn complex(
 pub fn text(name: &str, value: &str) -> io::Result<Vec<u8>> {
     let units: Vec<u16> = value.encode_utf16().collect();
     let bytes: Vec<u8> = units.iter().flat_map(|u| u.to_le_bytes()).collect();
-    let contents = element(types::UINT16, &bytes)?;
+    // As UTF-16 rather than 16-bit integers, which scipy cuts to bytes.
+    let contents = element(types::UTF16, &bytes)?;
     array(name, classes::CHAR, [1, units.len()], &contents)
 }
 

@@ -19,7 +19,7 @@ use crate::numeric::{Complex, definite};
 /// What may be said instead of left to the defaults.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Settings {
-    /// Samples of a segment; `None`: the power of two below a tenth of the record.
+    /// Samples of a segment; `None`: a twentieth of the record.
     pub segment: Option<usize>,
     /// Peaks are looked for from here to there, Hz; `None`: everywhere.
     pub band_hz: Option<(f64, f64)>,
@@ -86,12 +86,21 @@ pub fn decompose(channels: &Channels, settings: &Settings) -> Result<Decompositi
         values.push(found);
     }
     let first: Vec<f64> = values.iter().map(|v| v[0].max(f64::MIN_POSITIVE)).collect();
-    let bells = Bells { spectra: &spectra, first: &first, vectors: &vectors, rate_hz: channels.rate_hz() };
+    let bells = Bells {
+        spectra: &spectra,
+        first: &first,
+        vectors: &vectors,
+        rate_hz: channels.rate_hz(),
+    };
     let found = bells.peaks(settings.band_hz)?;
     let bands = Bands::new(channels);
-    let peaks = (0..found.len()).map(|k| bells.describe(&found, k, &bands, settings)).collect();
+    let peaks = (0..found.len())
+        .map(|k| bells.describe(&found, k, &bands, settings))
+        .collect();
     Ok(Decomposition {
-        frequency_hz: (0..first.len()).map(|k| k as f64 * spectra.spacing_hz).collect(),
+        frequency_hz: (0..first.len())
+            .map(|k| k as f64 * spectra.spacing_hz)
+            .collect(),
         singular_values: values,
         peaks,
     })
@@ -133,27 +142,19 @@ impl Bells<'_> {
             )
             .hint("widen the band, or take longer segments"));
         }
-        let needed = (BEYOND_CHANCE * self.scatter(from, to)).exp().max(LEAST_PROMINENCE);
+        // Of half-overlapping Hann segments about 0.95 in two hops count as independent (Welch 1967).
+        let independent = (self.spectra.averages as f64 * 0.95).max(1.0);
+        let needed = (BEYOND_CHANCE / independent.sqrt())
+            .exp()
+            .max(LEAST_PROMINENCE);
         Ok((from..=to)
             .filter(|&k| k > 0 && k + 1 < s.len() && s[k] > s[k - 1] && s[k] >= s[k + 1])
-            .map(|line| Found { line, prominence: self.prominence(line) })
+            .map(|line| Found {
+                line,
+                prominence: self.prominence(line),
+            })
             .filter(|f| f.prominence >= needed)
             .collect())
-    }
-
-    /// Standard deviation of the logarithm of a density: `1/√averages` by count, more by the median difference of lines that are two
-    /// resolved lines apart where the responses are not stationary, such as after knocks.
-    fn scatter(&self, from: usize, to: usize) -> f64 {
-        const APART: usize = 4; // padded lines lie at half the resolution
-        const NORMAL: f64 = 0.6745 * std::f64::consts::SQRT_2; // median of |difference| over the standard deviation
-        // Of half-overlapping Hann segments about 0.95 in two hops count as independent (Welch 1967).
-        let counted = 1.0 / (self.spectra.averages as f64 * 0.95).max(1.0).sqrt();
-        let mut differences: Vec<f64> = (from..=to.saturating_sub(APART))
-            .map(|k| (self.first[k + APART] / self.first[k]).ln().abs())
-            .collect();
-        differences.sort_by(f64::total_cmp);
-        let median = differences.get(differences.len() / 2).copied().unwrap_or(0.0);
-        counted.max(median / NORMAL)
     }
 
     /// The peak over the higher of its valleys, each the lowest line on the way to a higher peak.
@@ -186,17 +187,25 @@ impl Bells<'_> {
         }
         let largest = shape[strongest];
         shape.iter_mut().for_each(|x| *x /= largest);
-        let mode = self.bell(line).and_then(|bell| self.decay(&bell)).map(|pole| IdentifiedMode {
-            pole,
-            pole_covariance: None,
-            shape: shape.clone(),
-        });
+        let mode = self
+            .bell(line)
+            .and_then(|bell| self.decay(&bell))
+            .map(|pole| IdentifiedMode {
+                pole,
+                pole_covariance: None,
+                shape: shape.clone(),
+            });
         let half_band = LOOK * 2.0 * spacing; // lines lie at half the resolution
         Peak {
             frequency_hz,
             prominence,
             mode,
-            harmonic: bands.look(strongest, frequency_hz, half_band, settings.running.as_ref()),
+            harmonic: bands.look(
+                strongest,
+                frequency_hz,
+                half_band,
+                settings.running.as_ref(),
+            ),
             shape,
         }
     }
@@ -205,7 +214,11 @@ impl Bells<'_> {
     fn summit(&self, line: usize) -> f64 {
         let [a, b, c] = [line - 1, line, line + 1].map(|k| self.first[k].ln());
         let bend = a - 2.0 * b + c;
-        if bend < 0.0 { (0.5 * (a - c) / bend).clamp(-0.5, 0.5) } else { 0.0 }
+        if bend < 0.0 {
+            (0.5 * (a - c) / bend).clamp(-0.5, 0.5)
+        } else {
+            0.0
+        }
     }
 
     /// Lines about the peak with its shape, and `φᴴ S φ` on them.
@@ -219,7 +232,11 @@ impl Bells<'_> {
                 .sum()
         };
         let is_alike = |k: usize| {
-            let product: Complex = shape.iter().zip(&self.vectors[k]).map(|(a, b)| a.conj() * b).sum();
+            let product: Complex = shape
+                .iter()
+                .zip(&self.vectors[k])
+                .map(|(a, b)| a.conj() * b)
+                .sum();
             product.norm_sqr() >= SAME_SHAPE
         };
         let floor = self.first[line] * BELL_FLOOR;
@@ -269,7 +286,11 @@ impl Bells<'_> {
                 break;
             }
             if amplitude < DECAY.0 {
-                points.push([lag as f64 / self.rate_hz, amplitude.ln(), phase + TAU * turns]);
+                points.push([
+                    lag as f64 / self.rate_hz,
+                    amplitude.ln(),
+                    phase + TAU * turns,
+                ]);
             }
         }
         let slope = |value: usize| {
