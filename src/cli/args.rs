@@ -24,6 +24,7 @@ pub struct Arguments {
 
 /// The commands.
 #[derive(Debug, Subcommand)]
+#[allow(clippy::large_enum_variant, reason = "made once")]
 pub enum Command {
     /// Write an annotated model to start from
     #[command(after_help = "Example:\n  geardyn new my_machine.toml")]

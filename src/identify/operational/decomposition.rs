@@ -19,7 +19,7 @@ use crate::numeric::{Complex, definite};
 /// What may be said instead of left to the defaults.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Settings {
-    /// Samples of a segment; `None`: a twentieth of the record.
+    /// Samples of a segment; `None`: the power of two below a tenth of the record.
     pub segment: Option<usize>,
     /// Peaks are looked for from here to there, Hz; `None`: everywhere.
     pub band_hz: Option<(f64, f64)>,
@@ -142,9 +142,7 @@ impl Bells<'_> {
             )
             .hint("widen the band, or take longer segments"));
         }
-        // Of half-overlapping Hann segments about 0.95 in two hops count as independent (Welch 1967).
-        let independent = (self.spectra.averages as f64 * 0.95).max(1.0);
-        let needed = (BEYOND_CHANCE / independent.sqrt())
+        let needed = (BEYOND_CHANCE * self.scatter(from, to))
             .exp()
             .max(LEAST_PROMINENCE);
         Ok((from..=to)
@@ -155,6 +153,24 @@ impl Bells<'_> {
             })
             .filter(|f| f.prominence >= needed)
             .collect())
+    }
+
+    /// Standard deviation of the logarithm of a density: `1/√averages` by count, more by the median difference of lines that are two
+    /// resolved lines apart where the responses are not stationary, such as after knocks.
+    fn scatter(&self, from: usize, to: usize) -> f64 {
+        const APART: usize = 4; // padded lines lie at half the resolution
+        const NORMAL: f64 = 0.6745 * std::f64::consts::SQRT_2; // median of |difference| over the standard deviation
+        // Of half-overlapping Hann segments about 0.95 in two hops count as independent (Welch 1967).
+        let counted = 1.0 / (self.spectra.averages as f64 * 0.95).max(1.0).sqrt();
+        let mut differences: Vec<f64> = (from..=to.saturating_sub(APART))
+            .map(|k| (self.first[k + APART] / self.first[k]).ln().abs())
+            .collect();
+        differences.sort_by(f64::total_cmp);
+        let median = differences
+            .get(differences.len() / 2)
+            .copied()
+            .unwrap_or(0.0);
+        counted.max(median / NORMAL)
     }
 
     /// The peak over the higher of its valleys, each the lowest line on the way to a higher peak.

@@ -10,7 +10,7 @@ use crate::identify::mode::IdentifiedMode;
 /// A mode chosen automatically.
 #[derive(Debug, Clone)]
 pub struct OperationalMode {
-    /// The pole nearest the middle of its cluster, with its own covariance where the method gives one.
+    /// A pole near the middle of its cluster, with its own covariance where the method gives one.
     pub mode: IdentifiedMode,
     /// Order of the model that pole is from.
     pub order: usize,
@@ -22,7 +22,8 @@ pub struct OperationalMode {
     pub harmonic: Harmonic,
 }
 
-/// Physical modes by rising frequency; lines of running speed stand among them and are marked.
+/// Physical modes by rising frequency. Poles whose uncertainty exceeds their own half bandwidth are left out before clusters are made;
+/// lines of running speed stand among them and are marked.
 pub fn physical(
     found: &Subspace,
     channels: &Channels,
@@ -31,7 +32,8 @@ pub fn physical(
 ) -> Vec<OperationalMode> {
     let orders: Vec<OrderPoles> = (found.orders.iter())
         .map(|o| {
-            let poles = o.modes.iter().map(|m| CandidatePole {
+            let certain = o.modes.iter().filter(|m| is_certain(m, found.spacing_hz));
+            let poles = certain.map(|m| CandidatePole {
                 pole: m.pole,
                 shape: m.shape.clone(),
                 participation: Vec::new(),
@@ -42,16 +44,7 @@ pub fn physical(
     let bands = Bands::new(channels);
     (select(&orders, found.spacing_hz, rule).into_iter())
         .map(|chosen| {
-            let middle = chosen.mode.pole;
-            let all = found
-                .orders
-                .iter()
-                .flat_map(|o| o.modes.iter().map(move |m| (o.order, m)));
-            let nearest = all.min_by(|a, b| {
-                let apart = |m: &IdentifiedMode| (m.pole - middle).norm();
-                apart(a.1).total_cmp(&apart(b.1))
-            });
-            let (order, mode) = nearest.map_or((0, chosen.mode.clone()), |(o, m)| (o, m.clone()));
+            let (order, mode) = member(found, &chosen.mode);
             let strongest = (0..mode.shape.len())
                 .max_by(|&a, &b| {
                     mode.shape[a]
@@ -72,6 +65,46 @@ pub fn physical(
             }
         })
         .collect()
+}
+
+/// The rule for responses alone. The share of orders is lower than for frequency responses: noise poles crowd the high orders, where
+/// they split modes, but few of them are certain (see [`physical`]).
+pub fn default_rule() -> SelectionRule {
+    SelectionRule {
+        presence: 0.15,
+        ..SelectionRule::default()
+    }
+}
+
+/// The pole near the middle of a cluster that is nearest to it among those about as certain as the most certain, and its order.
+fn member(found: &Subspace, middle: &IdentifiedMode) -> (usize, IdentifiedMode) {
+    const AS_CERTAIN: f64 = 2.0; // times the least standard deviation
+    const NEAR: f64 = 0.5; // half-bandwidths, as in the rule of the clusters
+    let all = found
+        .orders
+        .iter()
+        .flat_map(|o| o.modes.iter().map(move |m| (o.order, m)));
+    let apart = |m: &IdentifiedMode| (m.pole - middle.pole).norm();
+    let reach = NEAR * middle.pole.re.abs() + found.spacing_hz * std::f64::consts::TAU;
+    let near: Vec<(usize, &IdentifiedMode)> = all
+        .filter(|(_, m)| is_certain(m, found.spacing_hz) && apart(m) <= reach)
+        .collect();
+    let std = |m: &IdentifiedMode| m.frequency_std_hz().unwrap_or(0.0);
+    let least = near
+        .iter()
+        .map(|(_, m)| std(m))
+        .fold(f64::INFINITY, f64::min);
+    (near.iter())
+        .filter(|(_, m)| std(m) <= AS_CERTAIN * least)
+        .min_by(|a, b| apart(a.1).total_cmp(&apart(b.1)))
+        .map_or((0, middle.clone()), |&(order, m)| (order, m.clone()))
+}
+
+/// Whether a pole is known better than to half its bandwidth, or than a record of this length can resolve. A pole of noise is not: it
+/// moves as far as the next one with every other stretch of the record.
+fn is_certain(mode: &IdentifiedMode, spacing_hz: f64) -> bool {
+    let half_bandwidth = mode.damping_ratio() * mode.frequency_hz();
+    (mode.frequency_std_hz()).is_none_or(|std| std <= half_bandwidth.max(spacing_hz))
 }
 
 /// Half width of the band about a mode whose distribution is looked at, in half-power half-bandwidths…

@@ -32,7 +32,9 @@ impl SpectralMatrix {
     /// `TooShort` where fewer than two segments fit.
     pub fn new(channels: &Channels, segment: Option<usize>) -> Result<SpectralMatrix, Error> {
         let n = channels.length();
-        let segment = segment.unwrap_or_else(|| 1 << (n / SEGMENTS).max(16).ilog2()).max(4);
+        let segment = segment
+            .unwrap_or_else(|| 1 << (n / SEGMENTS).max(16).ilog2())
+            .max(4);
         let hop = segment / 2;
         if n < segment + hop {
             return Err(Error::new(

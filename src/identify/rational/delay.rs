@@ -6,24 +6,34 @@ use crate::numeric::Complex;
 use super::basis::Problem;
 use super::local::{Placed, place};
 use super::projection::{Model, at};
-use super::scan::{scan, spacing};
+use super::scan::scan;
 
 /// Modes the phases are taken from.
 const MODES: usize = 8;
 
-/// Delays tried, to either side of zero.
+/// Delays tried, to either side of zero, and their distance: a fifth of the radian by which the doubled phase of the highest line turns.
 const TRIALS: i32 = 2000;
+const TRIAL: f64 = 0.1;
+
+/// Delays whose sum reaches this share of the highest are alike.
+const ALIKE: f64 = 0.85;
+
+/// A mode whose gain is below this share of the strongest may be the skirt of another.
+const STRONG: f64 = 0.01;
 
 /// The delay of one or of every response, in units of the inverse of the highest line's angular frequency.
 ///
-/// The local fits give, per response, the phase of a mode's residue. Among delays the sum of `|R| cos 2(arg R + xτ)` is largest; the
-/// range is half a turn between neighbouring lines at most, and of alike delays the shortest wins.
+/// The local fits give, per response, the phase of a mode's residue. Among delays the sum of `|R| cos 2(arg R + xτ)` is largest; of
+/// alike delays the shortest wins.
 pub(super) fn start(problem: &Problem, per_response: bool) -> Vec<f64> {
     let empty = at(std::slice::from_ref(problem), &Model::default(), 2);
     let peaks = scan(problem, &empty.fits[0], &[]);
     let mut strong: Vec<Placed> = Vec::new();
     for peak in &peaks {
         if strong.len() == MODES {
+            break;
+        }
+        if strong.first().is_some_and(|s| peak.gain < STRONG * s.gain) {
             break;
         }
         let clear = |p: &Placed| p.pole.overlap(&peak.pole) < 0.05;
@@ -36,14 +46,12 @@ pub(super) fn start(problem: &Problem, per_response: bool) -> Vec<f64> {
     }
     let responses = problem.y.ncols();
     if !per_response {
-        return vec![best(problem, &strong, &(0..responses).collect::<Vec<_>>())];
+        return vec![best(&strong, &(0..responses).collect::<Vec<_>>())];
     }
-    (0..responses)
-        .map(|i| best(problem, &strong, &[i]))
-        .collect()
+    (0..responses).map(|i| best(&strong, &[i])).collect()
 }
 
-fn best(problem: &Problem, strong: &[Placed], responses: &[usize]) -> f64 {
+fn best(strong: &[Placed], responses: &[usize]) -> f64 {
     // (place, square of the residue with its phase doubled)
     let phases: Vec<(f64, Complex)> = strong
         .iter()
@@ -62,7 +70,6 @@ fn best(problem: &Problem, strong: &[Placed], responses: &[usize]) -> f64 {
     if total == 0.0 {
         return 0.0;
     }
-    let longest = 0.25 * std::f64::consts::PI / spacing(&problem.x);
     let score = |delay: f64| -> f64 {
         phases
             .iter()
@@ -70,18 +77,20 @@ fn best(problem: &Problem, strong: &[Placed], responses: &[usize]) -> f64 {
             .sum::<f64>()
             / total
     };
-    let mut best = (0.0, score(0.0));
-    // fine enough for the highest line, within a bound on the work
-    let fine = (longest / 0.2).ceil().min(f64::from(TRIALS)) as i32;
-    for j in 1..=fine {
-        for sign in [1.0, -1.0] {
-            let delay = sign * longest * f64::from(j) / f64::from(fine);
-            let value = score(delay);
-            // a longer delay must be clearly better
-            if value > best.1 + 0.02 {
-                best = (delay, value);
-            }
+    // by rising length, both signs
+    let trials: Vec<(f64, f64)> = (0..=TRIALS)
+        .flat_map(|j| [1.0, -1.0].map(|sign| sign * TRIAL * f64::from(j)))
+        .map(|delay| (delay, score(delay)))
+        .collect();
+    let highest = trials.iter().map(|t| t.1).fold(0.0, f64::max);
+    let Some(&(mut delay, mut value)) = trials.iter().find(|t| t.1 >= ALIKE * highest) else {
+        return 0.0;
+    };
+    for sign in [1.0, -1.0] {
+        while score(delay + sign * TRIAL) > value {
+            delay += sign * TRIAL;
+            value = score(delay);
         }
     }
-    best.0
+    delay
 }
