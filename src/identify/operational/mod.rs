@@ -6,6 +6,9 @@
 /// The responses, checked once.
 pub mod channels;
 
+/// Lines of running speed.
+pub mod harmonics;
+
 /// Covariances between responses over lags.
 pub mod covariances;
 
@@ -23,9 +26,6 @@ pub mod selection;
 
 /// Spectral matrices of responses.
 pub mod spectral_matrix;
-
-/// Lines of running speed.
-pub mod harmonics;
 
 /// Frequency-domain decomposition.
 pub mod decomposition;
