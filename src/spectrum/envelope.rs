@@ -4,7 +4,8 @@
 //! the square of the envelope, since it has no lines beyond the width of the band and therefore no aliases.
 
 use super::band::{Band, analytic, base_band};
-use super::samples::{hann, mean};
+use super::samples::mean;
+use super::window::Window;
 use crate::base::error::Error;
 use crate::numeric::Complex;
 use crate::numeric::fft::RealFft;
@@ -44,7 +45,7 @@ pub fn squared_envelope_spectrum(
     let mut square: Vec<f64> = base.values.iter().map(|z| z.norm_sqr()).collect();
     let n = square.len();
     let mean = mean(&square);
-    let weights = hann(n);
+    let weights = Window::Hann.samples(n);
     square
         .iter_mut()
         .zip(&weights)

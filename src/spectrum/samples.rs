@@ -50,11 +50,3 @@ pub fn check_count(count: usize, least: usize, what: &str) -> Result<(), Error> 
 pub fn mean(samples: &[f64]) -> f64 {
     samples.iter().sum::<f64>() / samples.len().max(1) as f64
 }
-
-/// Hann's weights over one period, `½ − ½ cos(2πj/n)`.
-pub fn hann(n: usize) -> Vec<f64> {
-    let step = std::f64::consts::TAU / n as f64;
-    (0..n)
-        .map(|j| 0.5 - 0.5 * (step * j as f64).cos())
-        .collect()
-}

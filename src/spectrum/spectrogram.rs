@@ -3,7 +3,8 @@
 //! One-sided power spectral density `2 |X|²/(f_s Σw²)` (once at zero and at half the rate), P. D. Welch, IEEE Trans. Audio
 //! Electroacoust. 15 (1967), 70–73, with Hann's window.
 
-use super::samples::{check_count, check_positive, hann, mean};
+use super::samples::{check_count, check_positive, mean};
+use super::window::Window;
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::Complex;
@@ -33,7 +34,7 @@ impl ShortTime {
         check_count(step, 1, "the number of samples between blocks")?;
         let fft = RealFft::new(block);
         Ok(ShortTime {
-            weights: hann(block),
+            weights: Window::Hann.samples(block),
             step,
             remove_mean: false,
             held: Vec::with_capacity(block),

@@ -7,7 +7,8 @@ use super::angular::AngularSignal;
 use crate::base::error::Error;
 use crate::numeric::Complex;
 use crate::numeric::fft::RealFft;
-use crate::spectrum::samples::{check_count, hann};
+use crate::spectrum::samples::check_count;
+use crate::spectrum::window::Window;
 
 /// Amplitudes over orders, averaged over blocks of turns.
 #[derive(Debug, Clone)]
@@ -31,7 +32,7 @@ pub fn order_spectrum(signal: &AngularSignal, turns: usize) -> Result<OrderSpect
     check_count(turns, 1, "the number of turns in a block")?;
     signal.check_turns(turns)?;
     let n = turns * signal.per_turn;
-    let weights = hann(n);
+    let weights = Window::Hann.samples(n);
     let scale = 2.0 / weights.iter().sum::<f64>();
     let mut fft = RealFft::new(n);
     let zero = Complex::new(0.0, 0.0);
@@ -111,7 +112,7 @@ pub fn order_tracks(
     let starts: Vec<usize> = (0..=signal.values.len() - n)
         .step_by(settings.step * signal.per_turn)
         .collect();
-    let weights = hann(n);
+    let weights = Window::Hann.samples(n);
     let sum: f64 = weights.iter().sum();
     let track = |&order: &f64| {
         let scale = if order == 0.0 { 1.0 } else { 2.0 } / sum;

@@ -13,7 +13,8 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::Complex;
 use crate::numeric::fft::{RealFft, quick_length};
-use crate::spectrum::samples::{check, check_count, hann};
+use crate::spectrum::samples::{check, check_count};
+use crate::spectrum::window::Window;
 
 /// How often noise alone may pass for a tone on a line.
 const FALSE_ALARM: f64 = 1e-3;
@@ -80,7 +81,7 @@ pub fn separate(samples: &[f64], settings: SeparationSettings) -> Result<Separat
 
 /// Impulse responses from the past and from the future, each `block` long with its middle at `block/2`.
 fn filters(samples: &[f64], block: usize, delay: usize) -> (Vec<f64>, Vec<f64>, usize) {
-    let weights = hann(block);
+    let weights = Window::Hann.samples(block);
     let mut fft = RealFft::new(block);
     let zero = Complex::new(0.0, 0.0);
     let mut work = vec![0.0; block];
