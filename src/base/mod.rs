@@ -21,6 +21,9 @@ pub mod units;
 /// Files to text.
 pub mod load;
 
+/// MATLAB files of level 5.
+pub mod mat5;
+
 /// How deep a text nests.
 mod nesting;
 

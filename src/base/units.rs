@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use super::code::Code;
 use super::error::Error;
-use super::kind::Kind;
+use super::kind::{Dimension, Kind};
 use super::unit::Unit;
 
 /// A quantity in SI; frequencies and speeds in rad/s, angles in rad.
@@ -28,6 +28,24 @@ pub fn parse_or_bare(
     let (value, unit) = number(text, subject)?;
     let unit = if unit.is_empty() { default_unit } else { unit };
     in_unit(value.value, unit, kind, subject)
+}
+
+/// Factor to SI and dimension of a unit without a number; `None` where some part of it is not known.
+pub fn of_unit(unit: &str) -> Option<(f64, Dimension)> {
+    Unit::read(unit).ok()
+}
+
+/// A time in the unit people would say it in, three digits: `2.35 ms`.
+pub fn seconds(time_s: f64) -> String {
+    let (factor, unit) = match time_s.abs() {
+        t if t >= 1.0 || t == 0.0 => (1.0, "s"),
+        t if t >= 1e-3 => (1e3, "ms"),
+        t if t >= 1e-6 => (1e6, "µs"),
+        _ => (1e9, "ns"),
+    };
+    let scaled = time_s * factor;
+    let digits = 2usize.saturating_sub(scaled.abs().max(1.0).log10() as usize);
+    format!("{scaled:.digits$} {unit}")
 }
 
 /// A bare number in the SI unit of `kind`.

@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
+use super::log_args::LogArgs;
+
 /// Machine dynamics of gear drive trains: a model file becomes modes.
 #[derive(Debug, Parser)]
 #[command(
@@ -22,6 +24,7 @@ pub struct Arguments {
 
 /// The commands.
 #[derive(Debug, Subcommand)]
+#[allow(clippy::large_enum_variant, reason = "made once")]
 pub enum Command {
     /// Write an annotated model to start from
     #[command(after_help = "Example:\n  geardyn new my_machine.toml")]
@@ -29,16 +32,11 @@ pub enum Command {
         /// The file to write; it must not exist yet
         file: PathBuf,
     },
-    /// Validate model and scene files: say what is wrong and where
-    #[command(after_help = "Example:\n  geardyn check models/y2250.toml models/two_disc.toml")]
-    Check {
-        /// Models or scenes
-        #[arg(required = true)]
-        files: Vec<PathBuf>,
-        /// One JSON document on standard output
-        #[arg(long)]
-        json: bool,
-    },
+    /// Validate models and scenes; say what is understood of logs
+    #[command(after_help = "Examples:
+  geardyn check models/y2250.toml models/two_disc.toml
+  geardyn check data/spindle_impact.csv")]
+    Check(CheckArgs),
     /// Explain an error code at length
     #[command(after_help = "Example:\n  geardyn explain contradictory-ratios")]
     Explain {
@@ -57,6 +55,11 @@ pub enum Command {
   geardyn modes models/uniform_chain.toml --lowest 5 --json
   geardyn modes models/overhung_rotor.toml --campbell 0:12000:61 --svg campbell.svg")]
     Modes(ModesArgs),
+    /// Frequency responses, transfer functions and modes from a measured log
+    #[command(after_help = "Examples:
+  geardyn identify data/spindle_impact.csv --input force --output ax,ay
+  geardyn identify data/spindle_impact.csv --input force --output ax --band 20:800 --svg bode.svg --export model.mat")]
+    Identify(IdentifyArgs),
     /// Print completions for a shell
     #[command(after_help = "Example:\n  geardyn completions bash > geardyn.bash")]
     Completions {
@@ -69,6 +72,145 @@ pub enum Command {
         /// The folder; made where it is missing
         folder: PathBuf,
     },
+}
+
+/// Arguments of `check`.
+#[derive(Debug, Args)]
+pub struct CheckArgs {
+    /// Models, scenes (.toml) or logs
+    #[arg(required = true)]
+    pub files: Vec<PathBuf>,
+    /// What may be said of logs.
+    #[command(flatten)]
+    pub log: LogArgs,
+    /// Write what was understood of each log into a sidecar beside it, to be corrected (LOG.toml)
+    #[arg(long)]
+    pub write: bool,
+    /// One JSON document on standard output
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `identify`.
+#[derive(Debug, Args)]
+pub struct IdentifyArgs {
+    /// A log of signals, or a file of frequency responses
+    pub file: PathBuf,
+    /// Channels that drive: the force
+    #[arg(long, value_name = "CHANNELS", value_delimiter = ',')]
+    pub input: Vec<String>,
+    /// Channels that answer; all responses of a file that holds responses
+    #[arg(long, value_name = "CHANNELS", value_delimiter = ',')]
+    pub output: Vec<String>,
+    /// Lines used, LOW:HIGH (Hz where bare); where the input has power, where left out
+    #[arg(long, value_name = "A:B")]
+    pub band: Option<String>,
+    /// Where the noise is: on the outputs (h1), on the input (h2), on both (hv)
+    #[arg(long, value_enum, default_value_t = EstimatorWord::H1)]
+    pub estimator: EstimatorWord,
+    /// Window on each block: rectangular, hann, hamming, flat-top, blackman-harris, kaiser:BETA; hann where left out
+    #[arg(long, value_name = "WINDOW")]
+    pub window: Option<String>,
+    /// Between lines (Hz where bare); chosen from the length of the record where left out
+    #[arg(long, value_name = "FREQUENCY")]
+    pub resolution: Option<String>,
+    /// Share of a block that the next has in common with it
+    #[arg(long, value_name = "SHARE")]
+    pub overlap: Option<f64>,
+    /// The input is a hammer; seen from its signal where neither is said
+    #[arg(long, conflicts_with = "no_impact")]
+    pub impact: bool,
+    /// The input is no hammer
+    #[arg(long)]
+    pub no_impact: bool,
+    /// So many modes instead of as many as are significant
+    #[arg(long, value_name = "N")]
+    pub order: Option<usize>,
+    /// Estimate a dead time of the measuring chain
+    #[arg(long, value_enum, default_value_t = DelayWord::None)]
+    pub delay: DelayWord,
+    /// Poles may be unstable
+    #[arg(long)]
+    pub allow_unstable: bool,
+    /// What the responses are, where their units do not tell
+    #[arg(long, value_enum, value_name = "KIND")]
+    pub kind: Option<KindWord>,
+    /// What may be said of the log.
+    #[command(flatten)]
+    pub log: LogArgs,
+    /// Write the transfer functions and their state space (.json, .csv or .mat)
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub export: Option<PathBuf>,
+    /// Sample the exported state space (s where bare)
+    #[arg(
+        long,
+        value_name = "TIME",
+        requires = "export",
+        help_heading = "Output"
+    )]
+    pub sample_time: Option<String>,
+    /// How it is sampled
+    #[arg(long, value_enum, requires = "sample_time", default_value_t = MapWord::ZeroOrderHold, help_heading = "Output")]
+    pub map: MapWord,
+    /// Write the frequency responses (.csv, .uff or .json)
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub frf: Option<PathBuf>,
+    /// Write the table of modes with their shapes
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub csv: Option<PathBuf>,
+    /// Draw the responses, measured and fitted, with coherence; the complex plane and the poles beside (FILE-nyquist.svg, FILE-poles.svg)
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub svg: Option<PathBuf>,
+    /// One JSON document on standard output, nothing else there
+    #[arg(long, help_heading = "Output")]
+    pub json: bool,
+    /// No warnings, no word about what was done
+    #[arg(long, help_heading = "Output")]
+    pub quiet: bool,
+}
+
+/// Words for estimators.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum EstimatorWord {
+    /// Noise on the outputs
+    H1,
+    /// Noise on the input
+    H2,
+    /// Noise on both
+    Hv,
+}
+
+/// Words for delays.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum DelayWord {
+    /// None
+    None,
+    /// One for all responses
+    Common,
+    /// One for each response
+    Each,
+}
+
+/// Words for kinds of responses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum KindWord {
+    /// Displacement over force
+    Receptance,
+    /// Velocity over force
+    Mobility,
+    /// Acceleration over force
+    Accelerance,
+}
+
+/// Words for maps from continuous to sampled models.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum MapWord {
+    /// Inputs stay between samples
+    ZeroOrderHold,
+    /// Tustin's rule
+    Bilinear,
+    /// The impulse response is kept at the samples
+    Impulse,
 }
 
 /// What is asked of the modes.

@@ -1,11 +1,13 @@
 //! `geardyn check`: is a file what it means to be?
 
-use std::path::PathBuf;
+use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::{diagnostic, output};
+use super::args::CheckArgs;
+use super::{check_log, diagnostic, output};
 use crate::base::error::{Errors, Warning};
+use crate::base::load;
 use crate::plan::prepared::Prepared;
 use crate::report;
 use crate::scene;
@@ -14,36 +16,26 @@ use crate::scene;
 ///
 /// # Errors
 /// Standard output cannot be written.
-pub fn run(files: &[PathBuf], as_json: bool) -> Result<u8, Errors> {
+pub fn run(args: &CheckArgs) -> Result<u8, Errors> {
     let (mut exit, mut documents) = (0, Vec::new());
-    for path in files {
-        match check(path) {
-            Ok(found) if as_json => documents.push(found.json()),
-            Ok(found) => {
-                output::print(&found.line())?;
-                found
-                    .warnings
-                    .iter()
-                    .for_each(|w| output::tell(&diagnostic::warning(w, diagnostic::colour())));
+    for path in &args.files {
+        match understood(path, args) {
+            Ok((_, document, _)) if args.json => documents.push(document),
+            Ok((text, _, doubts)) => {
+                output::print(&text)?;
+                output::tell(&doubts);
             }
             Err(errors) => {
-                exit = exit.max(
-                    errors
-                        .list()
-                        .iter()
-                        .map(|e| e.code.exit())
-                        .max()
-                        .unwrap_or(2),
-                );
-                if as_json {
-                    documents.push(diagnostic::json(&errors));
-                } else {
-                    output::tell(&diagnostic::errors(&errors, diagnostic::colour()));
+                let worst = errors.list().iter().map(|e| e.code.exit()).max();
+                exit = exit.max(worst.unwrap_or(2));
+                match args.json {
+                    true => documents.push(diagnostic::json(&errors)),
+                    false => output::tell(&diagnostic::errors(&errors, diagnostic::colour())),
                 }
             }
         }
     }
-    if as_json {
+    if args.json {
         let document = match documents.len() {
             1 => documents.remove(0),
             _ => json!({ "files": documents }),
@@ -51,6 +43,33 @@ pub fn run(files: &[PathBuf], as_json: bool) -> Result<u8, Errors> {
         output::print(&format!("{document:#}\n"))?;
     }
     Ok(exit)
+}
+
+/// What a file is understood as: for a terminal, as JSON, and the doubts about it.
+fn understood(path: &Path, args: &CheckArgs) -> Result<(String, Value, String), Errors> {
+    if path.extension().is_none_or(|e| e != "toml") {
+        let log = check_log::check(path, &args.log, args.write)?;
+        return Ok((log.text, log.json, log.doubts));
+    }
+    let source = load::load(path)?;
+    if scene::log::is_sidecar(&source) {
+        let settings = scene::log::read(&source)?;
+        let text = format!(
+            "{}   sidecar of a log, {} channels\n",
+            path.display(),
+            settings.channels.len()
+        );
+        let document = json!({ "geardyn": report::json::header(&[source], &[]), "file": path, "sidecar": true,
+            "channels": settings.channels.len(), "warnings": [] });
+        return Ok((text, document, String::new()));
+    }
+    let found = check(path)?;
+    let doubts = found
+        .warnings
+        .iter()
+        .map(|w| diagnostic::warning(w, diagnostic::colour()))
+        .collect();
+    Ok((found.line(), found.json(), doubts))
 }
 
 struct Found {
@@ -65,7 +84,7 @@ struct Found {
     warnings: Vec<Warning>,
 }
 
-fn check(path: &std::path::Path) -> Result<Found, Errors> {
+fn check(path: &Path) -> Result<Found, Errors> {
     let scene = scene::read(path)?;
     let prepared = Prepared::new(&scene.model)?;
     Ok(Found {

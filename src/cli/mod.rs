@@ -1,5 +1,8 @@
 //! The command: one file a subcommand. Nothing else touches the terminal.
 
+/// Flags of every command that reads a log.
+pub mod log_args;
+
 /// Arguments as typed.
 pub mod args;
 
@@ -15,6 +18,9 @@ pub mod study;
 /// `new`.
 pub mod new;
 
+/// `check` of logs.
+pub mod check_log;
+
 /// `check`.
 pub mod check;
 
@@ -26,6 +32,9 @@ pub mod plan;
 
 /// `modes`.
 pub mod modes;
+
+/// `identify`.
+pub mod identify;
 
 /// `completions` and `man`.
 pub mod manual;
@@ -84,10 +93,11 @@ pub fn usage(error: &clap::Error) -> ExitCode {
 fn carry_out(command: &Command) -> Result<u8, Errors> {
     Ok(match command {
         Command::New { file } => new::run(file)?,
-        Command::Check { files, json } => check::run(files, *json)?,
+        Command::Check(args) => check::run(args)?,
         Command::Explain { code } => explain::run(code.as_deref())?,
         Command::Plan(args) => plan::run(args)?,
         Command::Modes(args) => modes::run(args)?,
+        Command::Identify(args) => identify::run(args)?,
         Command::Completions { shell } => manual::completions(*shell)?,
         Command::Man { folder } => manual::pages(folder)?,
     })
@@ -95,9 +105,10 @@ fn carry_out(command: &Command) -> Result<u8, Errors> {
 
 fn wants_json(command: &Command) -> bool {
     match command {
-        Command::Check { json, .. } => *json,
+        Command::Check(args) => args.json,
         Command::Plan(args) => args.json,
         Command::Modes(args) => args.json,
+        Command::Identify(args) => args.json,
         _ => false,
     }
 }

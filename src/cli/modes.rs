@@ -74,22 +74,14 @@ pub fn run(args: &ModesArgs) -> Result<u8, Errors> {
 
 /// Every file this command will write, with names that say their format.
 fn outputs(args: &ModesArgs) -> Result<Vec<PathBuf>, Error> {
-    let ends = |path: &Path, known: &[&str]| -> Result<(), Error> {
-        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
-        if known.contains(&extension) {
-            return Ok(());
-        }
-        let message = format!("{} does not say its format", path.display());
-        Err(Error::new(Code::Usage, message).hint(format!("end it in .{}", known.join(" or ."))))
-    };
     let mut all: Vec<PathBuf> = args.csv.iter().cloned().collect();
     if let Some(path) = &args.svg {
-        ends(path, &["svg"])?;
+        output::ends(path, &["svg"])?;
         all.push(path.clone());
         all.extend(args.study.campbell.is_none().then(|| energies_beside(path)));
     }
     if let Some(path) = &args.study.state_space {
-        ends(path, &["json", "csv", "mat"])?;
+        output::ends(path, &["json", "csv", "mat"])?;
         all.push(path.clone());
     }
     Ok(all)

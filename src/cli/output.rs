@@ -53,6 +53,19 @@ pub fn check(outputs: &[PathBuf], inputs: &[PathBuf]) -> Result<(), Error> {
     Ok(())
 }
 
+/// Refuses a name that does not end in one of the known formats.
+///
+/// # Errors
+/// Names the path.
+pub fn ends(path: &Path, known: &[&str]) -> Result<(), Error> {
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
+    if known.contains(&extension) {
+        return Ok(());
+    }
+    let message = format!("{} does not say its format", path.display());
+    Err(Error::new(Code::Usage, message).hint(format!("end it in .{}", known.join(" or ."))))
+}
+
 /// A regular file, or none yet; devices and pipes are written to.
 fn is_replaced(path: &Path) -> bool {
     path.metadata().map_or(true, |found| found.is_file())

@@ -4,6 +4,15 @@
 /// A mode as identified.
 pub mod mode;
 
+/// Common poles of many frequency responses, without hints.
+pub mod rational;
+
+/// Transfer functions by poles and residues: zeros, polynomials, state space, sampled forms, export.
+pub mod transfer;
+
+/// Rational fits to start from and to check against: Levy, vector fitting, AAA.
+pub mod starts;
+
 /// How well shapes agree with each other and a model with its measurement.
 pub mod compare;
 

@@ -8,11 +8,10 @@ pub(super) fn check_rate(rate_hz: f64) -> Result<(), Error> {
     if rate_hz > 0.0 && rate_hz.is_finite() {
         return Ok(());
     }
-    Err(Error::new(
-        Code::OutOfRange,
-        format!("the sample rate is {rate_hz} Hz"),
+    Err(
+        Error::new(Code::OutOfRange, format!("the sample rate is {rate_hz} Hz"))
+            .hint("state the rate the samples were taken at"),
     )
-    .hint("state the rate the samples were taken at"))
 }
 
 /// Refuses samples that are absent, not finite or all alike; `what` names the signal.

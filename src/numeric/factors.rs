@@ -88,7 +88,10 @@ pub fn least_squares(r: &Matrix) -> Result<LeastSquares, Error> {
         if !(pivot > DEPENDENT * column.sqrt()) {
             return Err(Error::new(
                 Code::IllPosed,
-                format!("the data do not tell unknown {} of {n} from those before it", j + 1),
+                format!(
+                    "the data do not tell unknown {} of {n} from those before it",
+                    j + 1
+                ),
             )
             .hint("fit fewer coefficients, or take data that vary more"));
         }

@@ -15,6 +15,9 @@ pub type Complex = faer::c64;
 /// Discrete Fourier transforms.
 pub mod fft;
 
+/// Values between samples at any instants.
+pub mod band_limited;
+
 /// Distributions.
 pub mod statistics;
 
@@ -54,14 +57,23 @@ pub mod general;
 /// The matrix exponential.
 pub mod expm;
 
+/// Continuous state-space forms at a sample time.
+pub mod sampling;
+
+/// Least squares, orthonormal columns, least singular vectors.
+pub mod least_squares;
+
 /// Polishing of damped modes.
 pub mod quadratic;
+
+/// Orthonormal bases of column spaces.
+pub mod orthonormal;
 
 /// Triangles of tall matrices, least squares, singular values with vectors.
 pub mod factors;
 
 /// Sums over long vectors.
-mod slices;
+pub mod slices;
 
 /// Sparse symmetric matrices, and their factorisation with a count of negative eigenvalues.
 pub mod sparse;

@@ -8,3 +8,6 @@ pub mod stages;
 
 /// The run.
 pub mod run;
+
+/// Analyses of logs.
+pub mod logs;

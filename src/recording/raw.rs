@@ -1,7 +1,7 @@
 //! A log as written: values, units and stamps, nothing repaired.
 
 use super::column::Column;
-use super::responses::FrequencyResponses;
+use super::responses::{FrequencyResponses, Spectrum};
 use crate::base::error::Warning;
 
 /// What a reader understood of one file.
@@ -17,6 +17,8 @@ pub struct Raw {
     pub groups: Vec<Group>,
     /// Frequency responses, where the file holds them.
     pub responses: Option<FrequencyResponses>,
+    /// Spectra, where the file holds them.
+    pub spectra: Vec<Spectrum>,
     /// Doubts.
     pub warnings: Vec<Warning>,
     /// What was passed over or changed on the way in (footer lines, cells that hold no number), never silently.
@@ -58,6 +60,17 @@ pub struct Clock {
     pub start: Option<String>,
     /// Line of the file each row stands on.
     pub lines: Lines,
+}
+
+/// The sample rate of a step from sample to sample, Hz; whole where only the rounding of the division keeps it from that.
+pub(super) fn rate_of_step(step_s: f64) -> f64 {
+    /// Of the division, and of the decimal step to binary.
+    const ROUNDING: f64 = 4.0 * f64::EPSILON;
+    let rate = step_s.recip();
+    match (rate - rate.round()).abs() <= ROUNDING * rate {
+        true => rate.round(),
+        false => rate,
+    }
 }
 
 /// Time stamps of the rows.

@@ -38,3 +38,20 @@ pub struct FrequencyResponses {
     /// An exponential window `exp(−σt)` lies on the responses and shifts every pole to the left by `σ`, 1/s; 0 without one.
     pub window_decay: f64,
 }
+
+/// A spectrum as read from a file, which is neither a signal nor a response; values as written.
+#[derive(Debug, Clone, Default)]
+pub struct Spectrum {
+    /// Name of the channel.
+    pub name: String,
+    /// Unit of the values as written; empty where unknown.
+    pub unit: String,
+    /// What kind of spectrum, in words: `power spectral density`, `cross spectrum`.
+    pub kind: &'static str,
+    /// The values are decibels of that unit.
+    pub is_decibel: bool,
+    /// Lines, Hz, rising.
+    pub frequency_hz: Vec<f64>,
+    /// A value for each line; real where the file has no phase.
+    pub value: Vec<Complex>,
+}

@@ -34,6 +34,8 @@ pub struct DialectSettings {
     pub encoding: Option<String>,
     /// Lines above the first line of numbers.
     pub header_lines: Option<usize>,
+    /// Whether `03/04/2023` is the third of April; where the data do not tell.
+    pub day_first: Option<bool>,
 }
 
 /// Where the sample rate comes from.

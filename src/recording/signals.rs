@@ -13,6 +13,8 @@ pub struct Recording {
     pub path: String,
     /// Format and dialect in words.
     pub dialect: String,
+    /// What the header says beside, as written.
+    pub facts: Vec<(String, String)>,
     /// Samples a second, Hz.
     pub rate_hz: f64,
     /// Where the rate comes from, in words: `by regression over 12 403 stamps`.
@@ -38,11 +40,18 @@ pub struct Channel {
     pub unit: String,
     /// Samples in that unit; finite inside every stretch.
     pub samples: Column,
-    /// Samples at or beyond the overload level.
+    /// Samples at or beyond this size are overloads, where somebody said so.
+    pub overload_level: Option<f64>,
+    /// Cells that held an overload word.
     pub overloads: usize,
 }
 
 impl Recording {
+    /// A channel by its name.
+    pub fn channel(&self, name: &str) -> Option<&Channel> {
+        self.channels.iter().find(|c| c.name == name)
+    }
+
     /// Time from the first to after the last sample, s.
     pub fn duration_s(&self) -> f64 {
         self.samples as f64 / self.rate_hz

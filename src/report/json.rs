@@ -32,6 +32,11 @@ pub fn header(sources: &[Arc<Source>], trace: &[&str]) -> Value {
     })
 }
 
+/// The `geardyn` block of a document about a log.
+pub fn log_header(trace: &[&str]) -> Value {
+    json!({ "version": env!("CARGO_PKG_VERSION"), "model_hash": null, "trace": trace })
+}
+
 /// Warnings as a list.
 pub fn warnings(list: &[Warning]) -> Value {
     list.iter()

@@ -6,6 +6,18 @@ pub mod number;
 /// The surface of every picture.
 pub mod style;
 
+/// Axes of curves over frequency.
+pub mod axes;
+
+/// Frequency responses as pictures.
+pub mod bode;
+
+/// Poles as pictures.
+pub mod poles_picture;
+
+/// Spectra as pictures.
+pub mod lines_picture;
+
 /// Frequencies over speed, as a picture.
 pub mod campbell_picture;
 
@@ -21,12 +33,22 @@ pub mod systems;
 /// JSON documents.
 pub mod json;
 
+/// What was understood of a log.
+pub mod recording;
+
+/// What was identified from a log.
+pub mod identified;
+
 /// CSV files.
 pub mod csv;
 
 /// Tables for a terminal.
 #[cfg(feature = "cli")]
 pub mod table;
+
+/// Tables of logs.
+#[cfg(feature = "cli")]
+pub mod log_tables;
 
 /// Tables of state-space forms and reduced machines.
 #[cfg(feature = "cli")]

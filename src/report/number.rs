@@ -63,6 +63,34 @@ pub fn significant(x: f64) -> String {
     }
 }
 
+/// One number as short as four significant digits allow: `2000`, `0.03125`, `−1.500e-7`.
+pub fn brief(x: f64) -> String {
+    if x == 0.0 || !x.is_finite() {
+        return format!("{x}");
+    }
+    let size = x.abs().log10().floor();
+    let text = match (-4.0..7.0).contains(&size) {
+        true => {
+            let text = format!("{x:.*}", (3.0 - size).max(0.0) as usize);
+            match text.contains('.') {
+                true => text.trim_end_matches('0').trim_end_matches('.').to_string(),
+                false => text,
+            }
+        }
+        false => format!("{x:.3e}"),
+    };
+    text.replace('-', "−").replace("e−", "e-")
+}
+
+/// A value with its standard deviation, to two digits of the deviation: `26.602 ± 0.014`.
+pub fn with_deviation(value: f64, deviation: f64) -> String {
+    if !(deviation > 0.0 && deviation.is_finite() && value.is_finite()) {
+        return significant(value);
+    }
+    let decimals = (1.0 - deviation.log10().floor()).clamp(0.0, 12.0) as usize;
+    format!("{value:.decimals$} ± {deviation:.decimals$}")
+}
+
 /// A share or a ratio as per cent with a sensible number of digits.
 pub fn percent(x: f64) -> String {
     let value = 100.0 * x;
@@ -89,6 +117,10 @@ mod tests {
             ["0", "5.03310e-4", "5.03290e9"]
         );
         assert_eq!(column(&[0.0]), ["0.0000"]);
+        assert_eq!(
+            [2000.1, 0.031254, -1.5e-7, -12.0].map(brief),
+            ["2000", "0.03125", "−1.500e-7", "−12"]
+        );
         assert_eq!(
             column(&[0.61803398875, 1.61803398875]),
             ["0.618034", "1.618034"]

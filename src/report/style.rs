@@ -43,6 +43,12 @@ const DOT: (f64, f64) = (1.6, 3.4);
 /// The backend counts in whole units; so many make a point.
 const FINE: f64 = 8.0;
 
+/// Halfway to the paper.
+pub fn paler(ink: Ink) -> Ink {
+    let half = |x: u8| x + (255 - x) / 2;
+    RGBColor(half(ink.0), half(ink.1), half(ink.2))
+}
+
 /// How a line is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stroke {

@@ -298,7 +298,7 @@ pub(super) fn plain() -> Table {
     table
 }
 
-fn right_but_last(table: &mut Table) {
+pub(super) fn right_but_last(table: &mut Table) {
     let last = table.column_count().saturating_sub(1);
     for (at, column) in table.column_iter_mut().enumerate() {
         column.set_cell_alignment(if at == last {

@@ -195,7 +195,7 @@ fn read_model(file: &Document, loads: Vec<Load>, notes: &mut Notes) -> Model {
 }
 
 /// Every table under `[[key]]`.
-fn each<T>(f: &mut Fields, key: &str, read: fn(&mut Fields) -> T) -> Vec<T> {
+pub(super) fn each<T>(f: &mut Fields, key: &str, read: fn(&mut Fields) -> T) -> Vec<T> {
     let takes = format!("tables: write [[{key}]] above each");
     let Some(item) = f.item(key, takes.as_str()) else {
         return Vec::new();
@@ -217,7 +217,7 @@ fn each<T>(f: &mut Fields, key: &str, read: fn(&mut Fields) -> T) -> Vec<T> {
 }
 
 /// The one table under `[key]`.
-fn one<T>(f: &mut Fields, key: &str, read: fn(&mut Fields) -> T) -> Option<T> {
+pub(super) fn one<T>(f: &mut Fields, key: &str, read: fn(&mut Fields) -> T) -> Option<T> {
     let takes = format!("one table: write [{key}] above it");
     let item = f.item(key, takes.as_str())?;
     match &item.value {

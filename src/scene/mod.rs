@@ -36,4 +36,7 @@ pub mod study;
 /// From the first byte to a checked scene.
 mod file;
 
+/// The sidecar of a recording.
+pub mod log;
+
 pub use file::{Scene, read, read_text};

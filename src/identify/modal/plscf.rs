@@ -28,7 +28,7 @@ const LINES_PER_COEFFICIENT: usize = 3;
 /// How far to go.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct PlscfOptions {
-    /// Highest order of the denominator; each order holds half as many poles a band as it has inputs. `None`: 100 for one input, 160 over
+    /// Highest order of the denominator; each order holds half as many poles a band as it has inputs. `None`: 80 for one input, 160 over
     /// the inputs and not below 20 for several, and never more than a third of the lines.
     pub max_order: Option<usize>,
 }
@@ -52,7 +52,7 @@ pub fn plscf(responses: &Responses, options: &PlscfOptions) -> Result<Vec<OrderP
 fn highest_order(responses: &Responses, options: &PlscfOptions) -> Result<usize, Error> {
     let inputs = responses.n_inputs();
     let usual = if inputs == 1 {
-        100
+        80
     } else {
         (160 / inputs).max(20)
     };

@@ -28,7 +28,11 @@ impl<'a> Channels<'a> {
             if channel.len() != first.len() {
                 return Err(Error::new(
                     Code::OutOfRange,
-                    format!("response {c} has {} samples and response 0 has {}", channel.len(), first.len()),
+                    format!(
+                        "response {c} has {} samples and response 0 has {}",
+                        channel.len(),
+                        first.len()
+                    ),
                 )
                 .hint("cut all channels from the same stretch of the record"));
             }

@@ -92,7 +92,11 @@ impl Gathering {
             product: lines,
             transform,
             block_segments: 1,
-            open: Block { samples: 0, products: Vec::new(), sums: Vec::new() },
+            open: Block {
+                samples: 0,
+                products: Vec::new(),
+                sums: Vec::new(),
+            },
             open_segments: 0,
             closed: Vec::new(),
         };
@@ -110,7 +114,10 @@ impl Gathering {
             let lengths: Vec<usize> = stretch.iter().map(|s| s.len()).collect();
             return Err(Error::new(
                 Code::OutOfRange,
-                format!("a stretch of {lengths:?} samples for {} channels", self.channels),
+                format!(
+                    "a stretch of {lengths:?} samples for {} channels",
+                    self.channels
+                ),
             )
             .hint("give every channel the same number of samples"));
         }
@@ -169,7 +176,9 @@ impl Gathering {
             for (at, p) in products.iter_mut().enumerate() {
                 let (c, r) = (at % nc, self.references[at / nc % nr]);
                 let count = block.samples as f64;
-                *p += level[c] * level[r] * count - level[c] * block.sums[r] - level[r] * block.sums[c];
+                *p += level[c] * level[r] * count
+                    - level[c] * block.sums[r]
+                    - level[r] * block.sums[c];
             }
             products
         };
@@ -181,7 +190,9 @@ impl Gathering {
         let deviations = (self.closed.iter().zip(central))
             .map(|(block, products)| {
                 let count = block.samples as f64;
-                (products.iter().zip(&mean)).map(|(p, m)| (p - count * m) / n).collect()
+                (products.iter().zip(&mean))
+                    .map(|(p, m)| (p - count * m) / n)
+                    .collect()
             })
             .collect();
         Ok(Covariances {
@@ -208,12 +219,14 @@ impl Gathering {
         for c in 0..self.channels {
             self.padded.fill(0.0);
             self.padded[..reach].copy_from_slice(&self.waiting[c][..reach]);
-            self.transform.forward(&mut self.padded, &mut self.trailing[c]);
+            self.transform
+                .forward(&mut self.padded, &mut self.trailing[c]);
         }
         for (k, &r) in self.references.iter().enumerate() {
             self.padded.fill(0.0);
             self.padded[..base].copy_from_slice(&self.waiting[r][..base]);
-            self.transform.forward(&mut self.padded, &mut self.leading[k]);
+            self.transform
+                .forward(&mut self.padded, &mut self.leading[k]);
         }
         let (nr, nc) = (self.references.len(), self.channels);
         for (r, c) in (0..nr).flat_map(|r| (0..nc).map(move |c| (r, c))) {
@@ -269,7 +282,9 @@ mod tests {
     #[test]
     fn exact_sums_in_stretches() {
         let mut rng = fastrand::Rng::with_seed(1);
-        let y: Vec<Vec<f64>> = (0..2).map(|_| (0..5000).map(|_| rng.f64() + 3.0).collect()).collect();
+        let y: Vec<Vec<f64>> = (0..2)
+            .map(|_| (0..5000).map(|_| rng.f64() + 3.0).collect())
+            .collect();
         let mut gathering = Gathering::new(2, &[1], 20).unwrap();
         let mut from = 0;
         for length in [7, 1, 900, 0, 3000, 1092] {
@@ -282,9 +297,14 @@ mod tests {
         let mean = |c: usize| y[c][..4980].iter().sum::<f64>() / 4980.0;
         let m = [mean(0), mean(1)];
         for (lag, c) in (0..=20).flat_map(|lag| (0..2).map(move |c| (lag, c))) {
-            let sum: f64 = (0..4980).map(|t| (y[c][t + lag] - m[c]) * (y[1][t] - m[1])).sum();
+            let sum: f64 = (0..4980)
+                .map(|t| (y[c][t + lag] - m[c]) * (y[1][t] - m[1]))
+                .sum();
             // the ends left out of account weigh like 20 of 5000 samples times the mean's own scatter
-            assert!((found.at(lag, c, 0) - sum / 4980.0).abs() < 2e-5, "lag {lag}");
+            assert!(
+                (found.at(lag, c, 0) - sum / 4980.0).abs() < 2e-5,
+                "lag {lag}"
+            );
         }
         assert!(found.deviations.len() >= BLOCKS);
         let total: f64 = found.deviations.iter().map(|d| d[5]).sum();

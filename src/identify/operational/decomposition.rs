@@ -86,12 +86,21 @@ pub fn decompose(channels: &Channels, settings: &Settings) -> Result<Decompositi
         values.push(found);
     }
     let first: Vec<f64> = values.iter().map(|v| v[0].max(f64::MIN_POSITIVE)).collect();
-    let bells = Bells { spectra: &spectra, first: &first, vectors: &vectors, rate_hz: channels.rate_hz() };
+    let bells = Bells {
+        spectra: &spectra,
+        first: &first,
+        vectors: &vectors,
+        rate_hz: channels.rate_hz(),
+    };
     let found = bells.peaks(settings.band_hz)?;
     let bands = Bands::new(channels);
-    let peaks = (0..found.len()).map(|k| bells.describe(&found, k, &bands, settings)).collect();
+    let peaks = (0..found.len())
+        .map(|k| bells.describe(&found, k, &bands, settings))
+        .collect();
     Ok(Decomposition {
-        frequency_hz: (0..first.len()).map(|k| k as f64 * spectra.spacing_hz).collect(),
+        frequency_hz: (0..first.len())
+            .map(|k| k as f64 * spectra.spacing_hz)
+            .collect(),
         singular_values: values,
         peaks,
     })
@@ -133,10 +142,15 @@ impl Bells<'_> {
             )
             .hint("widen the band, or take longer segments"));
         }
-        let needed = (BEYOND_CHANCE * self.scatter(from, to)).exp().max(LEAST_PROMINENCE);
+        let needed = (BEYOND_CHANCE * self.scatter(from, to))
+            .exp()
+            .max(LEAST_PROMINENCE);
         Ok((from..=to)
             .filter(|&k| k > 0 && k + 1 < s.len() && s[k] > s[k - 1] && s[k] >= s[k + 1])
-            .map(|line| Found { line, prominence: self.prominence(line) })
+            .map(|line| Found {
+                line,
+                prominence: self.prominence(line),
+            })
             .filter(|f| f.prominence >= needed)
             .collect())
     }
@@ -152,7 +166,10 @@ impl Bells<'_> {
             .map(|k| (self.first[k + APART] / self.first[k]).ln().abs())
             .collect();
         differences.sort_by(f64::total_cmp);
-        let median = differences.get(differences.len() / 2).copied().unwrap_or(0.0);
+        let median = differences
+            .get(differences.len() / 2)
+            .copied()
+            .unwrap_or(0.0);
         counted.max(median / NORMAL)
     }
 
@@ -186,17 +203,25 @@ impl Bells<'_> {
         }
         let largest = shape[strongest];
         shape.iter_mut().for_each(|x| *x /= largest);
-        let mode = self.bell(line).and_then(|bell| self.decay(&bell)).map(|pole| IdentifiedMode {
-            pole,
-            pole_covariance: None,
-            shape: shape.clone(),
-        });
+        let mode = self
+            .bell(line)
+            .and_then(|bell| self.decay(&bell))
+            .map(|pole| IdentifiedMode {
+                pole,
+                pole_covariance: None,
+                shape: shape.clone(),
+            });
         let half_band = LOOK * 2.0 * spacing; // lines lie at half the resolution
         Peak {
             frequency_hz,
             prominence,
             mode,
-            harmonic: bands.look(strongest, frequency_hz, half_band, settings.running.as_ref()),
+            harmonic: bands.look(
+                strongest,
+                frequency_hz,
+                half_band,
+                settings.running.as_ref(),
+            ),
             shape,
         }
     }
@@ -205,7 +230,11 @@ impl Bells<'_> {
     fn summit(&self, line: usize) -> f64 {
         let [a, b, c] = [line - 1, line, line + 1].map(|k| self.first[k].ln());
         let bend = a - 2.0 * b + c;
-        if bend < 0.0 { (0.5 * (a - c) / bend).clamp(-0.5, 0.5) } else { 0.0 }
+        if bend < 0.0 {
+            (0.5 * (a - c) / bend).clamp(-0.5, 0.5)
+        } else {
+            0.0
+        }
     }
 
     /// Lines about the peak with its shape, and `φᴴ S φ` on them.
@@ -219,7 +248,11 @@ impl Bells<'_> {
                 .sum()
         };
         let is_alike = |k: usize| {
-            let product: Complex = shape.iter().zip(&self.vectors[k]).map(|(a, b)| a.conj() * b).sum();
+            let product: Complex = shape
+                .iter()
+                .zip(&self.vectors[k])
+                .map(|(a, b)| a.conj() * b)
+                .sum();
             product.norm_sqr() >= SAME_SHAPE
         };
         let floor = self.first[line] * BELL_FLOOR;
@@ -269,7 +302,11 @@ impl Bells<'_> {
                 break;
             }
             if amplitude < DECAY.0 {
-                points.push([lag as f64 / self.rate_hz, amplitude.ln(), phase + TAU * turns]);
+                points.push([
+                    lag as f64 / self.rate_hz,
+                    amplitude.ln(),
+                    phase + TAU * turns,
+                ]);
             }
         }
         let slope = |value: usize| {

@@ -115,14 +115,21 @@ impl Bands {
         ComplexFft::new(length).inverse(&mut values);
         // Padding behind the record holds no signal.
         let kept = length * self.samples / quick_length(self.samples);
-        let powers: Vec<f64> = values[..kept.clamp(1, length)].iter().map(|z| z.norm_sqr()).collect();
+        let powers: Vec<f64> = values[..kept.clamp(1, length)]
+            .iter()
+            .map(|z| z.norm_sqr())
+            .collect();
         let n = powers.len() as f64;
         let mean = powers.iter().sum::<f64>() / n;
         let square = powers.iter().map(|p| p * p).sum::<f64>() / n;
         // Values independent of each other: n/2 by bandwidth, fewer where the power within the band is bunched.
         let mut related = 0.0;
         for lag in 1..powers.len() / 2 {
-            let product: f64 = powers.iter().zip(&powers[lag..]).map(|(a, b)| (a - mean) * (b - mean)).sum();
+            let product: f64 = powers
+                .iter()
+                .zip(&powers[lag..])
+                .map(|(a, b)| (a - mean) * (b - mean))
+                .sum();
             let correlation = product / n / (square - mean * mean).max(f64::MIN_POSITIVE);
             if correlation < 0.05 {
                 break;

@@ -46,7 +46,11 @@ pub fn physical(
         .map(|chosen| {
             let (order, mode) = member(found, &chosen.mode);
             let strongest = (0..mode.shape.len())
-                .max_by(|&a, &b| mode.shape[a].norm_sqr().total_cmp(&mode.shape[b].norm_sqr()))
+                .max_by(|&a, &b| {
+                    mode.shape[a]
+                        .norm_sqr()
+                        .total_cmp(&mode.shape[b].norm_sqr())
+                })
                 .unwrap_or(0);
             // Wide enough to hold the resonance, and enough lines of the record to tell a distribution.
             let half_band = (HALF_BANDS * mode.pole.re.abs() / std::f64::consts::TAU)
@@ -81,14 +85,20 @@ pub fn default_rule(found: &Subspace) -> SelectionRule {
 fn member(found: &Subspace, middle: &IdentifiedMode) -> (usize, IdentifiedMode) {
     const AS_CERTAIN: f64 = 2.0; // times the least standard deviation
     const NEAR: f64 = 0.5; // half-bandwidths, as in the rule of the clusters
-    let all = found.orders.iter().flat_map(|o| o.modes.iter().map(move |m| (o.order, m)));
+    let all = found
+        .orders
+        .iter()
+        .flat_map(|o| o.modes.iter().map(move |m| (o.order, m)));
     let apart = |m: &IdentifiedMode| (m.pole - middle.pole).norm();
     let reach = NEAR * middle.pole.re.abs() + found.spacing_hz * std::f64::consts::TAU;
     let near: Vec<(usize, &IdentifiedMode)> = all
         .filter(|(_, m)| is_certain(m, found.spacing_hz) && apart(m) <= reach)
         .collect();
     let std = |m: &IdentifiedMode| m.frequency_std_hz().unwrap_or(0.0);
-    let least = near.iter().map(|(_, m)| std(m)).fold(f64::INFINITY, f64::min);
+    let least = near
+        .iter()
+        .map(|(_, m)| std(m))
+        .fold(f64::INFINITY, f64::min);
     (near.iter())
         .filter(|(_, m)| std(m) <= AS_CERTAIN * least)
         .min_by(|a, b| apart(a.1).total_cmp(&apart(b.1)))

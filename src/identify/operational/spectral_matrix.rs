@@ -32,17 +32,26 @@ impl SpectralMatrix {
     /// `TooShort` where fewer than two segments fit.
     pub fn new(channels: &Channels, segment: Option<usize>) -> Result<SpectralMatrix, Error> {
         let n = channels.length();
-        let segment = segment.unwrap_or_else(|| 1 << (n / SEGMENTS).max(16).ilog2()).max(4);
+        let segment = segment
+            .unwrap_or_else(|| 1 << (n / SEGMENTS).max(16).ilog2())
+            .max(4);
         let hop = segment / 2;
         if n < segment + hop {
             return Err(Error::new(
                 Code::TooShort,
                 format!("{n} samples for segments of {segment}"),
             )
-            .hint(format!("take at least {} samples, or shorter segments", segment + hop)));
+            .hint(format!(
+                "take at least {} samples, or shorter segments",
+                segment + hop
+            )));
         }
         let window: Vec<f64> = (0..segment)
-            .map(|t| (std::f64::consts::PI * t as f64 / segment as f64).sin().powi(2))
+            .map(|t| {
+                (std::f64::consts::PI * t as f64 / segment as f64)
+                    .sin()
+                    .powi(2)
+            })
             .collect();
         let power: f64 = window.iter().map(|w| w * w).sum();
         let nc = channels.samples().len();
@@ -78,7 +87,14 @@ impl SpectralMatrix {
             }
         }
         let window_lags = (0..segment)
-            .map(|lag| window.iter().zip(&window[lag..]).map(|(a, b)| a * b).sum::<f64>() / power)
+            .map(|lag| {
+                window
+                    .iter()
+                    .zip(&window[lag..])
+                    .map(|(a, b)| a * b)
+                    .sum::<f64>()
+                    / power
+            })
             .collect();
         Ok(SpectralMatrix {
             spacing_hz: channels.rate_hz() / transform.samples() as f64,

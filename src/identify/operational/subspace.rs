@@ -73,7 +73,9 @@ pub fn from_covariances(channels: &Channels, settings: &Settings) -> Result<Subs
     let mut gathering = Gathering::new(responses, &references, 2 * block_rows - 1)?;
     gathering.push(channels.samples())?;
     let mut found = of_covariances(&gathering.finish()?, channels.rate_hz(), settings)?;
-    found.warnings.extend(too_few_rows(channels.rate_hz(), settings, block_rows));
+    found
+        .warnings
+        .extend(too_few_rows(channels.rate_hz(), settings, block_rows));
     Ok(found)
 }
 
@@ -155,7 +157,10 @@ pub fn from_data(channels: &Channels, settings: &Settings) -> Result<Subspace, E
         triangle.push(&row);
     }
     let r = triangle.finish();
-    let projection = r.submatrix(0, past, past, columns - past).transpose().to_owned();
+    let projection = r
+        .submatrix(0, past, past, columns - past)
+        .transpose()
+        .to_owned();
     let found = svd(&projection)?;
     let basis = Observability::new(&found, nc, highest);
     let mut orders = Vec::new();
@@ -174,7 +179,9 @@ pub fn from_data(channels: &Channels, settings: &Settings) -> Result<Subspace, E
         singular_values: found.values,
         block_rows,
         spacing_hz: channels.rate_hz() / channels.length() as f64,
-        warnings: too_few_rows(channels.rate_hz(), settings, block_rows).into_iter().collect(),
+        warnings: too_few_rows(channels.rate_hz(), settings, block_rows)
+            .into_iter()
+            .collect(),
     })
 }
 
@@ -237,7 +244,10 @@ fn block_rows(channels: &Channels, settings: &Settings, bound: usize) -> Result<
                     Code::OutOfRange,
                     format!("the lowest frequency {lowest} Hz of samples at {rate} Hz"),
                 )
-                .hint(format!("give a frequency above 0 and below {} Hz", rate / 2.0)));
+                .hint(format!(
+                    "give a frequency above 0 and below {} Hz",
+                    rate / 2.0
+                )));
             }
             (wanted_rows(rate, lowest) as usize).clamp(least.min(bound), bound)
         }
@@ -250,7 +260,9 @@ fn block_rows(channels: &Channels, settings: &Settings, bound: usize) -> Result<
             Code::TooShort,
             format!("{} samples for {rows} block rows", channels.length()),
         )
-        .hint(format!("take at least {needed} samples, or fewer block rows")));
+        .hint(format!(
+            "take at least {needed} samples, or fewer block rows"
+        )));
     }
     Ok(rows)
 }

@@ -61,7 +61,10 @@ impl Scatter {
             .map(|(forward, backward)| {
                 let mut sum = Complex::new(0.0, 0.0);
                 for j in 0..n {
-                    let (f, b) = (&forward.col_as_slice(j)[n..], &backward.col_as_slice(j)[n..]);
+                    let (f, b) = (
+                        &forward.col_as_slice(j)[n..],
+                        &backward.col_as_slice(j)[n..],
+                    );
                     let (wf, wb) = &weights[j];
                     sum += wf.iter().zip(f).map(|(w, g)| w * g).sum::<Complex>();
                     sum += wb.iter().zip(b).map(|(w, g)| w * g).sum::<Complex>();
@@ -83,9 +86,17 @@ impl Scatter {
         let rows = basis.rows;
         let all = basis.u.nrows();
         let gram = basis.gram.submatrix(0, 0, n, n).to_owned();
-        let parts = Matrix::from_fn(n, 2, |i, k| if k == 0 { pair.left[i].re } else { pair.left[i].im });
+        let parts = Matrix::from_fn(n, 2, |i, k| {
+            if k == 0 {
+                pair.left[i].re
+            } else {
+                pair.left[i].im
+            }
+        });
         let solved = definite::solve(&gram, &parts).ok()?;
-        let v: Vec<Complex> = (0..n).map(|i| Complex::new(solved[(i, 0)], solved[(i, 1)])).collect();
+        let v: Vec<Complex> = (0..n)
+            .map(|i| Complex::new(solved[(i, 0)], solved[(i, 1)]))
+            .collect();
         let zero = Complex::new(0.0, 0.0);
         // U φ and U v over all rows.
         let (mut u_phi, mut u_v) = (vec![zero; all], vec![zero; all]);
@@ -108,8 +119,9 @@ impl Scatter {
             let column = basis.u.col_as_slice(i);
             row.iter().zip(column).map(|(r, u)| r * u).sum()
         };
-        let ahead: Vec<(Complex, Complex)> =
-            (n..all).map(|i| (along(&alpha, i), along(&beta, i))).collect();
+        let ahead: Vec<(Complex, Complex)> = (n..all)
+            .map(|i| (along(&alpha, i), along(&beta, i)))
+            .collect();
         let right_vectors = self.backward.first().map_or(0, Matrix::nrows);
         Some(
             (0..n)

@@ -75,7 +75,11 @@ pub(super) fn burg_path(y: &[f64], order: usize) -> Vec<Step> {
             top += f * b;
             bottom += f * f + b * b;
         }
-        let k = if bottom > 0.0 { -2.0 * top / bottom } else { 0.0 };
+        let k = if bottom > 0.0 {
+            -2.0 * top / bottom
+        } else {
+            0.0
+        };
         for t in (m..n).rev() {
             let (f, b) = (forward[t], backward[t - 1]);
             forward[t] = f + k * b;
@@ -135,18 +139,12 @@ fn with_covariance(
     let r = autocovariance(y, n);
     let gamma = Matrix::from_fn(n, n, |i, j| r[i.abs_diff(j)]);
     let inverse = definite::solve(&gamma, &Matrix::identity(n, n))?;
-    let covariance = Matrix::from_fn(n, n, |i, j| {
-        inverse[(i, j)] * variance / samples as f64
-    });
+    let covariance = Matrix::from_fn(n, n, |i, j| inverse[(i, j)] * variance / samples as f64);
     Ok((a, variance, covariance))
 }
 
 /// Least squares of forward errors, and of backward errors too.
-fn regression(
-    y: &[f64],
-    order: usize,
-    backward: bool,
-) -> Result<(Vec<f64>, f64, Matrix), Error> {
+fn regression(y: &[f64], order: usize, backward: bool) -> Result<(Vec<f64>, f64, Matrix), Error> {
     let n = y.len();
     let mut triangle = Triangle::new(order + 1);
     let mut row = vec![0.0; order + 1];
@@ -204,7 +202,9 @@ mod tests {
     #[test]
     fn exact_oscillation_by_least_squares() {
         let (g, w) = (0.99_f64, 0.4_f64);
-        let y: Vec<f64> = (0..60).map(|t| g.powi(t) * (w * f64::from(t)).cos()).collect();
+        let y: Vec<f64> = (0..60)
+            .map(|t| g.powi(t) * (w * f64::from(t)).cos())
+            .collect();
         let (a, _, _) = regression(&y, 2, false).unwrap();
         assert!((a[0] + 2.0 * g * w.cos()).abs() < 1e-12 && (a[1] - g * g).abs() < 1e-12);
     }

@@ -71,9 +71,25 @@ impl Family {
         match self {
             Family::Ar { a } => Lengths { a, ..none },
             Family::Arma { a, c } => Lengths { a, c, ..none },
-            Family::Arx { a, b, delay } => Lengths { a, b, delay, ..none },
-            Family::Armax { a, b, c, delay } => Lengths { a, b, c, delay, f: 0 },
-            Family::OutputError { b, f, delay } => Lengths { b, f, delay, ..none },
+            Family::Arx { a, b, delay } => Lengths {
+                a,
+                b,
+                delay,
+                ..none
+            },
+            Family::Armax { a, b, c, delay } => Lengths {
+                a,
+                b,
+                c,
+                delay,
+                f: 0,
+            },
+            Family::OutputError { b, f, delay } => Lengths {
+                b,
+                f,
+                delay,
+                ..none
+            },
         }
     }
 
@@ -87,7 +103,11 @@ impl Family {
 impl Lengths {
     /// Samples before the first one that is predicted from a full past.
     pub(super) fn start(self) -> usize {
-        let input = if self.b > 0 { self.delay + self.b - 1 } else { 0 };
+        let input = if self.b > 0 {
+            self.delay + self.b - 1
+        } else {
+            0
+        };
         self.a.max(input)
     }
 }
@@ -180,7 +200,11 @@ impl SeriesModel {
     /// `NoConvergence` of the roots.
     pub fn modes(&self) -> Result<Vec<IdentifiedMode>, Error> {
         let of_f = self.a.is_empty();
-        let first = if of_f { self.a.len() + self.b.len() + self.c.len() } else { 0 };
+        let first = if of_f {
+            self.a.len() + self.b.len() + self.c.len()
+        } else {
+            0
+        };
         let coefficients = if of_f { &self.f } else { &self.a };
         modes_of(coefficients, &self.covariance, first, self.rate_hz)
     }
@@ -203,8 +227,11 @@ impl SeriesModel {
 
 /// An input is needed and there is none.
 pub(super) fn no_input() -> Error {
-    Error::new(Code::NoSignal, "the model has an input and the record has none")
-        .hint("give the input channel, or fit a family without one: AR or ARMA")
+    Error::new(
+        Code::NoSignal,
+        "the model has an input and the record has none",
+    )
+    .hint("give the input channel, or fit a family without one: AR or ARMA")
 }
 
 /// The polynomials, for computing.

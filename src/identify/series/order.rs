@@ -71,7 +71,11 @@ impl Candidate {
 ///
 /// # Errors
 /// Those of [`Record`]; `OutOfRange` for a highest order of 0; `TooShort`.
-pub fn autoregressive(record: &Record, highest: usize, criterion: Criterion) -> Result<Choice, Error> {
+pub fn autoregressive(
+    record: &Record,
+    highest: usize,
+    criterion: Criterion,
+) -> Result<Choice, Error> {
     check_order(record.samples(), highest, highest)?;
     let (y, _) = centred(record.output());
     let candidates = (burg_path(&y, highest).into_iter())
@@ -89,7 +93,11 @@ pub fn among(
     families: &[Family],
     criterion: Criterion,
 ) -> Result<(SeriesModel, Choice), Error> {
-    let first = families.iter().map(|f| f.lengths().start()).max().unwrap_or(0);
+    let first = families
+        .iter()
+        .map(|f| f.lengths().start())
+        .max()
+        .unwrap_or(0);
     let mut candidates = Vec::new();
     let mut failure = None;
     for &family in families {

@@ -27,7 +27,11 @@ pub fn fit(record: &Record, family: Family) -> Result<SeriesModel, Error> {
 }
 
 /// As [`fit`], predicting from sample `first` on only, so that several orders can be compared on the same samples.
-pub(super) fn fit_from(record: &Record, family: Family, first: usize) -> Result<SeriesModel, Error> {
+pub(super) fn fit_from(
+    record: &Record,
+    family: Family,
+    first: usize,
+) -> Result<SeriesModel, Error> {
     let n = family.lengths();
     let first = first.max(n.start());
     check_order(record.samples(), family.unknowns(), first)?;
@@ -41,7 +45,11 @@ pub(super) fn fit_from(record: &Record, family: Family, first: usize) -> Result<
     let (theta, iterations) = if n.c == 0 && n.f == 0 {
         (signals.linear(&signals.y, &signals.u, n)?.0, 0)
     } else {
-        let start = if n.f > 0 { signals.steiglitz_mcbride()? } else { signals.hannan_rissanen()? };
+        let start = if n.f > 0 {
+            signals.steiglitz_mcbride()?
+        } else {
+            signals.hannan_rissanen()?
+        };
         signals.iterate(start)?
     };
     let (triangle, loss) = signals.gradient(&theta);
@@ -49,7 +57,9 @@ pub(super) fn fit_from(record: &Record, family: Family, first: usize) -> Result<
     let noise_variance = loss / (samples - family.unknowns()) as f64;
     let information = least_squares(&triangle)?;
     let size = theta.len();
-    let covariance = Matrix::from_fn(size, size, |i, j| information.inverse[(i, j)] * noise_variance);
+    let covariance = Matrix::from_fn(size, size, |i, j| {
+        information.inverse[(i, j)] * noise_variance
+    });
     let parts = n.split(&theta);
     Ok(SeriesModel {
         family,
@@ -73,7 +83,13 @@ impl Lengths {
         let (a, rest) = theta.split_at(self.a);
         let (b, rest) = rest.split_at(self.b);
         let (c, f) = rest.split_at(self.c);
-        Polynomials { a, b, c, f, delay: self.delay }
+        Polynomials {
+            a,
+            b,
+            c,
+            f,
+            delay: self.delay,
+        }
     }
 }
 
@@ -109,7 +125,13 @@ impl Signals {
         }
         let theta = least_squares(&triangle.finish())?.solution;
         let (a, b) = theta.split_at(n.a);
-        let model = Polynomials { a, b, c: &[], f: &[], delay: n.delay };
+        let model = Polynomials {
+            a,
+            b,
+            c: &[],
+            f: &[],
+            delay: n.delay,
+        };
         let errors = prediction_errors(model, y, u).errors;
         Ok((theta, errors))
     }
@@ -121,8 +143,18 @@ impl Signals {
         // Long enough for 1/C to have died away, short enough to be determined: the usual (log N)², within a tenth of the samples.
         let long = ((samples as f64).ln().powi(2) as usize).clamp(2 * (n.a + n.c), 100);
         let long = long.min(samples / 10).max(1);
-        let b = if n.b > 0 { (n.b + n.c).max(long / 2) } else { 0 };
-        let noise_model = Lengths { a: long, b, c: 0, f: 0, delay: n.delay };
+        let b = if n.b > 0 {
+            (n.b + n.c).max(long / 2)
+        } else {
+            0
+        };
+        let noise_model = Lengths {
+            a: long,
+            b,
+            c: 0,
+            f: 0,
+            delay: n.delay,
+        };
         let (_, noise) = self.linear(&self.y, &self.u, noise_model)?;
         let first = self.first.max(noise_model.start()) + n.c;
         let size = n.a + n.b + n.c;
@@ -151,14 +183,22 @@ impl Signals {
     /// `F y = B u` with both signals filtered by the last 1/F, again and again.
     fn steiglitz_mcbride(&self) -> Result<Vec<f64>, Error> {
         let n = self.n;
-        let linear = Lengths { a: n.f, b: n.b, c: 0, f: 0, delay: n.delay };
+        let linear = Lengths {
+            a: n.f,
+            b: n.b,
+            c: 0,
+            f: 0,
+            delay: n.delay,
+        };
         let mut best: Option<(f64, Vec<f64>)> = None;
         let mut f: Vec<f64> = Vec::new();
         for _ in 0..ROUNDS {
             let (mut y, mut u) = (self.y.clone(), self.u.clone());
             divide(&mut y, &f);
             divide(&mut u, &f);
-            let Ok((found, _)) = self.linear(&y, &u, linear) else { break };
+            let Ok((found, _)) = self.linear(&y, &u, linear) else {
+                break;
+            };
             let (a, b) = found.split_at(n.f);
             f = stabilised(a.to_vec());
             let theta = [b, f.as_slice()].concat();
@@ -168,8 +208,11 @@ impl Signals {
             }
         }
         best.map(|(_, theta)| theta).ok_or_else(|| {
-            Error::new(Code::IllPosed, "the input does not determine an output-error model of these orders")
-                .hint("lower the orders, or drive the machine with more than a few frequencies")
+            Error::new(
+                Code::IllPosed,
+                "the input does not determine an output-error model of these orders",
+            )
+            .hint("lower the orders, or drive the machine with more than a few frequencies")
         })
     }
 
@@ -210,7 +253,11 @@ impl Signals {
                 (row.iter_mut().zip(earlier)).for_each(|(r, p)| *r -= c * p);
             }
             if n.c > 0 {
-                let mut kept = if past.len() == n.c { past.pop_back().unwrap_or_default() } else { Vec::new() };
+                let mut kept = if past.len() == n.c {
+                    past.pop_back().unwrap_or_default()
+                } else {
+                    Vec::new()
+                };
                 kept.clear();
                 kept.extend_from_slice(&row[..size]);
                 past.push_front(kept);
@@ -249,9 +296,14 @@ impl Signals {
         }
         Err(Error::new(
             Code::NoConvergence,
-            format!("the fit of {} coefficients did not settle in {STEPS} steps", theta.len()),
+            format!(
+                "the fit of {} coefficients did not settle in {STEPS} steps",
+                theta.len()
+            ),
         )
-        .hint("lower the orders: a pole and a zero that cancel leave the coefficients undetermined"))
+        .hint(
+            "lower the orders: a pole and a zero that cancel leave the coefficients undetermined",
+        ))
     }
 }
 
@@ -266,7 +318,12 @@ fn damped_step(triangle: &Matrix, damping: f64) -> Result<Vec<f64>, Error> {
     }
     for j in 0..size {
         row.fill(0.0);
-        let length = triangle.col_as_slice(j).iter().map(|x| x * x).sum::<f64>().sqrt();
+        let length = triangle
+            .col_as_slice(j)
+            .iter()
+            .map(|x| x * x)
+            .sum::<f64>()
+            .sqrt();
         row[j] = damping.sqrt() * length;
         extended.push(&row);
     }

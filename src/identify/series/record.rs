@@ -78,10 +78,11 @@ pub(super) fn centred(samples: &[f64]) -> (Vec<f64>, f64) {
 /// Refuses an order of zero, and fewer samples than fit `unknowns` with `lost` samples needed to start.
 pub(super) fn check_order(samples: usize, unknowns: usize, lost: usize) -> Result<(), Error> {
     if unknowns == 0 {
-        return Err(
-            Error::new(Code::OutOfRange, "a model of order 0 has no coefficient to fit")
-                .hint("give an order of 1 or more; two per mode is the least"),
-        );
+        return Err(Error::new(
+            Code::OutOfRange,
+            "a model of order 0 has no coefficient to fit",
+        )
+        .hint("give an order of 1 or more; two per mode is the least"));
     }
     if samples <= lost + unknowns {
         return Err(Error::new(

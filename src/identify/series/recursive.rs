@@ -50,8 +50,11 @@ impl Recursive {
     pub fn new(settings: Settings) -> Result<Recursive, Error> {
         check_rate(settings.rate_hz)?;
         if settings.a == 0 {
-            return Err(Error::new(Code::OutOfRange, "a recursive model of order 0 follows nothing")
-                .hint("give an order of 1 or more; two per mode is the least"));
+            return Err(Error::new(
+                Code::OutOfRange,
+                "a recursive model of order 0 follows nothing",
+            )
+            .hint("give an order of 1 or more; two per mode is the least"));
         }
         let forgetting = settings.forgetting;
         if !(forgetting > 0.0 && forgetting <= 1.0) {
@@ -101,7 +104,9 @@ impl Recursive {
         if self.seen > a.max(delay + b.max(1) - 1) {
             self.rotate();
             // Before as many rows as unknowns the triangle is singular, and the last answer (zero) stands.
-            if self.seen > 2 * size && let Some(theta) = back_substituted(&self.triangle, size) {
+            if self.seen > 2 * size
+                && let Some(theta) = back_substituted(&self.triangle, size)
+            {
                 self.theta = theta;
             }
         }

@@ -1,7 +1,7 @@
 //! What residuals tell of a model: white, and unrelated to the input, they hold nothing more to be modelled.
 
 use super::autoregressive::{autocovariance, burg_path};
-use super::record::{check_order, centred};
+use super::record::{centred, check_order};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::statistics::chi_squared_above;
@@ -91,10 +91,9 @@ fn test(statistic: f64, freedoms: usize) -> Test {
 fn check_finite(samples: &[f64]) -> Result<(), Error> {
     match samples.iter().position(|x| !x.is_finite()) {
         None => Ok(()),
-        Some(at) => Err(Error::new(
-            Code::NotANumber,
-            format!("sample {at} is {}", samples[at]),
-        )
-        .hint("test stretches without gaps")),
+        Some(at) => Err(
+            Error::new(Code::NotANumber, format!("sample {at} is {}", samples[at]))
+                .hint("test stretches without gaps"),
+        ),
     }
 }

@@ -1,0 +1,337 @@
+//! Arrays from the bytes of a MATLAB file of level 5: both byte orders, compressed or not.
+//!
+//! Lengths are checked against the bytes at hand before anything is allocated.
+
+use std::io::Read;
+
+use flate2::read::ZlibDecoder;
+
+use super::element::{Element, HEADER, broken, header};
+use super::scalars::{Order, Scalars};
+use super::{classes, types};
+use crate::base::code::Code;
+use crate::base::error::Error;
+
+/// Cells within cells within cells; deeper ones are refused, since a damaged file could nest without end.
+const DEEPEST: usize = 32;
+
+/// Numbers of one file, 4 GB as doubles; what a small compressed file could swell to must have a bound.
+const MOST_VALUES: usize = 1 << 29;
+
+/// Bytes a single compressed variable may swell to, 4 GB: the format's own bound.
+const MOST_BYTES: u64 = u32::MAX as u64;
+
+/// A variable, a field of a structure or a cell.
+#[derive(Debug, Clone)]
+pub struct Array {
+    /// Its name; empty for cells.
+    pub name: String,
+    /// Rows, columns, and further dimensions.
+    pub dimensions: Vec<usize>,
+    /// What it holds.
+    pub contents: Contents,
+}
+
+/// What an array holds.
+#[derive(Debug, Clone)]
+pub enum Contents {
+    /// Numbers by columns, whatever class they were stored in.
+    Real {
+        /// The numbers.
+        values: Vec<f64>,
+        /// Spacing of numbers near 1 in the class they were stored in: 2⁻⁵² for double, 2⁻²³ for single, 1 for integers.
+        epsilon: f64,
+    },
+    /// Complex numbers by columns.
+    Complex {
+        /// Real parts.
+        re: Vec<f64>,
+        /// Imaginary parts.
+        im: Vec<f64>,
+    },
+    /// Characters, row by row.
+    Text(Vec<String>),
+    /// Cells by columns.
+    Cells(Vec<Array>),
+    /// Fields of the first structure, then of the second, …; each array bears the name of its field.
+    Structure(Vec<Array>),
+    /// What is not read, in words: `an object of class timeseries`.
+    Other(String),
+}
+
+/// The description in the header and the variables, in the order of the file.
+///
+/// # Errors
+/// `unknown-format` for MATLAB files of level 4 and of version 7.3 (HDF5) and for anything else, `broken-file` for a
+/// damaged one, `hopeless` for more than 2²⁹ numbers.
+pub fn read(bytes: &[u8]) -> Result<(String, Vec<Array>), Error> {
+    let (description, order) = header(bytes)?;
+    let mut reader = Reader {
+        order,
+        values_left: MOST_VALUES,
+    };
+    let mut variables = Vec::new();
+    let mut rest = &bytes[HEADER..];
+    while !rest.is_empty() {
+        let element = Element::split(&mut rest, order)?;
+        let variable = match element.kind {
+            types::MATRIX => reader.array(element.data, 0)?,
+            types::COMPRESSED => reader.compressed(element.data)?,
+            // Data outside of any array, which no program writes, carry no name.
+            _ => continue,
+        };
+        variables.push(variable);
+    }
+    Ok((description, variables))
+}
+
+/// Reads arrays, counting the numbers.
+struct Reader {
+    order: Order,
+    values_left: usize,
+}
+
+impl Reader {
+    fn compressed(&mut self, data: &[u8]) -> Result<Array, Error> {
+        let mut unpacked = Vec::new();
+        let unpacking = ZlibDecoder::new(data)
+            .take(MOST_BYTES.min(8 * self.values_left as u64 + MOST_BYTES / 64))
+            .read_to_end(&mut unpacked);
+        // A missing checksum at the end does no harm where the array inside is whole.
+        if let (Err(error), true) = (&unpacking, unpacked.is_empty()) {
+            return Err(broken(format!(
+                "a compressed variable of the MATLAB file cannot be unpacked: {error}"
+            )));
+        }
+        let mut inside = unpacked.as_slice();
+        let element = Element::split(&mut inside, self.order)?;
+        match element.kind {
+            types::MATRIX => self.array(element.data, 0),
+            kind => Err(broken(format!(
+                "a compressed variable of the MATLAB file holds data of type {kind} instead of an array"
+            ))),
+        }
+    }
+
+    /// The array in the data of a matrix element.
+    fn array(&mut self, mut data: &[u8], depth: usize) -> Result<Array, Error> {
+        if depth > DEEPEST {
+            return Err(broken(format!(
+                "cells of the MATLAB file nest deeper than {DEEPEST} levels"
+            )));
+        }
+        if data.is_empty() {
+            return Ok(Array {
+                name: String::new(),
+                dimensions: vec![0, 0],
+                contents: Contents::Real {
+                    values: Vec::new(),
+                    epsilon: f64::EPSILON,
+                },
+            });
+        }
+        let order = self.order;
+        let rest = &mut data;
+        let flags = Element::split(rest, order)?;
+        let flags = flags.data.first_chunk::<4>().map_or(0, |&b| order.u32(b));
+        let (class, is_complex) = (flags & 0xFF, flags & 0x0800 != 0);
+        if class == classes::OPAQUE {
+            return opaque(rest, order);
+        }
+        let dimensions = dimensions(&Element::split(rest, order)?, order)?;
+        let name = Element::split(rest, order)?;
+        let name = String::from_utf8_lossy(name.data).into_owned();
+        let count = dimensions
+            .iter()
+            .try_fold(1_usize, |n, &d| n.checked_mul(d));
+        let count = count.ok_or_else(|| {
+            broken(format!(
+                "the dimensions {dimensions:?} of variable `{name}` multiply beyond any size"
+            ))
+        })?;
+        let contents = match class {
+            classes::CHAR => text(&Element::split(rest, order)?, &dimensions, order, &name)?,
+            classes::CELL => Contents::Cells(self.children(rest, count, None, depth)?),
+            classes::STRUCT => {
+                let fields = fields(rest, order)?;
+                let count = count.saturating_mul(fields.len());
+                Contents::Structure(self.children(rest, count, Some(&fields), depth)?)
+            }
+            classes::DOUBLE..=classes::UINT64 => {
+                let epsilon = match class {
+                    classes::DOUBLE => f64::EPSILON,
+                    classes::SINGLE => f64::from(f32::EPSILON),
+                    _ => 1.0,
+                };
+                let values = self.numbers(rest, count, &name)?;
+                match is_complex {
+                    false => Contents::Real { values, epsilon },
+                    true => Contents::Complex {
+                        re: values,
+                        im: self.numbers(rest, count, &name)?,
+                    },
+                }
+            }
+            classes::SPARSE => Contents::Other("a sparse matrix".into()),
+            classes::OBJECT => {
+                let class = Element::split(rest, order)?;
+                let class = String::from_utf8_lossy(class.data);
+                let class = class.trim_end_matches('\0');
+                Contents::Other(format!("an object of class {class}"))
+            }
+            classes::FUNCTION => Contents::Other("a function handle".into()),
+            _ => {
+                return Err(broken(format!(
+                    "variable `{name}` of the MATLAB file has the unknown class {class}"
+                )));
+            }
+        };
+        Ok(Array {
+            name,
+            dimensions,
+            contents,
+        })
+    }
+
+    /// `count` numbers from one element.
+    fn numbers(&mut self, rest: &mut &[u8], count: usize, name: &str) -> Result<Vec<f64>, Error> {
+        // Some writers leave the data of an empty array out.
+        if count == 0 && rest.is_empty() {
+            return Ok(Vec::new());
+        }
+        let element = Element::split(rest, self.order)?;
+        let Some(scalars) = Scalars::of(element.kind, self.order) else {
+            return Err(broken(format!(
+                "variable `{name}` of the MATLAB file holds data of the unknown type {}",
+                element.kind
+            )));
+        };
+        let held = element.data.len() / scalars.width();
+        if held != count {
+            return Err(broken(format!(
+                "variable `{name}` of the MATLAB file has {held} numbers where its dimensions ask for {count}"
+            )));
+        }
+        self.values_left = self.values_left.checked_sub(count).ok_or_else(|| {
+            Error::new(
+                Code::Hopeless,
+                format!("the MATLAB file holds more than {MOST_VALUES} numbers"),
+            )
+            .hint("save fewer variables, or write the signals to CSV, which is read piece by piece")
+        })?;
+        Ok(scalars.decode(element.data))
+    }
+
+    /// The arrays of cells, or of the fields of structures.
+    fn children(
+        &mut self,
+        rest: &mut &[u8],
+        count: usize,
+        names: Option<&[String]>,
+        depth: usize,
+    ) -> Result<Vec<Array>, Error> {
+        // Every child takes a tag of eight bytes at least.
+        let mut children = Vec::with_capacity(count.min(rest.len() / 8));
+        for at in 0..count {
+            let element = Element::split(rest, self.order)?;
+            if element.kind != types::MATRIX {
+                return Err(broken(format!(
+                    "a cell of the MATLAB file holds data of type {} instead of an array",
+                    element.kind
+                )));
+            }
+            let mut child = self.array(element.data, depth + 1)?;
+            if let Some(names) = names {
+                child.name.clone_from(&names[at % names.len()]);
+            }
+            children.push(child);
+        }
+        Ok(children)
+    }
+}
+
+/// An object of a newer class, of which only its names can be told.
+fn opaque(rest: &mut &[u8], order: Order) -> Result<Array, Error> {
+    let name = Element::split(rest, order)?;
+    let _system = Element::split(rest, order)?;
+    let class = Element::split(rest, order)?;
+    Ok(Array {
+        name: String::from_utf8_lossy(name.data).into_owned(),
+        dimensions: vec![1, 1],
+        contents: Contents::Other(format!(
+            "an object of class {}",
+            String::from_utf8_lossy(class.data)
+        )),
+    })
+}
+
+fn dimensions(element: &Element<'_>, order: Order) -> Result<Vec<usize>, Error> {
+    let (words, rest) = element.data.as_chunks::<4>();
+    if words.len() < 2 || !rest.is_empty() {
+        return Err(broken(format!(
+            "an array of the MATLAB file has {} bytes of dimensions",
+            element.data.len()
+        )));
+    }
+    let checked = words.iter().map(|&b| {
+        let size = order.u32(b) as i32;
+        usize::try_from(size).map_err(|_| {
+            broken(format!(
+                "an array of the MATLAB file has the dimension {size}"
+            ))
+        })
+    });
+    checked.collect()
+}
+
+/// Names of the fields of a structure.
+fn fields(rest: &mut &[u8], order: Order) -> Result<Vec<String>, Error> {
+    let width = Element::split(rest, order)?;
+    let width = width.data.first_chunk::<4>().map_or(0, |&b| order.u32(b)) as usize;
+    let names = Element::split(rest, order)?.data;
+    if width == 0 && !names.is_empty() {
+        return Err(broken(
+            "field names of a structure of the MATLAB file have no width",
+        ));
+    }
+    let name = |field: &[u8]| {
+        let end = field.iter().position(|&b| b == 0).unwrap_or(field.len());
+        String::from_utf8_lossy(&field[..end]).into_owned()
+    };
+    Ok(names.chunks(width.max(1)).map(name).collect())
+}
+
+/// Rows of characters, which stand by columns.
+fn text(
+    element: &Element<'_>,
+    dimensions: &[usize],
+    order: Order,
+    name: &str,
+) -> Result<Contents, Error> {
+    let characters: Vec<char> = match element.kind {
+        types::UTF8 => String::from_utf8_lossy(element.data).chars().collect(),
+        types::UINT16 | types::UTF16 => {
+            let units = element.data.as_chunks::<2>().0.iter();
+            let units = units.map(|&b| order.u16(b));
+            char::decode_utf16(units)
+                .map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER))
+                .collect()
+        }
+        types::UTF32 => {
+            let words = element.data.as_chunks::<4>().0.iter();
+            let characters = words.map(|&b| char::from_u32(order.u32(b)));
+            characters
+                .map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER))
+                .collect()
+        }
+        types::INT8 | types::UINT8 => element.data.iter().map(|&b| char::from(b)).collect(),
+        kind => {
+            return Err(broken(format!(
+                "text `{name}` of the MATLAB file holds data of the unknown type {kind}"
+            )));
+        }
+    };
+    let rows = dimensions[0].min(characters.len());
+    let row = |i: usize| characters.iter().skip(i).step_by(rows).collect();
+    Ok(Contents::Text((0..rows).map(row).collect()))
+}

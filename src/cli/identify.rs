@@ -1,0 +1,301 @@
+//! `geardyn identify`: a log becomes frequency responses, transfer functions and modes.
+
+use std::path::{Path, PathBuf};
+
+use super::args::{DelayWord, EstimatorWord, IdentifyArgs, KindWord, MapWord};
+use super::{diagnostic, output};
+use crate::base::code::Code;
+use crate::base::error::{Error, Errors};
+use crate::base::kind::Kind;
+use crate::base::units;
+use crate::identify::rational::Delay;
+use crate::identify::transfer::export::{to_mat, write_csv};
+use crate::identify::transfer::realisation::{Map, Realisation};
+use crate::plan::logs::acquire::EstimateStudy;
+use crate::plan::logs::identification::{self, Identification, IdentifyStudy, Source};
+use crate::recording::raw::Repair;
+use crate::recording::write::uff::Form;
+use crate::recording::{open, settle, write};
+use crate::report;
+use crate::spectrum::frf::Estimator;
+use crate::spectrum::window::Window;
+
+/// Identifies and prints.
+///
+/// # Errors
+/// Whatever is wrong with the log, the flags or the solution.
+pub fn run(args: &IdentifyArgs) -> Result<u8, Errors> {
+    let study = study(args)?;
+    let outputs = outputs(args)?;
+    let (mut settings, sidecar) = args.log.settings(&args.file)?;
+    let inputs: Vec<PathBuf> = sidecar.iter().cloned().chain([args.file.clone()]).collect();
+    output::check(&outputs, &inputs)?;
+    settings.only = study.inputs.iter().chain(&study.outputs).cloned().collect();
+    let raw = open::open(&args.file.display().to_string(), &settings)?;
+    let (found, repairs) = match raw.responses {
+        Some(responses) if raw.groups.is_empty() => (
+            identification::identify(Source::Responses(responses), &study)?,
+            raw.repairs,
+        ),
+        _ => {
+            let recording = settle::settle(raw, &settings)?;
+            let mut found = identification::identify(Source::Signals(&recording), &study)?;
+            found
+                .warnings
+                .splice(0..0, recording.warnings.iter().cloned());
+            (found, recording.repairs)
+        }
+    };
+    let written = files(args, &found)?;
+    if args.json {
+        output::print(&format!(
+            "{:#}\n",
+            report::identified::json(&found, &repairs)?
+        ))?;
+        return Ok(0);
+    }
+    output::print(&report::log_tables::identified(&found))?;
+    if !args.quiet {
+        output::tell(&epilogue(&found, &repairs, &written));
+    }
+    Ok(0)
+}
+
+fn study(args: &IdentifyArgs) -> Result<IdentifyStudy, Error> {
+    let hertz = |text: &str, flag| {
+        units::parse_or_bare(text, Kind::Frequency, "Hz", flag).map(|w| w / std::f64::consts::TAU)
+    };
+    let resolution_hz = args
+        .resolution
+        .as_deref()
+        .map(|t| hertz(t, "--resolution"))
+        .transpose()?;
+    if resolution_hz.is_some_and(|r| r <= 0.0) {
+        return Err(Error::new(
+            Code::OutOfRange,
+            "--resolution takes a frequency above zero",
+        ));
+    }
+    if args.overlap.is_some_and(|o| !(0.0..1.0).contains(&o)) {
+        return Err(Error::new(
+            Code::OutOfRange,
+            "--overlap takes a share of a block, at least 0 and below 1",
+        )
+        .hint("half of it: --overlap 0.5"));
+    }
+    if args.order == Some(0) {
+        return Err(Error::new(Code::OutOfRange, "--order 0 asks for no mode")
+            .hint("leave it out: as many modes as are significant"));
+    }
+    Ok(IdentifyStudy {
+        inputs: args.input.clone(),
+        outputs: args.output.clone(),
+        estimate: EstimateStudy {
+            estimator: match args.estimator {
+                EstimatorWord::H1 => Estimator::H1,
+                EstimatorWord::H2 => Estimator::H2,
+                EstimatorWord::Hv => Estimator::Hv,
+            },
+            window: args.window.as_deref().map(Window::parse).transpose()?,
+            resolution_hz,
+            overlap: args.overlap,
+            impact: match (args.impact, args.no_impact) {
+                (true, _) => Some(true),
+                (_, true) => Some(false),
+                _ => None,
+            },
+        },
+        band_hz: args.band.as_deref().map(band).transpose()?,
+        order: args.order,
+        delay: match args.delay {
+            DelayWord::None => Delay::None,
+            DelayWord::Common => Delay::Common,
+            DelayWord::Each => Delay::PerResponse,
+        },
+        allow_unstable: args.allow_unstable,
+        derivative: args.kind.map(|kind| match kind {
+            KindWord::Receptance => 0,
+            KindWord::Mobility => 1,
+            KindWord::Accelerance => 2,
+        }),
+    })
+}
+
+/// `A:B`, frequencies, Hz where bare.
+pub fn band(text: &str) -> Result<(f64, f64), Error> {
+    let wrong = || {
+        Error::new(
+            Code::OutOfRange,
+            format!("\"{}\" is not a band", units::shortened(text)),
+        )
+        .hint("--band takes low:high, such as 10:2000 or \"10 Hz:2 kHz\"")
+    };
+    let (low, high) = text.split_once(':').ok_or_else(wrong)?;
+    let hertz = |t: &str| {
+        units::parse_or_bare(t, Kind::Frequency, "Hz", "--band").map(|w| w / std::f64::consts::TAU)
+    };
+    let (low, high) = (hertz(low)?, hertz(high)?);
+    match low >= 0.0 && low < high {
+        true => Ok((low, high)),
+        false => Err(wrong()),
+    }
+}
+
+/// Every file this command will write.
+fn outputs(args: &IdentifyArgs) -> Result<Vec<PathBuf>, Error> {
+    let mut all: Vec<PathBuf> = args.csv.iter().cloned().collect();
+    if let Some(path) = &args.svg {
+        output::ends(path, &["svg"])?;
+        all.extend(pictures(path));
+    }
+    if let Some(path) = &args.export {
+        output::ends(path, &["json", "csv", "mat"])?;
+        all.push(path.clone());
+    }
+    if let Some(path) = &args.frf {
+        output::ends(path, &["csv", "json", "uff"])?;
+        all.push(path.clone());
+    }
+    Ok(all)
+}
+
+/// The pictures: Bode at the name given, the others beside it.
+fn pictures(path: &Path) -> [PathBuf; 3] {
+    let beside = |what: &str| {
+        let mut name = path.file_stem().unwrap_or_default().to_os_string();
+        name.push(what);
+        path.with_file_name(name)
+    };
+    [
+        path.to_path_buf(),
+        beside("-nyquist.svg"),
+        beside("-poles.svg"),
+    ]
+}
+
+/// Writes what was asked for and says what.
+fn files(args: &IdentifyArgs, found: &Identification) -> Result<Vec<String>, Error> {
+    let mut all: Vec<(PathBuf, Vec<u8>)> = Vec::new();
+    if let Some(path) = &args.csv {
+        all.push((path.clone(), report::identified::csv(found).into_bytes()));
+    }
+    if let Some(path) = &args.svg {
+        let name = args.file.file_name().unwrap_or_default().to_string_lossy();
+        let shown = report::identified::curves(found, &name);
+        let poles: Vec<_> = found
+            .functions
+            .first()
+            .map_or(Vec::new(), |f| f.poles().to_vec());
+        let zeros = match found.functions.first() {
+            Some(first) => first.zeros()?.zeros,
+            None => Vec::new(),
+        };
+        let title = match found.responses.functions.first() {
+            Some(first) => format!(
+                "{name}: poles of all responses, zeros of {}",
+                first.output.name
+            ),
+            None => name.to_string(),
+        };
+        let [bode, nyquist, pole_zero] = pictures(path);
+        all.push((bode, report::bode::bode(&shown).into_bytes()));
+        all.push((nyquist, report::bode::nyquist(&shown).into_bytes()));
+        all.push((
+            pole_zero,
+            report::poles_picture::pole_zero(&title, &poles, &zeros).into_bytes(),
+        ));
+    }
+    if let Some(path) = &args.export {
+        all.push((path.clone(), export(path, args, found)?));
+    }
+    if let Some(path) = &args.frf {
+        let mut bytes = Vec::new();
+        match path.extension().and_then(|e| e.to_str()) {
+            Some("csv") => write::csv::responses(&found.responses, &mut bytes)?,
+            Some("uff") => write::uff::responses(&found.responses, Form::Text, &mut bytes)?,
+            _ => write::json::responses(
+                &found.responses,
+                &report::json::log_header(&[]),
+                &mut bytes,
+            )?,
+        }
+        all.push((path.clone(), bytes));
+    }
+    for (path, bytes) in &all {
+        output::write(path, bytes)?;
+    }
+    Ok(all
+        .into_iter()
+        .map(|(path, _)| path.display().to_string())
+        .collect())
+}
+
+/// The identified model in the format that the file's name asks for.
+fn export(path: &Path, args: &IdentifyArgs, found: &Identification) -> Result<Vec<u8>, Error> {
+    let time = args
+        .sample_time
+        .as_deref()
+        .map(|t| units::parse_or_bare(t, Kind::Time, "s", "--sample-time"))
+        .transpose()?;
+    let model = || -> Result<Realisation, Error> {
+        let model = Realisation::of(&found.functions)?;
+        match time {
+            Some(time) => model.sampled(time, map_of(args.map)),
+            None => Ok(model),
+        }
+    };
+    let failed = |e| {
+        Error::new(
+            Code::OutputFailed,
+            format!("{} could not be written: {e}", path.display()),
+        )
+    };
+    match path.extension().and_then(|e| e.to_str()) {
+        Some("csv") => {
+            let mut bytes = Vec::new();
+            write_csv(&found.functions, &mut bytes).map_err(failed)?;
+            Ok(bytes)
+        }
+        Some("mat") => to_mat(&found.functions, &model()?),
+        _ => {
+            let functions = found
+                .functions
+                .iter()
+                .map(|f| f.to_json())
+                .collect::<Result<Vec<_>, Error>>()?;
+            let document = serde_json::json!({ "transfer_functions": functions, "state_space": model()?.to_json() });
+            Ok(format!("{document:#}\n").into_bytes())
+        }
+    }
+}
+
+fn map_of(word: MapWord) -> Map {
+    match word {
+        MapWord::ZeroOrderHold => Map::ZeroOrderHold,
+        MapWord::Bilinear => Map::Bilinear,
+        MapWord::Impulse => Map::ImpulseInvariant,
+    }
+}
+
+/// What was done to the data, doubts, what was written.
+fn epilogue(found: &Identification, repairs: &[Repair], written: &[String]) -> String {
+    let mut text = String::from("\n");
+    for repair in repairs {
+        text += &format!(
+            "{}: {}\n",
+            repair.kind,
+            diagnostic::harmless(&repair.message)
+        );
+    }
+    for hit in found.hits.iter().filter(|h| h.fault.is_some()) {
+        let why = hit.fault.map_or("", |f| f.words());
+        text += &format!("hit at {:.4} s left out: {why}\n", hit.time_s);
+    }
+    for warning in &found.warnings {
+        text += &diagnostic::warning(warning, diagnostic::colour());
+    }
+    if !written.is_empty() {
+        text += &format!("wrote {}\n", written.join(" "));
+    }
+    text
+}

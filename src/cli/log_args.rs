@@ -1,0 +1,201 @@
+//! What may be said of a log on the command line, and the settings it becomes together with the sidecar.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use crate::base::code::Code;
+use crate::base::error::{Error, Errors};
+use crate::base::kind::Kind;
+use crate::base::units;
+use crate::recording::settings::{ChannelSettings, Gaps, RateSource, Settings};
+use crate::scene;
+
+/// Flags of every command that reads a log.
+#[derive(Debug, Args, Default)]
+#[command(next_help_heading = "The log")]
+pub struct LogArgs {
+    /// Sample rate (Hz where bare), whatever the log says
+    #[arg(long, value_name = "RATE", conflicts_with = "rate_from")]
+    pub rate: Option<String>,
+    /// Where header and time stamps disagree about the rate: which is right
+    #[arg(long, value_enum, value_name = "SOURCE")]
+    pub rate_from: Option<RateWord>,
+    /// The column of time stamps; none: no column is one
+    #[arg(long, value_name = "COLUMN")]
+    pub time: Option<String>,
+    /// Unit of the time stamps
+    #[arg(long, value_name = "UNIT")]
+    pub time_unit: Option<String>,
+    /// Unit the numbers of a channel are in: --unit ax=g
+    #[arg(long, value_name = "CHANNEL=UNIT")]
+    pub unit: Vec<String>,
+    /// Sensitivity of a channel's sensor: --sensitivity "ax=100 mV/g"
+    #[arg(long, value_name = "CHANNEL=VALUE")]
+    pub sensitivity: Vec<String>,
+    /// Level at which a channel overloads, in its numbers: --overload force=5
+    #[arg(long, value_name = "CHANNEL=LEVEL")]
+    pub overload: Vec<String>,
+    /// Bridge gaps by straight lines instead of splitting the record there
+    #[arg(long)]
+    pub fill_gaps: bool,
+    /// Leave out what lies before this time (s where bare)
+    #[arg(long, value_name = "TIME")]
+    pub from: Option<String>,
+    /// Leave out what lies from this time on (s where bare)
+    #[arg(long, value_name = "TIME")]
+    pub to: Option<String>,
+    /// Between cells: , ; tab space |
+    #[arg(long, value_name = "MARK")]
+    pub delimiter: Option<String>,
+    /// Decimal mark: . or ,
+    #[arg(long, value_name = "MARK")]
+    pub decimal: Option<char>,
+    /// Encoding of the header, such as latin1, gbk, utf-16le
+    #[arg(long, value_name = "NAME")]
+    pub encoding: Option<String>,
+    /// Lines above the first row of numbers
+    #[arg(long, value_name = "N")]
+    pub header_lines: Option<usize>,
+    /// Dates such as 03/04/2023 begin with the day
+    #[arg(long, conflicts_with = "month_first")]
+    pub day_first: bool,
+    /// Dates such as 03/04/2023 begin with the month
+    #[arg(long)]
+    pub month_first: bool,
+    /// Do not read the sidecar beside the log
+    #[arg(long)]
+    pub no_sidecar: bool,
+}
+
+/// Words for the source of a rate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum RateWord {
+    /// The time stamps
+    Time,
+    /// The header
+    Header,
+}
+
+impl LogArgs {
+    /// What is said of `log`: flags before the sidecar. Also the sidecar's path, where one was read.
+    ///
+    /// # Errors
+    /// Flags without sense; everything wrong in the sidecar.
+    pub fn settings(&self, log: &Path) -> Result<(Settings, Option<PathBuf>), Errors> {
+        let found = match self.no_sidecar {
+            true => None,
+            false => scene::log::read_beside(log)?,
+        };
+        let sidecar = found.is_some().then(|| scene::log::beside(log));
+        let mut settings = found.unwrap_or_default();
+        if let Some(text) = &self.rate {
+            let omega = units::parse_or_bare(text, Kind::Frequency, "Hz", "--rate")?;
+            settings.rate = Some(RateSource::Hertz(omega / std::f64::consts::TAU));
+        }
+        match self.rate_from {
+            Some(RateWord::Time) => settings.rate = Some(RateSource::Time),
+            Some(RateWord::Header) => settings.rate = Some(RateSource::Header),
+            None => {}
+        }
+        let time = |text: &Option<String>, flag| -> Result<Option<f64>, Error> {
+            text.as_deref()
+                .map(|t| units::parse_or_bare(t, Kind::Time, "s", flag))
+                .transpose()
+        };
+        settings.from_s = time(&self.from, "--from")?.or(settings.from_s);
+        settings.to_s = time(&self.to, "--to")?.or(settings.to_s);
+        settings.time_column = self.time.clone().or(settings.time_column);
+        settings.time_unit = self.time_unit.clone().or(settings.time_unit);
+        if self.fill_gaps {
+            settings.gaps = Gaps::Fill;
+        }
+        self.dialect(&mut settings)?;
+        self.channels(&mut settings)?;
+        Ok((settings, sidecar))
+    }
+
+    fn dialect(&self, settings: &mut Settings) -> Result<(), Error> {
+        let dialect = &mut settings.dialect;
+        if let Some(word) = &self.delimiter {
+            let mark = match word.as_str() {
+                "tab" | "\\t" | "\t" => '\t',
+                "space" | " " => ' ',
+                "comma" | "," => ',',
+                "semicolon" | ";" => ';',
+                "|" => '|',
+                other => {
+                    let message = format!("--delimiter cannot be \"{other}\"");
+                    return Err(Error::new(Code::Usage, message).hint("it takes , ; tab space |"));
+                }
+            };
+            dialect.delimiter = Some(mark);
+        }
+        if let Some(mark) = self.decimal {
+            if !matches!(mark, '.' | ',') {
+                return Err(
+                    Error::new(Code::Usage, format!("--decimal cannot be \"{mark}\""))
+                        .hint("it takes . or ,"),
+                );
+            }
+            dialect.decimal = Some(mark);
+        }
+        dialect.encoding = self.encoding.clone().or(dialect.encoding.take());
+        if self.day_first || self.month_first {
+            dialect.day_first = Some(self.day_first);
+        }
+        dialect.header_lines = self.header_lines.or(dialect.header_lines);
+        Ok(())
+    }
+
+    fn channels(&self, settings: &mut Settings) -> Result<(), Error> {
+        for text in &self.unit {
+            let (name, unit) = pair(text, "--unit", "ax=g")?;
+            said(settings, name).unit = Some(unit.to_string());
+        }
+        for text in &self.sensitivity {
+            let (name, value) = pair(text, "--sensitivity", "ax=100 mV/g")?;
+            said(settings, name).sensitivity = Some(value.to_string());
+        }
+        for text in &self.overload {
+            let (name, level) = pair(text, "--overload", "force=5")?;
+            let level = level
+                .parse()
+                .ok()
+                .filter(|l: &f64| *l > 0.0 && l.is_finite());
+            let wrong = || {
+                Error::new(Code::Usage, format!("\"{text}\" names no level above zero"))
+                    .hint("write --overload force=5")
+            };
+            said(settings, name).overload = Some(level.ok_or_else(wrong)?);
+        }
+        Ok(())
+    }
+}
+
+/// What is said of the channel `name`, made where nothing is said yet.
+fn said<'s>(settings: &'s mut Settings, name: &str) -> &'s mut ChannelSettings {
+    let at = settings
+        .channels
+        .iter()
+        .position(|c| c.name == name)
+        .unwrap_or_else(|| {
+            settings.channels.push(ChannelSettings {
+                name: name.to_string(),
+                ..ChannelSettings::default()
+            });
+            settings.channels.len() - 1
+        });
+    &mut settings.channels[at]
+}
+
+fn pair<'t>(text: &'t str, flag: &str, example: &str) -> Result<(&'t str, &'t str), Error> {
+    // Names may hold an equals sign, units do not.
+    text.rsplit_once('=')
+        .map(|(name, value)| (name.trim(), value.trim()))
+        .filter(|(name, value)| !name.is_empty() && !value.is_empty())
+        .ok_or_else(|| {
+            let message = format!("\"{text}\" does not name a channel and what is said of it");
+            Error::new(Code::Usage, message).hint(format!("write {flag} \"{example}\""))
+        })
+}

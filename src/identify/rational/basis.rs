@@ -1,0 +1,172 @@
+//! The functions a fit is made of, over `s = jx` with `x` the frequency over the highest line's:
+//! `|p|/D` and `s/D` of each pole with `D = (s − p)(s − p*)`, `1/s²` of what resonates below, `1` of what resonates above.
+
+use crate::numeric::{Complex, Matrix};
+
+/// A pole pair `∓σ ± jw`, in units of the highest line's angular frequency.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Pole {
+    /// Imaginary part, positive.
+    pub w: f64,
+    /// Size of the real part, positive.
+    pub sigma: f64,
+    /// The real part is negative.
+    pub stable: bool,
+}
+
+impl Pole {
+    /// The pole of the upper half plane.
+    pub fn value(&self) -> Complex {
+        let sigma = if self.stable { -self.sigma } else { self.sigma };
+        Complex::new(sigma, self.w)
+    }
+
+    /// Share of the Lorentzian of `other` that this one holds, `|⟨φ, φ′⟩|²` of unit functions on an infinite axis.
+    pub fn overlap(&self, other: &Pole) -> f64 {
+        let (apart, wide) = (self.w - other.w, self.sigma + other.sigma);
+        4.0 * self.sigma * other.sigma / (apart * apart + wide * wide)
+    }
+}
+
+/// Which terms a fit has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Structure {
+    /// Residues are free complex numbers; else they are those of real modal constants.
+    pub complex: bool,
+    /// A term `1/s²` per response, for modes below the band.
+    pub lower: bool,
+    /// A constant per response, for modes above the band.
+    pub upper: bool,
+}
+
+impl Structure {
+    /// Every term.
+    pub const FULL: Structure = Structure {
+        complex: true,
+        lower: true,
+        upper: true,
+    };
+
+    /// Real numbers per response and pole pair.
+    pub fn numerators(&self) -> usize {
+        1 + usize::from(self.complex)
+    }
+
+    /// Real numbers per response.
+    pub fn columns(&self, poles: usize) -> usize {
+        poles * self.numerators() + usize::from(self.lower) + usize::from(self.upper)
+    }
+}
+
+/// Whitened lines and data: rows hold real parts, then imaginary parts, each with unit variance.
+#[derive(Debug, Clone)]
+pub(super) struct Problem {
+    /// Frequency over the highest line's.
+    pub x: Vec<f64>,
+    /// What every basis function is multiplied with by line: the power of s of the kind of response, and the weight.
+    pub factor: Vec<Complex>,
+    /// Columns without poles.
+    pub fixed: Matrix,
+    /// Data by response.
+    pub y: Matrix,
+    /// Place of the first column of `y` among the responses of the fit.
+    pub first: usize,
+}
+
+impl Problem {
+    /// Lines.
+    pub fn lines(&self) -> usize {
+        self.x.len()
+    }
+
+    /// The columns without poles of a structure.
+    pub fn residual_terms(x: &[f64], factor: &[Complex], structure: Structure) -> Matrix {
+        let n = x.len();
+        let lower = |k: usize| -factor[k] / (x[k] * x[k]);
+        let upper = |k: usize| factor[k];
+        let terms: [(bool, &dyn Fn(usize) -> Complex); 2] =
+            [(structure.lower, &lower), (structure.upper, &upper)];
+        let used: Vec<_> = terms.iter().filter(|t| t.0).collect();
+        let mut fixed = Matrix::zeros(2 * n, used.len());
+        for (j, (_, term)) in used.iter().enumerate() {
+            let column = fixed.col_as_slice_mut(j);
+            for k in 0..n {
+                put(column, k, n, term(k));
+            }
+        }
+        fixed
+    }
+
+    /// Unscaled basis: numerators of every pole, then the fixed columns.
+    pub fn basis(&self, poles: &[Pole], numerators: usize) -> Matrix {
+        let n = self.lines();
+        let of_poles = poles.len() * numerators;
+        let mut basis = Matrix::zeros(2 * n, of_poles + self.fixed.ncols());
+        for (r, pole) in poles.iter().enumerate() {
+            let size = pole.w.hypot(pole.sigma);
+            for k in 0..n {
+                let inverse = self.factor[k] * inverse(pole, self.x[k]);
+                put(basis.col_as_slice_mut(r * numerators), k, n, inverse * size);
+                if numerators == 2 {
+                    let s = Complex::new(0.0, self.x[k]);
+                    put(
+                        basis.col_as_slice_mut(r * numerators + 1),
+                        k,
+                        n,
+                        inverse * s,
+                    );
+                }
+            }
+        }
+        for j in 0..self.fixed.ncols() {
+            basis
+                .col_as_slice_mut(of_poles + j)
+                .copy_from_slice(self.fixed.col_as_slice(j));
+        }
+        basis
+    }
+
+    /// Derivatives of the poles' columns, each divided by that column's length: for every pole with respect to `w/σ`, then to
+    /// `ln σ`; within each, by numerator.
+    pub fn derivatives(&self, poles: &[Pole], numerators: usize, length: &[f64]) -> Matrix {
+        let n = self.lines();
+        let mut all = Matrix::zeros(2 * n, poles.len() * 2 * numerators);
+        for (r, pole) in poles.iter().enumerate() {
+            let size = pole.w.hypot(pole.sigma);
+            let sign = if pole.stable { 1.0 } else { -1.0 };
+            let scale: Vec<f64> = (0..numerators)
+                .map(|b| 1.0 / length[r * numerators + b])
+                .collect();
+            for k in 0..n {
+                let s = Complex::new(0.0, self.x[k]);
+                let inverse = inverse(pole, self.x[k]);
+                let square = self.factor[k] * inverse * inverse * (-2.0 * pole.sigma);
+                let by_w = square * pole.w;
+                let by_sigma = square * (s * sign + pole.sigma);
+                for (a, d) in [by_w, by_sigma].into_iter().enumerate() {
+                    let at = (r * 2 + a) * numerators;
+                    put(all.col_as_slice_mut(at), k, n, d * size * scale[0]);
+                    if numerators == 2 {
+                        put(all.col_as_slice_mut(at + 1), k, n, d * s * scale[1]);
+                    }
+                }
+            }
+        }
+        all
+    }
+}
+
+/// `1/D` at `s = jx`, with `D = w² − x² + σ² + 2jσx` written so that nothing cancels near the resonance.
+fn inverse(pole: &Pole, x: f64) -> Complex {
+    let sigma = if pole.stable { pole.sigma } else { -pole.sigma };
+    let re = (pole.w - x) * (pole.w + x) + pole.sigma * pole.sigma;
+    let im = 2.0 * sigma * x;
+    let square = re * re + im * im;
+    Complex::new(re / square, -im / square)
+}
+
+/// Real part to row `k`, imaginary part to row `n + k`.
+pub(super) fn put(column: &mut [f64], k: usize, n: usize, value: Complex) {
+    column[k] = value.re;
+    column[n + k] = value.im;
+}

@@ -1,0 +1,439 @@
+//! Poles one after another, or several far apart at once, for as long as the fall of χ² is more than noise would give at the best
+//! of all places.
+
+use crate::numeric::Matrix;
+use crate::numeric::statistics::{chi_squared_above, chi_squared_quantile};
+
+use super::Step;
+use super::basis::{Pole, Problem};
+use super::local::{Placed, place};
+use super::projection::{Fitted, Model, Stop, at, refine};
+use super::scan::{Peak, scan, spacing};
+use super::spread::{Scatter, beside, disagreement};
+
+/// What growth is told.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Rules {
+    /// Most pole pairs.
+    pub most: usize,
+    /// So many pole pairs whatever they gain.
+    pub order: Option<usize>,
+    /// Poles of the right half plane are allowed.
+    pub unstable: bool,
+    /// The variance is an estimate along the frequency axis, which a single bad line may escape.
+    pub estimated: bool,
+    /// Independent real numbers of data.
+    pub data: f64,
+}
+
+/// How often noise alone may raise one pole too many.
+const FALSE_ALARM: f64 = 1e-4;
+
+/// Of a pole's independent places there are about four per line.
+const PLACES_PER_LINE: f64 = 4.0;
+
+/// Poles added at once, and places tried one by one.
+const BATCH: usize = 8;
+const TRIALS: usize = 4;
+
+/// Steps of all poles together after one was added. No precision is bought before all are in.
+const STEPS: usize = 6;
+
+/// Before a place near a pole is looked at, the poles are brought to theirs.
+const SETTLE: Stop = Stop {
+    steps: 12,
+    fall: 1.0,
+    share: 1e-3,
+};
+
+/// Poles added at once share less than this with any other, and are farther from it than so many lines.
+const CLEAR: (f64, f64) = (0.03, 6.0);
+
+/// A local fit sees most of what a pole gains; below this share of the threshold it is not worth a fit of all lines.
+const NEAR_THRESHOLD: f64 = 0.7;
+
+/// A peak of the scan is followed from this share of the threshold on: the scan cuts Lorentzians off.
+const WORTH_TRYING: f64 = 0.3;
+
+/// Searches at one weighting and one structure.
+pub(super) struct Growth<'a> {
+    problem: &'a [Problem],
+    numerators: usize,
+    rules: Rules,
+    /// Fall of χ² a pole must bring.
+    pub threshold: f64,
+    refused: Vec<Pole>,
+    /// A disagreement that ended the growth: the lines want other weights.
+    pub scatter: Option<Scatter>,
+    /// Steps of all poles together.
+    pub steps: usize,
+    /// Scans made.
+    pub scans: usize,
+}
+
+impl<'a> Growth<'a> {
+    /// `problem` holds one problem with all responses.
+    pub fn new(problem: &'a [Problem], numerators: usize, rules: Rules) -> Growth<'a> {
+        let places = PLACES_PER_LINE * problem[0].lines() as f64;
+        let threshold = chi_squared_quantile(
+            1.0 - FALSE_ALARM / places,
+            freedoms(&problem[0], numerators),
+        );
+        Growth {
+            problem,
+            numerators,
+            rules,
+            threshold,
+            refused: Vec::new(),
+            scatter: None,
+            steps: 0,
+            scans: 0,
+        }
+    }
+
+    /// Adds poles until none is worth it.
+    pub fn grow(&mut self, mut fitted: Fitted, evidence: &mut Vec<Step>) -> Fitted {
+        let mut settled = false;
+        loop {
+            let count = fitted.model.poles.len();
+            let limit = self.rules.order.unwrap_or(self.rules.most);
+            if count >= limit {
+                return fitted;
+            }
+            let peaks = self.worth_trying(&fitted);
+            let best = peaks.first().map_or(0.0, |p| p.gain);
+            if let Some(next) = self.several(&fitted, &peaks, limit - count, evidence) {
+                (fitted, settled) = (next, false);
+                continue;
+            }
+            // what poles not yet at their place leave beside them is not taken for others
+            if !settled && !peaks.is_empty() {
+                let before = fitted.chi2;
+                fitted = refine(self.problem, fitted, self.numerators, SETTLE);
+                self.steps += fitted.steps;
+                settled = true;
+                if before - fitted.chi2 > self.threshold {
+                    continue;
+                }
+            }
+            match self.single(&fitted, &peaks, evidence) {
+                Some(next) => (fitted, settled) = (next, false),
+                None => {
+                    if peaks.is_empty() && self.scatter.is_none() {
+                        evidence.push(self.step(
+                            &fitted,
+                            fitted.chi2 - best,
+                            1,
+                            false,
+                            "no place in the band promises enough",
+                        ));
+                    }
+                    return fitted;
+                }
+            }
+        }
+    }
+
+    fn worth_trying(&mut self, fitted: &Fitted) -> Vec<Peak> {
+        self.scans += 1;
+        let least = if self.rules.order.is_some() {
+            0.0
+        } else {
+            WORTH_TRYING * self.threshold
+        };
+        let mut peaks = scan(&self.problem[0], &fitted.fits[0], &fitted.model.poles);
+        peaks.retain(|p| p.gain > least && !self.refused.iter().any(|q| same(q, &p.pole)));
+        peaks
+    }
+
+    /// Poles far from each other, added together.
+    fn several(
+        &mut self,
+        fitted: &Fitted,
+        peaks: &[Peak],
+        most: usize,
+        evidence: &mut Vec<Step>,
+    ) -> Option<Fitted> {
+        let least = self.threshold;
+        let step = spacing(&self.problem[0].x);
+        let placed: Vec<Placed> = apart(peaks, spacing(&self.problem[0].x), BATCH.min(most))
+            .iter()
+            .filter(|p| p.gain > least)
+            .filter_map(|p| self.place(fitted, p))
+            .filter(|p| p.gain > least)
+            .collect();
+        let mut distinct: Vec<Placed> = Vec::new();
+        for p in placed {
+            let old = fitted.model.poles.iter();
+            let mut others = old.chain(distinct.iter().map(|q| &q.pole));
+            if others
+                .all(|q| q.overlap(&p.pole) < CLEAR.0 && (q.w - p.pole.w).abs() > CLEAR.1 * step)
+            {
+                distinct.push(p);
+            }
+        }
+        if distinct.len() < 2 {
+            return None;
+        }
+        let mut model = fitted.model.clone();
+        model.poles.extend(distinct.iter().map(|p| p.pole));
+        let next = self.polish(&model);
+        let next = self.prune(next);
+        let added = next
+            .model
+            .poles
+            .len()
+            .saturating_sub(fitted.model.poles.len());
+        if added == 0 || fitted.chi2 - next.chi2 < self.threshold * added as f64 {
+            return None;
+        }
+        evidence.push(self.step(fitted, next.chi2, added, true, ""));
+        Some(next)
+    }
+
+    /// The best of a few places, tried in turn.
+    fn single(
+        &mut self,
+        fitted: &Fitted,
+        peaks: &[Peak],
+        evidence: &mut Vec<Step>,
+    ) -> Option<Fitted> {
+        let step = spacing(&self.problem[0].x);
+        let mut tries: Vec<(f64, Model)> = Vec::new();
+        for peak in apart(peaks, step, TRIALS) {
+            let placed = self.place(fitted, &peak);
+            let mut model = fitted.model.clone();
+            match &placed {
+                Some(p) => {
+                    for &(r, pole) in &p.neighbours {
+                        model.poles[r] = pole;
+                    }
+                    model.poles.push(p.pole);
+                }
+                None => model.poles.push(peak.pole),
+            }
+            tries.push((placed.map_or(peak.gain, |p| p.gain), model));
+        }
+        tries.sort_by(|a, b| b.0.total_cmp(&a.0));
+        for (gain, model) in tries {
+            let start = model.poles.last().copied()?;
+            if gain < NEAR_THRESHOLD * self.threshold && self.rules.order.is_none() {
+                evidence.push(self.step(fitted, fitted.chi2 - gain, 1, false, NOISE));
+                self.refused.push(start);
+                continue;
+            }
+            let near = beside(&self.problem[0], &fitted.model.poles, &start);
+            if let (Some(r), None) = (near, self.rules.order) {
+                self.scatter = disagreement(&self.problem[0], fitted, self.numerators, r, start);
+                if self.scatter.is_some() {
+                    evidence.push(self.step(fitted, fitted.chi2 - gain, 1, false, DISAGREE));
+                    return None;
+                }
+            }
+            let next = self.polish(&model);
+            let fall = fitted.chi2 - next.chi2;
+            let forced = self.rules.order.is_some() && fall > 0.0;
+            if fall < self.threshold && !forced {
+                evidence.push(self.step(fitted, next.chi2, 1, false, NOISE));
+                self.refused.push(start);
+                continue;
+            }
+            if self.rules.estimated
+                && !forced
+                && self.is_outlier(&fitted.fits[0].e, &next.fits[0].e)
+            {
+                evidence.push(self.step(
+                    fitted,
+                    next.chi2,
+                    1,
+                    false,
+                    "nearly all of it on one line: taken as a bad line",
+                ));
+                self.refused.push(start);
+                continue;
+            }
+            let before = fitted.model.poles.len();
+            let next = self.prune(next);
+            if next.model.poles.len() <= before && fitted.chi2 - next.chi2 < self.threshold {
+                self.refused.push(start);
+                continue;
+            }
+            evidence.push(self.step(fitted, next.chi2, 1, true, ""));
+            return Some(next);
+        }
+        None
+    }
+
+    fn place(&self, fitted: &Fitted, peak: &Peak) -> Option<Placed> {
+        place(
+            &self.problem[0],
+            fitted,
+            self.numerators,
+            peak,
+            self.rules.unstable,
+        )
+    }
+
+    /// All poles together, roughly.
+    fn polish(&mut self, model: &Model) -> Fitted {
+        let start = at(self.problem, model, self.numerators);
+        let fall = 0.02 * self.threshold * (start.chi2 / self.rules.data).max(1.0);
+        let stop = Stop {
+            steps: STEPS,
+            fall: fall.max(1.0),
+            share: 0.0,
+        };
+        let fitted = refine(self.problem, start, self.numerators, stop);
+        self.steps += fitted.steps;
+        fitted
+    }
+
+    /// Takes poles out whose numerators are not significant, the weakest first (Wald 1943), if a new fit confirms it.
+    pub fn prune(&mut self, mut fitted: Fitted) -> Fitted {
+        if self.rules.order.is_some() {
+            return fitted;
+        }
+        let mut kept: Vec<Pole> = Vec::new();
+        loop {
+            let weak = significance(&fitted, self.numerators)
+                .into_iter()
+                .enumerate()
+                .filter(|&(r, s)| {
+                    s < self.threshold && !kept.iter().any(|q| same(q, &fitted.model.poles[r]))
+                })
+                .min_by(|a, b| a.1.total_cmp(&b.1));
+            let Some((r, _)) = weak else {
+                return fitted;
+            };
+            let mut model = fitted.model.clone();
+            let gone = model.poles.remove(r);
+            let start = at(self.problem, &model, self.numerators);
+            let without = refine(self.problem, start, self.numerators, SETTLE);
+            self.steps += without.steps;
+            if without.chi2 - fitted.chi2 < self.threshold {
+                fitted = without;
+            } else {
+                kept.push(gone);
+            }
+        }
+    }
+
+    /// More than half of the fall on one line, the others not significant, and the values of that line not in or out of phase as
+    /// those of a mode with real constants are. For a random vector of m complex numbers with the second moments λ₁ ≥ λ₂ of its
+    /// points, `4 λ₁λ₂/(λ₁+λ₂)²` is below u with probability `u^((m−1)/2)` (Mauchly 1940).
+    fn is_outlier(&self, before: &Matrix, after: &Matrix) -> bool {
+        const OF_LAW: f64 = 1e-3;
+        let n = before.nrows() / 2;
+        let power = |e: &Matrix, k: usize| -> f64 {
+            (0..e.ncols())
+                .map(|i| e[(k, i)].powi(2) + e[(n + k, i)].powi(2))
+                .sum()
+        };
+        let falls: Vec<f64> = (0..n).map(|k| power(before, k) - power(after, k)).collect();
+        let total: f64 = falls.iter().sum();
+        let Some((line, largest)) = falls
+            .iter()
+            .copied()
+            .enumerate()
+            .max_by(|a, b| a.1.total_cmp(&b.1))
+        else {
+            return false;
+        };
+        let freedoms = freedoms(&self.problem[0], self.numerators);
+        if largest < 0.5 * total || total - largest > chi_squared_quantile(1.0 - OF_LAW, freedoms) {
+            return false;
+        }
+        let m = before.ncols();
+        let (mut xx, mut yy, mut xy) = (0.0, 0.0, 0.0);
+        for i in 0..m {
+            let (x, y) = (before[(line, i)], before[(n + line, i)]);
+            xx += x * x;
+            yy += y * y;
+            xy += x * y;
+        }
+        let round = 4.0 * (xx * yy - xy * xy).max(0.0) / (xx + yy).powi(2);
+        round.powf((m as f64 - 1.0) / 2.0) > OF_LAW
+    }
+
+    fn step(&self, before: &Fitted, chi2: f64, added: usize, accepted: bool, why: &str) -> Step {
+        let fall = (before.chi2 - chi2).max(0.0) / added as f64;
+        let places = PLACES_PER_LINE * self.problem[0].lines() as f64;
+        let alone = chi_squared_above(fall, freedoms(&self.problem[0], self.numerators));
+        Step {
+            poles_before: before.model.poles.len(),
+            poles_after: before.model.poles.len() + added,
+            chi2_before: before.chi2,
+            chi2_after: chi2,
+            probability: (alone * places).min(1.0),
+            accepted,
+            reason: why.to_string(),
+        }
+    }
+}
+
+/// Why a pole is refused.
+const NOISE: &str = "no more than noise gives somewhere in the band";
+
+/// Or taken for something else.
+const DISAGREE: &str = "no common pole fits there: the responses disagree, or the resonance is not that of a linear structure";
+
+/// Real numbers one more pole brings.
+fn freedoms(problem: &Problem, numerators: usize) -> f64 {
+    (numerators * problem.y.ncols() + 2) as f64
+}
+
+/// The same place, for what has been tried before.
+fn same(a: &Pole, b: &Pole) -> bool {
+    a.overlap(b) > 0.6
+}
+
+/// The largest peaks whose gain is not that of a larger one seen through another width.
+fn apart(peaks: &[Peak], step: f64, most: usize) -> Vec<Peak> {
+    let mut chosen: Vec<Peak> = Vec::new();
+    for peak in peaks {
+        if chosen.len() >= most {
+            break;
+        }
+        let clear = chosen.iter().all(|c| {
+            let distance = (c.pole.w - peak.pole.w).abs();
+            distance > 2.0 * (c.pole.sigma + peak.pole.sigma) + 2.0 * step
+                && peak.gain > 4.0 * c.gain * c.pole.overlap(&peak.pole)
+        });
+        if clear {
+            chosen.push(*peak);
+        }
+    }
+    chosen
+}
+
+/// Rise of χ² if a pole's columns were taken out and the others stood still, for every pole.
+pub(super) fn significance(fitted: &Fitted, numerators: usize) -> Vec<f64> {
+    let np = fitted.model.poles.len();
+    let mut all = vec![0.0; np];
+    for fit in &fitted.fits {
+        let n = fit.qr.r.ncols();
+        let inverse = fit
+            .qr
+            .solve(&Matrix::from_fn(n, n, |i, j| f64::from(u8::from(i == j))));
+        let product =
+            |a: usize, b: usize| -> f64 { (0..n).map(|k| inverse[(a, k)] * inverse[(b, k)]).sum() };
+        for (r, sum) in all.iter_mut().enumerate() {
+            let a = r * numerators;
+            let saa = product(a, a);
+            for i in 0..fit.c.ncols() {
+                let ca = fit.c[(a, i)];
+                if numerators == 1 {
+                    *sum += if saa > 0.0 { ca * ca / saa } else { 0.0 };
+                    continue;
+                }
+                let (sbb, sab) = (product(a + 1, a + 1), product(a, a + 1));
+                let cb = fit.c[(a + 1, i)];
+                let det = saa * sbb - sab * sab;
+                if det > 0.0 {
+                    *sum += (ca * ca * sbb - 2.0 * ca * cb * sab + cb * cb * saa) / det;
+                }
+            }
+        }
+    }
+    all
+}

@@ -1,0 +1,310 @@
+//! Measured lines, checked and scaled: frequencies by the highest, every response by its largest value.
+
+use std::f64::consts::TAU;
+
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::numeric::{Complex, Matrix};
+
+use super::basis::{Problem, Structure, put};
+use super::{Measured, RationalOptions};
+
+/// Lines within the band, responses that are not zero throughout.
+#[derive(Debug, Clone)]
+pub(super) struct Lines {
+    /// Frequency over the highest.
+    pub x: Vec<f64>,
+    /// Angular frequency of the highest line, rad/s.
+    pub top: f64,
+    /// Which of the measured responses these are.
+    pub kept: Vec<usize>,
+    /// The largest absolute value of each.
+    pub size: Vec<f64>,
+    /// Responses over their size.
+    pub h: Vec<Vec<Complex>>,
+    /// Variances over the square of the size, where given.
+    pub variance: Option<Vec<Vec<f64>>>,
+    /// Power of s that turns a receptance into this kind of response.
+    pub derivative: u8,
+    /// Independent lines per line.
+    pub independence: f64,
+}
+
+/// A fit of fewer lines says nothing.
+const FEWEST_LINES: usize = 8;
+
+/// A variance is taken as no smaller than rounding makes it: relative to the peak, to the value, and to the frequency.
+const ROUNDING: (f64, f64, f64) = (1e-14, 3e-15, 1e-15);
+
+impl Lines {
+    /// Checks what was measured and takes what lies in the band; the line at zero frequency is left out.
+    pub fn new(measured: &Measured, options: &RationalOptions) -> Result<Lines, Error> {
+        check(measured, options)?;
+        let (from, to) = options.band_hz.unwrap_or((0.0, f64::INFINITY));
+        let taken: Vec<usize> = (0..measured.frequency_hz.len())
+            .filter(|&k| measured.frequency_hz[k] > 0.0)
+            .filter(|&k| (from..=to).contains(&measured.frequency_hz[k]))
+            .collect();
+        if taken.len() < FEWEST_LINES {
+            return Err(Error::new(
+                Code::TooShort,
+                format!(
+                    "{} lines above 0 Hz lie in the band, {FEWEST_LINES} are the least a pole can be fitted to",
+                    taken.len()
+                ),
+            )
+            .hint("widen the band, or measure with a finer frequency step"));
+        }
+        let highest = measured.frequency_hz[taken[taken.len() - 1]];
+        let mut lines = Lines {
+            x: taken
+                .iter()
+                .map(|&k| measured.frequency_hz[k] / highest)
+                .collect(),
+            top: TAU * highest,
+            kept: Vec::new(),
+            size: Vec::new(),
+            h: Vec::new(),
+            variance: measured.variance.map(|_| Vec::new()),
+            derivative: measured.derivative,
+            independence: measured.line_independence,
+        };
+        for (i, response) in measured.responses.iter().enumerate() {
+            let size = taken
+                .iter()
+                .map(|&k| response[k].norm())
+                .fold(0.0, f64::max);
+            if size == 0.0 {
+                continue;
+            }
+            lines.kept.push(i);
+            lines.size.push(size);
+            lines
+                .h
+                .push(taken.iter().map(|&k| response[k] / size).collect());
+            if let (Some(all), Some(mine)) = (&mut lines.variance, measured.variance) {
+                all.push(taken.iter().map(|&k| mine[i][k] / size / size).collect());
+            }
+        }
+        if lines.h.is_empty() {
+            return Err(Error::new(
+                Code::NoSignal,
+                "every response is zero on every line of the band",
+            ));
+        }
+        Ok(lines)
+    }
+
+    /// Least variance of a value: what rounding leaves of it, and of the frequency where the response is steep.
+    pub fn floor(&self, response: usize, line: usize) -> f64 {
+        let h = &self.h[response];
+        let slope = [line.saturating_sub(1), (line + 1).min(h.len() - 1)]
+            .into_iter()
+            .filter(|&k| k != line)
+            .map(|k| (h[k] - h[line]).norm() / (self.x[k] - self.x[line]).abs())
+            .fold(0.0, f64::max);
+        let of_frequency = ROUNDING.2 * self.x[line] * slope;
+        ROUNDING.0.powi(2) + (ROUNDING.1 * h[line].norm()).powi(2) + of_frequency.powi(2)
+    }
+
+    /// Real numbers of data, by what the lines hold independently.
+    pub fn data(&self) -> f64 {
+        2.0 * self.x.len() as f64 * self.h.len() as f64 * self.independence
+    }
+
+    /// `s^q` on a line.
+    fn power(&self, line: usize) -> Complex {
+        (0..self.derivative).fold(Complex::new(1.0, 0.0), |z, _| {
+            z * Complex::new(0.0, self.x[line])
+        })
+    }
+
+    /// All responses with one weight profile.
+    pub fn shared(&self, weights: &Weights, structure: Structure) -> Problem {
+        let all: Vec<usize> = (0..self.h.len()).collect();
+        self.problem(&all, &weights.by_response, &weights.by_line, structure)
+    }
+
+    /// One problem per response, each with its own weights.
+    pub fn separate(
+        &self,
+        weights: &Weights,
+        variance: &[Vec<f64>],
+        structure: Structure,
+    ) -> Vec<Problem> {
+        (0..self.h.len())
+            .map(|i| {
+                let own: Vec<f64> = variance[i]
+                    .iter()
+                    .map(|v| v / weights.by_response[i])
+                    .collect();
+                self.problem(&[i], &weights.by_response, &own, structure)
+            })
+            .collect()
+    }
+
+    fn problem(
+        &self,
+        responses: &[usize],
+        by_response: &[f64],
+        by_line: &[f64],
+        structure: Structure,
+    ) -> Problem {
+        let n = self.x.len();
+        let weight: Vec<f64> = by_line
+            .iter()
+            .map(|v| (2.0 * self.independence / v).sqrt())
+            .collect();
+        let factor: Vec<Complex> = (0..n).map(|k| self.power(k) * weight[k]).collect();
+        let mut y = Matrix::zeros(2 * n, responses.len());
+        for (at, &i) in responses.iter().enumerate() {
+            let scale = 1.0 / by_response[i].sqrt();
+            let column = y.col_as_slice_mut(at);
+            for k in 0..n {
+                put(column, k, n, self.h[i][k] * (weight[k] * scale));
+            }
+        }
+        Problem {
+            fixed: Problem::residual_terms(&self.x, &factor, structure),
+            x: self.x.clone(),
+            factor,
+            y,
+            first: responses[0],
+        }
+    }
+}
+
+/// A variance as near to a product `by_response × by_line` as its logarithms allow.
+#[derive(Debug, Clone)]
+pub(super) struct Weights {
+    /// Geometric mean of each response.
+    pub by_response: Vec<f64>,
+    /// Geometric mean over the responses, by line, once those are set apart.
+    pub by_line: Vec<f64>,
+    /// The product is the variance.
+    pub exact: bool,
+}
+
+/// Variances within this ratio of the product are taken as the product.
+const SEPARABLE: f64 = 0.02;
+
+impl Weights {
+    /// Splits a variance.
+    pub fn new(variance: &[Vec<f64>]) -> Weights {
+        let mean = |values: &mut dyn Iterator<Item = f64>, n: usize| values.sum::<f64>() / n as f64;
+        let lines = variance[0].len();
+        let of_response: Vec<f64> = variance
+            .iter()
+            .map(|v| mean(&mut v.iter().map(|v| v.ln()), lines))
+            .collect();
+        let of_line: Vec<f64> = (0..lines)
+            .map(|k| {
+                let mut logs = variance
+                    .iter()
+                    .zip(&of_response)
+                    .map(|(v, g)| v[k].ln() - g);
+                mean(&mut logs, variance.len())
+            })
+            .collect();
+        let exact = variance.iter().zip(&of_response).all(|(v, g)| {
+            v.iter()
+                .zip(&of_line)
+                .all(|(v, b)| (v.ln() - g - b).abs() < SEPARABLE)
+        });
+        Weights {
+            by_response: of_response.iter().map(|g| g.exp()).collect(),
+            by_line: of_line.iter().map(|b| b.exp()).collect(),
+            exact,
+        }
+    }
+}
+
+fn check(measured: &Measured, options: &RationalOptions) -> Result<(), Error> {
+    let f = measured.frequency_hz;
+    if let Some(k) = (0..f.len()).find(|&k| !f[k].is_finite()) {
+        return Err(Error::new(
+            Code::OutOfRange,
+            format!("frequency {} is {} Hz", k + 1, f[k]),
+        ));
+    }
+    if let Some(k) = (1..f.len()).find(|&k| f[k] <= f[k - 1]) {
+        return Err(Error::new(
+            Code::OutOfRange,
+            format!(
+                "frequencies must rise, and {} Hz follows {} Hz",
+                f[k],
+                f[k - 1]
+            ),
+        ));
+    }
+    if let Some((from, to)) = options.band_hz
+        && !(from < to && from >= 0.0)
+    {
+        return Err(Error::new(
+            Code::OutOfRange,
+            format!("the band from {from} Hz to {to} Hz is empty"),
+        ));
+    }
+    if !(measured.line_independence > 0.0 && measured.line_independence <= 1.0) {
+        return Err(Error::new(
+            Code::OutOfRange,
+            format!(
+                "{} independent lines per line; it must lie above 0 and at most at 1",
+                measured.line_independence
+            ),
+        ));
+    }
+    if measured.responses.is_empty() {
+        return Err(Error::new(Code::NoSignal, "there is no response to fit"));
+    }
+    let lengths = |what: &str, i: usize, n: usize| {
+        (n != f.len()).then(|| {
+            Error::new(
+                Code::Conflict,
+                format!("{what} {} has {n} values at {} frequencies", i + 1, f.len()),
+            )
+        })
+    };
+    for (i, h) in measured.responses.iter().enumerate() {
+        if let Some(error) = lengths("response", i, h.len()) {
+            return Err(error);
+        }
+        if let Some(k) = h.iter().position(|z| !z.norm().is_finite()) {
+            return Err(Error::new(
+                Code::OutOfRange,
+                format!("response {} at {} Hz is {}", i + 1, f[k], h[k]),
+            )
+            .hint("leave out lines that were not measured"));
+        }
+    }
+    let Some(variance) = measured.variance else {
+        return Ok(());
+    };
+    if variance.len() != measured.responses.len() {
+        return Err(Error::new(
+            Code::Conflict,
+            format!(
+                "{} variances are given for {} responses",
+                variance.len(),
+                measured.responses.len()
+            ),
+        ));
+    }
+    for (i, v) in variance.iter().enumerate() {
+        if let Some(error) = lengths("variance", i, v.len()) {
+            return Err(error);
+        }
+        if let Some(k) = v.iter().position(|v| !(v.is_finite() && *v >= 0.0)) {
+            return Err(Error::new(
+                Code::OutOfRange,
+                format!(
+                    "the variance of response {} at {} Hz is {}",
+                    i + 1,
+                    f[k],
+                    v[k]
+                ),
+            ));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,258 @@
+//! Common poles of many frequency responses, found without hints:
+//! `H_i(s) = s^q [Σ_r R_ir/(s − p_r) + R_ir*/(s − p_r*) + L_i/s² + U_i] e^{−sτ_i}` at `s = jω`, with q = 0 for receptances, 1 for
+//! mobilities, 2 for accelerances.
+//!
+//! Poles are added for as long as the misfit, weighed with the variance of the lines, falls by more than noise would make it fall
+//! anywhere in the band. The poles are then refined to the least weighted squares, where their covariance is the inverse of the
+//! information in the data.
+
+use crate::base::error::{Error, Warning};
+use crate::numeric::Complex;
+
+use super::mode::IdentifiedMode;
+
+/// The functions a fit is made of.
+pub mod basis;
+
+/// The least squares of a fit.
+mod projection;
+
+/// What was measured, checked and scaled.
+mod lines;
+
+/// The variance of the lines.
+mod variance;
+
+/// Places for new poles.
+mod scan;
+
+/// New poles brought to their place.
+mod local;
+
+/// Responses that disagree.
+mod spread;
+
+/// How many poles.
+mod growth;
+
+/// Which residual terms.
+mod structure;
+
+/// How certain the poles are.
+mod covariance;
+
+/// A start for a delay.
+mod delay;
+
+/// From the first line to the last fit.
+mod search;
+
+/// Which poles are modes.
+mod reported;
+
+/// The answer in SI.
+mod answer;
+
+pub use basis::Structure;
+
+/// Frequency responses over common lines.
+#[derive(Debug, Clone, Copy)]
+pub struct Measured<'a> {
+    /// Lines, Hz, rising; a line at zero is left out.
+    pub frequency_hz: &'a [f64],
+    /// Values by response and line, of any unit.
+    pub responses: &'a [Vec<Complex>],
+    /// `E|error|²` of each value, where known.
+    pub variance: Option<&'a [Vec<f64>]>,
+    /// The variance is known and not itself an estimate from few averages: single lines are then trusted, and the covariance is not
+    /// scaled by the misfit unless that is beyond doubt.
+    pub variance_trusted: bool,
+    /// How many lines' worth of independent noise a line holds: 1 for independent lines, below where a window or overlap makes
+    /// neighbours alike (two thirds with a Hann window). Above 0, at most 1.
+    pub line_independence: f64,
+    /// Power of s that makes a receptance this kind of response: 1 for mobilities, 2 for accelerances, 0 for anything else.
+    pub derivative: u8,
+}
+
+/// A pure delay of the measuring chain.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Delay {
+    /// There is none.
+    #[default]
+    None,
+    /// One for all responses.
+    Common,
+    /// One for each response.
+    PerResponse,
+}
+
+/// What a fit may be told.
+#[derive(Debug, Clone, Copy)]
+pub struct RationalOptions {
+    /// Lines used, Hz; all where `None`.
+    pub band_hz: Option<(f64, f64)>,
+    /// Most pole pairs.
+    pub most_poles: usize,
+    /// So many pole pairs, instead of as many as are significant.
+    pub order: Option<usize>,
+    /// Poles may lie in the right half plane.
+    pub allow_unstable: bool,
+    /// A delay to be estimated with the poles.
+    pub delay: Delay,
+}
+
+impl Default for RationalOptions {
+    fn default() -> RationalOptions {
+        RationalOptions {
+            band_hz: None,
+            most_poles: 40,
+            order: None,
+            allow_unstable: false,
+            delay: Delay::None,
+        }
+    }
+}
+
+/// A number of poles that was tried.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Step {
+    /// Pole pairs before.
+    pub poles_before: usize,
+    /// Pole pairs tried.
+    pub poles_after: usize,
+    /// Weighted misfit before.
+    pub chi2_before: f64,
+    /// Weighted misfit with them.
+    pub chi2_after: f64,
+    /// Probability that noise alone gives such a fall somewhere in the band.
+    pub probability: f64,
+    /// They were kept.
+    pub accepted: bool,
+    /// Why not; empty where accepted.
+    pub reason: String,
+}
+
+impl Step {
+    /// One sentence, without full stop.
+    pub fn words(&self) -> String {
+        let fall = 100.0 * (1.0 - self.chi2_after / self.chi2_before).max(0.0);
+        let verdict = if self.accepted {
+            "kept".to_string()
+        } else {
+            format!("left out: {}", self.reason)
+        };
+        format!(
+            "from {} to {} pole pairs the misfit falls by {fall:.2} % (p = {:.2e}): {verdict}",
+            self.poles_before, self.poles_after, self.probability
+        )
+    }
+}
+
+/// A pole that is not reported as a mode.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Omitted {
+    /// The pole, rad/s.
+    pub pole: Complex,
+    /// Why.
+    pub reason: &'static str,
+}
+
+/// A pole the responses disagree about.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Spread {
+    /// Natural frequency, Hz: mean over the responses.
+    pub frequency_hz: f64,
+    /// Standard deviation of the responses' own frequencies beyond what noise explains, Hz.
+    pub frequency_spread_hz: f64,
+    /// That of their damping ratios.
+    pub damping_spread: f64,
+}
+
+/// What a fit took.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Effort {
+    /// Scans for places.
+    pub scans: usize,
+    /// Steps of all poles together.
+    pub steps: usize,
+    /// Estimates of the variance.
+    pub rounds: usize,
+    /// Wall time, s.
+    pub seconds: f64,
+}
+
+/// A fit.
+#[derive(Debug, Clone)]
+pub struct RationalFit {
+    /// What can be called modes, by rising frequency; shapes over the responses.
+    pub modes: Vec<IdentifiedMode>,
+    /// Every pole of the upper half plane, rad/s, by rising frequency.
+    pub poles: Vec<Complex>,
+    /// Residues `R` by response and pole, in the unit of the response times rad/s over that of `s^q`.
+    pub residues: Vec<Vec<Complex>>,
+    /// `L` and `U` by response; zero where the structure has none.
+    pub residual_terms: Vec<[f64; 2]>,
+    /// Delays, s: none, one, or one per response.
+    pub delay_s: Vec<f64>,
+    /// Standard deviations of the delays, s.
+    pub delay_std_s: Vec<Option<f64>>,
+    /// The power q of s.
+    pub derivative: u8,
+    /// Root mean square misfit over that of the response, by response.
+    pub fit_error: Vec<f64>,
+    /// Weighted misfit.
+    pub chi2: f64,
+    /// Data less parameters, by independent lines.
+    pub dof: f64,
+    /// What was tried.
+    pub evidence: Vec<Step>,
+    /// Terms of the fit.
+    pub structure: Structure,
+    /// Poles the responses disagree about.
+    pub spread: Vec<Spread>,
+    /// Poles that are not reported as modes.
+    pub omitted: Vec<Omitted>,
+    /// Doubts.
+    pub warnings: Vec<Warning>,
+    /// What it took.
+    pub effort: Effort,
+}
+
+impl RationalFit {
+    /// The fitted responses at a frequency, Hz, in the unit measured.
+    pub fn synthesise(&self, frequency_hz: f64) -> Vec<Complex> {
+        let s = Complex::new(0.0, std::f64::consts::TAU * frequency_hz);
+        let power = (0..self.derivative).fold(Complex::new(1.0, 0.0), |z, _| z * s);
+        (0..self.residues.len())
+            .map(|i| {
+                let [lower, upper] = self.residual_terms[i];
+                let mut sum = Complex::new(upper, 0.0);
+                if lower != 0.0 {
+                    sum += lower / (s * s);
+                }
+                for (p, r) in self.poles.iter().zip(&self.residues[i]) {
+                    sum += r / (s - p) + r.conj() / (s - p.conj());
+                }
+                let delay = match self.delay_s.len() {
+                    0 => 0.0,
+                    n => self.delay_s[i.min(n - 1)],
+                };
+                power * sum * (-s * delay).exp()
+            })
+            .collect()
+    }
+}
+
+/// Fits common poles to responses.
+///
+/// # Errors
+/// `OutOfRange` where a frequency, a value or a variance is not finite, or frequencies do not rise; `Conflict` where lengths differ;
+/// `TooShort` for fewer than eight lines in the band; `NoSignal` where every response is zero.
+pub fn fit(measured: &Measured, options: &RationalOptions) -> Result<RationalFit, Error> {
+    let started = std::time::Instant::now();
+    let lines = lines::Lines::new(measured, options)?;
+    let found = search::search(&lines, options, measured.variance_trusted);
+    let mut fit = answer::answer(measured, &lines, found);
+    fit.effort.seconds = started.elapsed().as_secs_f64();
+    Ok(fit)
+}

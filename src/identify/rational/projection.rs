@@ -1,0 +1,326 @@
+//! Variable projection (Golub and Pereyra 1973): with the poles given, everything else is linear; what is minimised is
+//! `χ² = Σ |Y − Q Qᵀ Y|²` over the poles alone, by Levenberg–Marquardt with the Jacobian of Kaufman (1975), `−P⊥ (∂X) C`.
+//! All responses share one QR and one Gram matrix of the derivatives.
+
+use crate::numeric::definite::{cholesky, solve_lower, solve_lower_transposed};
+use crate::numeric::orthonormal::{ThinQr, thin_qr, transposed_product};
+use crate::numeric::{Complex, Matrix};
+
+use super::basis::{Pole, Problem};
+
+/// What is searched: poles, and delays in units of the inverse of the highest line's angular frequency.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Model {
+    /// Pole pairs.
+    pub poles: Vec<Pole>,
+    /// None, one for all, or one per response.
+    pub delays: Vec<f64>,
+}
+
+/// The linear fit of one problem at given poles.
+#[derive(Debug, Clone)]
+pub(super) struct Projection {
+    /// Factors of the basis with columns of length one.
+    pub qr: ThinQr,
+    /// Lengths of the columns before.
+    pub length: Vec<f64>,
+    /// Coefficients of the columns of length one, by response.
+    pub c: Matrix,
+    /// What is left.
+    pub e: Matrix,
+    /// `Σ e²`.
+    pub chi2: f64,
+}
+
+/// Projects the data of a problem on the basis of a model.
+pub(super) fn project(problem: &Problem, model: &Model, numerators: usize) -> Projection {
+    let mut x = problem.basis(&model.poles, numerators);
+    let length: Vec<f64> = (0..x.ncols())
+        .map(|j| {
+            let column = x.col_as_slice_mut(j);
+            let norm = column.iter().map(|v| v * v).sum::<f64>().sqrt();
+            let norm = if norm > 0.0 { norm } else { 1.0 };
+            column.iter_mut().for_each(|v| *v /= norm);
+            norm
+        })
+        .collect();
+    let qr = thin_qr(&x);
+    let y = undelayed(problem, model);
+    let y = y.as_ref().unwrap_or(&problem.y);
+    let first = transposed_product(&qr.q, y);
+    let e = y - &qr.q * &first;
+    let again = transposed_product(&qr.q, &e);
+    let e = e - &qr.q * &again;
+    let c = qr.solve(&(first + again));
+    let chi2 = (0..e.ncols())
+        .map(|i| e.col_as_slice(i).iter().map(|v| v * v).sum::<f64>())
+        .sum();
+    Projection {
+        qr,
+        length,
+        c,
+        e,
+        chi2,
+    }
+}
+
+/// Data turned back by the delays, `Y e^{jxτ}`; `None` without delays.
+fn undelayed(problem: &Problem, model: &Model) -> Option<Matrix> {
+    if model.delays.is_empty() {
+        return None;
+    }
+    let n = problem.lines();
+    let mut y = problem.y.clone();
+    for i in 0..y.ncols() {
+        let delay = model.delays[(problem.first + i).min(model.delays.len() - 1)];
+        let column = y.col_as_slice_mut(i);
+        for k in 0..n {
+            let (sin, cos) = (problem.x[k] * delay).sin_cos();
+            let z = Complex::new(column[k], column[n + k]) * Complex::new(cos, sin);
+            super::basis::put(column, k, n, z);
+        }
+    }
+    Some(y)
+}
+
+/// Half the second derivatives of χ² (Gauss–Newton) and half its gradient, over `(w/σ, ln σ)` of every pole, then the delays.
+#[derive(Debug, Clone)]
+pub(super) struct Normal {
+    /// `JᵀJ`.
+    pub a: Matrix,
+    /// `JᵀE`.
+    pub g: Vec<f64>,
+}
+
+/// Adds what every problem says of the parameters.
+pub(super) fn normal(
+    problems: &[Problem],
+    model: &Model,
+    numerators: usize,
+    fits: &[Projection],
+) -> Normal {
+    let size = 2 * model.poles.len() + model.delays.len();
+    let mut sum = Normal {
+        a: Matrix::zeros(size, size),
+        g: vec![0.0; size],
+    };
+    for (problem, fit) in problems.iter().zip(fits) {
+        add_poles(problem, model, numerators, fit, &mut sum);
+    }
+    sum
+}
+
+fn add_poles(
+    problem: &Problem,
+    model: &Model,
+    numerators: usize,
+    fit: &Projection,
+    sum: &mut Normal,
+) {
+    let np = model.poles.len();
+    let d = problem.derivatives(&model.poles, numerators, &fit.length);
+    let in_span = transposed_product(&fit.qr.q, &d);
+    let gram = transposed_product(&d, &d) - transposed_product(&in_span, &in_span);
+    let slope = transposed_product(&d, &fit.e);
+    let no = fit.c.ncols();
+    let products = &fit.c * fit.c.transpose();
+    for p in 0..2 * np {
+        for b in 0..numerators {
+            let row = (p / 2) * numerators + b;
+            let at = p * numerators + b;
+            sum.g[p] -= (0..no)
+                .map(|i| fit.c[(row, i)] * slope[(at, i)])
+                .sum::<f64>();
+            for p2 in 0..2 * np {
+                for b2 in 0..numerators {
+                    sum.a[(p, p2)] += gram[(at, p2 * numerators + b2)]
+                        * products[(row, (p2 / 2) * numerators + b2)];
+                }
+            }
+        }
+    }
+    if !model.delays.is_empty() {
+        add_delays(problem, model, numerators, fit, &d, sum);
+    }
+}
+
+/// `∂E_i/∂τ_i = P⊥ (jx Ŷ_i)`.
+fn add_delays(
+    problem: &Problem,
+    model: &Model,
+    numerators: usize,
+    fit: &Projection,
+    d: &Matrix,
+    sum: &mut Normal,
+) {
+    let np = model.poles.len();
+    let n = problem.lines();
+    let mut turned = &fit.qr.q * (&fit.qr.r * &fit.c);
+    for i in 0..turned.ncols() {
+        let column = turned.col_as_slice_mut(i);
+        for k in 0..n {
+            let z = Complex::new(column[k], column[n + k]) * Complex::new(0.0, problem.x[k]);
+            super::basis::put(column, k, n, z);
+        }
+    }
+    let turned = &turned - &fit.qr.q * transposed_product(&fit.qr.q, &turned);
+    let cross = transposed_product(d, &turned);
+    for i in 0..turned.ncols() {
+        let at = 2 * np + (problem.first + i).min(model.delays.len() - 1);
+        let column = turned.col_as_slice(i);
+        sum.a[(at, at)] += column.iter().map(|v| v * v).sum::<f64>();
+        let e = fit.e.col_as_slice(i);
+        sum.g[at] += column.iter().zip(e).map(|(a, b)| a * b).sum::<f64>();
+        for p in 0..2 * np {
+            let value: f64 = (0..numerators)
+                .map(|b| fit.c[((p / 2) * numerators + b, i)] * cross[(p * numerators + b, i)])
+                .sum();
+            sum.a[(at, p)] -= value;
+            sum.a[(p, at)] -= value;
+        }
+    }
+}
+
+/// When to stop refining.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Stop {
+    /// Most steps.
+    pub steps: usize,
+    /// A predicted fall of χ² below this ends the search.
+    pub fall: f64,
+    /// Or below this share of χ².
+    pub share: f64,
+}
+
+/// A model with its fits.
+#[derive(Debug, Clone)]
+pub(super) struct Fitted {
+    /// The poles.
+    pub model: Model,
+    /// One per problem.
+    pub fits: Vec<Projection>,
+    /// Sum over the problems.
+    pub chi2: f64,
+    /// Steps tried.
+    pub steps: usize,
+}
+
+/// Fits at a model as it stands.
+pub(super) fn at(problems: &[Problem], model: &Model, numerators: usize) -> Fitted {
+    let fits: Vec<Projection> = problems
+        .iter()
+        .map(|p| project(p, model, numerators))
+        .collect();
+    Fitted {
+        model: model.clone(),
+        chi2: fits.iter().map(|f| f.chi2).sum(),
+        fits,
+        steps: 0,
+    }
+}
+
+/// First damping of a step, and the factors it falls and rises by.
+const DAMPING: (f64, f64, f64) = (1e-3, 0.1, 8.0);
+
+/// Beyond this damping a step no longer moves anything.
+const MOST_DAMPING: f64 = 1e10;
+
+/// Moves poles and delays to the least χ² nearby.
+pub(super) fn refine(problems: &[Problem], start: Fitted, numerators: usize, stop: Stop) -> Fitted {
+    let mut best = start;
+    if best.model.poles.is_empty() && best.model.delays.is_empty() {
+        return best;
+    }
+    let mut damping = DAMPING.0;
+    let mut tried = 0;
+    'outer: while tried < stop.steps {
+        let normal = normal(problems, &best.model, numerators, &best.fits);
+        loop {
+            let Some((step, fall)) = step(&normal, damping) else {
+                damping *= DAMPING.2;
+                if damping > MOST_DAMPING {
+                    break 'outer;
+                }
+                continue;
+            };
+            if fall < stop.fall.max(stop.share * best.chi2) {
+                break 'outer;
+            }
+            let next = at(problems, &moved(&best.model, &step), numerators);
+            tried += 1;
+            if next.chi2 < best.chi2 {
+                best = Fitted { steps: 0, ..next };
+                damping = (damping * DAMPING.1).max(1e-12);
+                break;
+            }
+            damping *= DAMPING.2;
+            if damping > MOST_DAMPING || tried >= stop.steps {
+                break 'outer;
+            }
+        }
+    }
+    best.steps = tried;
+    best
+}
+
+/// A damped step and the fall of χ² it predicts; `None` where the equations are singular.
+fn step(normal: &Normal, damping: f64) -> Option<(Vec<f64>, f64)> {
+    let n = normal.g.len();
+    let scale: Vec<f64> = (0..n)
+        .map(|i| {
+            if normal.a[(i, i)] > 0.0 {
+                1.0 / normal.a[(i, i)].sqrt()
+            } else {
+                0.0
+            }
+        })
+        .collect();
+    let damped = Matrix::from_fn(n, n, |i, j| {
+        let value = normal.a[(i, j)] * scale[i] * scale[j];
+        if i == j { 1.0 + damping } else { value }
+    });
+    let right = Matrix::from_fn(n, 1, |i, _| -normal.g[i] * scale[i]);
+    let l = cholesky(&damped).ok()?;
+    let solution = solve_lower_transposed(&l, &solve_lower(&l, &right));
+    let step: Vec<f64> = (0..n).map(|i| solution[(i, 0)] * scale[i]).collect();
+    let mut fall = 0.0;
+    for i in 0..n {
+        fall -= 2.0 * normal.g[i] * step[i];
+        fall -= (0..n)
+            .map(|j| step[i] * normal.a[(i, j)] * step[j])
+            .sum::<f64>();
+    }
+    fall.is_finite().then_some((step, fall))
+}
+
+/// Poles stay within these frequencies and real parts, in units of the highest line.
+const FREQUENCIES: (f64, f64) = (1e-6, 4.0);
+const REAL_PARTS: (f64, f64) = (1e-13, 8.0);
+
+/// A pole moves by its own half-width at most, and by a factor e in damping.
+fn moved(model: &Model, step: &[f64]) -> Model {
+    let np = model.poles.len();
+    let poles = model
+        .poles
+        .iter()
+        .enumerate()
+        .map(|(r, pole)| {
+            let longest = step[2 * r].abs().max(step[2 * r + 1].abs()).max(1.0);
+            let (dw, ds) = (step[2 * r] / longest, step[2 * r + 1] / longest);
+            Pole {
+                w: (pole.w + pole.sigma * dw)
+                    .max(0.5 * pole.w)
+                    .clamp(FREQUENCIES.0, FREQUENCIES.1),
+                sigma: (pole.sigma * ds.exp()).clamp(REAL_PARTS.0, REAL_PARTS.1),
+                stable: pole.stable,
+            }
+        })
+        .collect();
+    let delays = model
+        .delays
+        .iter()
+        .zip(&step[2 * np..])
+        .map(|(d, s)| d + s.clamp(-1.0, 1.0))
+        .collect();
+    Model { poles, delays }
+}

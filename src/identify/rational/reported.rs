@@ -1,0 +1,71 @@
+//! Which poles are modes: those of the band that are certain enough and seen in the responses.
+
+use crate::identify::mode::IdentifiedMode;
+use crate::numeric::Complex;
+
+/// What is known of a pole when it is judged.
+pub(super) struct Candidate<'a> {
+    /// The pole with its covariance and shape.
+    pub mode: &'a IdentifiedMode,
+    /// First and last line, Hz.
+    pub band_hz: (f64, f64),
+    /// Share of the responses' power in its half-power band, each response over its largest value.
+    pub visibility: f64,
+    /// The misfit is beyond what noise explains.
+    pub model_error: bool,
+}
+
+/// From this damping ratio on a pole pair is background.
+const BACKGROUND: f64 = 0.5;
+
+/// Below three responses a pole that is this many times as large as what was measured is one of a pair that cancel.
+const CANCELS: f64 = 2.0;
+
+/// Where a model error is proven: the least share of the power, and the least phase collinearity.
+const SEEN: f64 = 0.05;
+const IN_PHASE: f64 = 0.5;
+
+/// Why a pole is not a mode; `None` if it is.
+pub(super) fn objection(candidate: &Candidate) -> Option<&'static str> {
+    let mode = candidate.mode;
+    let (frequency, damping) = (mode.frequency_hz(), mode.damping_ratio());
+    let (from, to) = candidate.band_hz;
+    if !(from..=to).contains(&frequency) {
+        return Some("outside the band");
+    }
+    if damping >= BACKGROUND {
+        return Some("damped so much that it is background");
+    }
+    let half_width = frequency * damping.abs();
+    if mode.frequency_std_hz().is_none_or(|s| !(s < half_width)) {
+        return Some("its frequency is less certain than its half-power width");
+    }
+    if mode.damping_std().is_none_or(|s| !(s < damping.abs())) {
+        return Some("its damping is uncertain by more than itself");
+    }
+    if mode.shape.len() < 3 && candidate.visibility > CANCELS {
+        return Some("cancelled by its neighbours");
+    }
+    if candidate.model_error && candidate.visibility < SEEN {
+        return Some("hardly seen, where the misfit exceeds the noise");
+    }
+    if candidate.model_error && mode.shape.len() >= 3 && collinearity(&mode.shape) < IN_PHASE {
+        return Some("its components share no phase, where the misfit exceeds the noise");
+    }
+    None
+}
+
+/// Modal phase collinearity (Juang and Pappa 1985): 1 where all components lie on one line of the complex plane.
+fn collinearity(shape: &[Complex]) -> f64 {
+    let (mut xx, mut yy, mut xy) = (0.0, 0.0, 0.0);
+    for z in shape {
+        xx += z.re * z.re;
+        yy += z.im * z.im;
+        xy += z.re * z.im;
+    }
+    let total = xx + yy;
+    if total == 0.0 {
+        return 0.0;
+    }
+    ((xx - yy) / total).powi(2) + (2.0 * xy / total).powi(2)
+}

@@ -1,0 +1,133 @@
+//! Variance of the lines where none was measured: from fourth differences along the frequency axis first, then from what a fit
+//! leaves.
+
+use crate::numeric::Complex;
+use crate::numeric::statistics::{chi_squared_above, chi_squared_quantile};
+
+use super::lines::Lines;
+
+/// Lines in a window, for the median of squared differences and of squared residuals.
+const WINDOW: usize = 151;
+
+/// Sum of the squared binomial coefficients 1, 4, 6, 4, 1: the variance of a fourth difference of unit noise.
+const FOURTH: f64 = 70.0;
+
+/// From fourth differences: `median |Δ⁴h|² / (70 ln 2)`, the median of the exponential law being `ln 2` of its mean.
+pub(super) fn from_differences(lines: &Lines) -> Vec<Vec<f64>> {
+    (0..lines.h.len())
+        .map(|i| {
+            let h = &lines.h[i];
+            let power: Vec<f64> = h
+                .windows(5)
+                .map(|h| (h[0] - h[1] * 4.0 + h[2] * 6.0 - h[3] * 4.0 + h[4]).norm_sqr() / FOURTH)
+                .collect();
+            let smooth = sliding_median(&power);
+            (0..h.len())
+                .map(|k| {
+                    let at = k.saturating_sub(2).min(smooth.len() - 1);
+                    smooth[at].max(lines.floor(i, k))
+                })
+                .collect()
+        })
+        .collect()
+}
+
+/// From residuals `e` of the scaled responses, of which a share `freedom` of the data is left: constant where blocks of lines do
+/// not disagree, else a sliding median.
+pub(super) fn from_residuals(
+    lines: &Lines,
+    residual: &[Vec<Complex>],
+    freedom: f64,
+) -> Vec<Vec<f64>> {
+    residual
+        .iter()
+        .enumerate()
+        .map(|(i, e)| {
+            let power: Vec<f64> = e.iter().map(|z| z.norm_sqr() / freedom).collect();
+            let profile = if is_even(&power) {
+                vec![power.iter().sum::<f64>() / power.len() as f64; power.len()]
+            } else {
+                sliding_median(&power)
+            };
+            profile
+                .iter()
+                .enumerate()
+                .map(|(k, v)| v.max(lines.floor(i, k)))
+                .collect()
+        })
+        .collect()
+}
+
+/// Blocks of lines the power is compared in, and the probability under which it is said to vary.
+const BLOCKS: usize = 20;
+const VARIES: f64 = 1e-3;
+
+/// Whether the power of the lines is the same all along, by the χ² of its block means.
+fn is_even(power: &[f64]) -> bool {
+    let size = power.len() / BLOCKS;
+    if size < 4 {
+        return true;
+    }
+    let mean = power.iter().sum::<f64>() / power.len() as f64;
+    if mean == 0.0 {
+        return true;
+    }
+    let statistic: f64 = power
+        .chunks_exact(size)
+        .take(BLOCKS)
+        .map(|block| {
+            let own = block.iter().sum::<f64>() / size as f64;
+            (own / mean - 1.0).powi(2) * size as f64
+        })
+        .sum();
+    chi_squared_above(statistic, BLOCKS as f64 - 1.0) > VARIES
+}
+
+/// Median over a sliding window, over that of the χ² law of two freedoms per unit of mean. Evaluated on every eighth of a window
+/// and joined by straight lines.
+fn sliding_median(power: &[f64]) -> Vec<f64> {
+    let n = power.len();
+    let half = WINDOW / 2;
+    let law = chi_squared_quantile(0.5, 2.0) / 2.0;
+    let stride = (WINDOW / 8).min(n.max(1));
+    let mut work = Vec::with_capacity(WINDOW);
+    let knots: Vec<(usize, f64)> = (0..n)
+        .step_by(stride)
+        .chain([n.saturating_sub(1)])
+        .map(|at| {
+            // a window of full width that does not reach beyond the ends
+            let from = at.saturating_sub(half).min(n.saturating_sub(WINDOW));
+            work.clear();
+            work.extend_from_slice(&power[from..(from + WINDOW).min(n)]);
+            let middle = work.len() / 2;
+            let (_, median, _) = work.select_nth_unstable_by(middle, f64::total_cmp);
+            (at, *median / law)
+        })
+        .collect();
+    let mut knot = 0;
+    (0..n)
+        .map(|k| {
+            while knot + 2 < knots.len() && knots[knot + 1].0 < k {
+                knot += 1;
+            }
+            let ((a, va), (b, vb)) = (knots[knot], knots[(knot + 1).min(knots.len() - 1)]);
+            if a == b {
+                return va;
+            }
+            let t = ((k as f64 - a as f64) / (b as f64 - a as f64)).clamp(0.0, 1.0);
+            va + (vb - va) * t
+        })
+        .collect()
+}
+
+/// Geometric mean of the ratio of two variances.
+pub(super) fn mean_ratio(new: &[Vec<f64>], old: &[Vec<f64>]) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for (n, o) in new.iter().zip(old) {
+        for (n, o) in n.iter().zip(o) {
+            sum += (n / o).ln();
+            count += 1.0;
+        }
+    }
+    (sum / count).exp()
+}

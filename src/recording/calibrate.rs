@@ -1,0 +1,118 @@
+//! From numbers in a file to a quantity: what is said of a channel, and the sensitivity of its sensor.
+
+use super::quantity::{self, Sensed};
+use super::settings::ChannelSettings;
+use crate::base::code::Code;
+use crate::base::error::Error;
+
+/// How the numbers of a channel become what it measures.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Calibration {
+    /// What the channel is called from here on.
+    pub name: String,
+    /// Its unit after scaling.
+    pub unit: String,
+    /// What the numbers are multiplied by.
+    pub factor: f64,
+    /// Samples at or beyond this size, after scaling, are overloads.
+    pub overload: Option<f64>,
+}
+
+/// The calibration of a channel: as the file says, unless something else is said of it.
+///
+/// # Errors
+/// A sensitivity without sense, or of a channel that is not in volts.
+pub fn of(name: &str, unit: &str, said: Option<&ChannelSettings>) -> Result<Calibration, Error> {
+    let mut found = Calibration {
+        name: name.to_string(),
+        unit: unit.to_string(),
+        factor: 1.0,
+        overload: None,
+    };
+    let Some(said) = said else {
+        return Ok(found);
+    };
+    if let Some(rename) = &said.rename {
+        found.name.clone_from(rename);
+    }
+    if let Some(unit) = &said.unit {
+        found.unit.clone_from(unit);
+    }
+    if let Some(sensitivity) = &said.sensitivity {
+        let (per_unit, unit) = parse(sensitivity, name)?;
+        // Numbers without a unit are taken as volts: what a converter writes.
+        let volts = match quantity::of(&found.unit) {
+            Some(q) if q.sensed == Sensed::Voltage => q.factor,
+            None if found.unit.is_empty() => 1.0,
+            _ => {
+                let message = format!(
+                    "channel \"{name}\" is in {}, not in volts, and takes no sensitivity",
+                    found.unit
+                );
+                return Err(Error::new(Code::WrongUnit, message).hint(
+                    "leave the sensitivity out, or say that the numbers are volts: --unit NAME=V",
+                ));
+            }
+        };
+        found.factor = volts / per_unit;
+        found.unit = unit;
+    }
+    found.overload = said.overload.map(|level| level.abs() * found.factor.abs());
+    Ok(found)
+}
+
+/// `100 mV/g`: volts for one unit, and the unit.
+fn parse(text: &str, channel: &str) -> Result<(f64, String), Error> {
+    let wrong = || {
+        let message = format!("\"{text}\" is not the sensitivity of a sensor");
+        Error::new(Code::WrongUnit, message).hint(format!(
+            "write volts per unit, such as --sensitivity \"{channel}=100 mV/g\""
+        ))
+    };
+    let (number, rest) = text.trim().split_once(' ').ok_or_else(wrong)?;
+    let (volts, unit) = rest.trim().split_once('/').ok_or_else(wrong)?;
+    let number: f64 = number.parse().map_err(|_| wrong())?;
+    let unit = unit.trim().trim_start_matches('(').trim_end_matches(')');
+    let scale = quantity::of(volts)
+        .filter(|q| q.sensed == Sensed::Voltage)
+        .ok_or_else(wrong)?;
+    let per_unit = number * scale.factor;
+    if !per_unit.is_finite() || per_unit == 0.0 || unit.is_empty() {
+        return Err(wrong());
+    }
+    Ok((per_unit, unit.to_string()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn said(unit: Option<&str>, sensitivity: &str) -> ChannelSettings {
+        ChannelSettings {
+            name: "a".into(),
+            unit: unit.map(str::to_string),
+            sensitivity: Some(sensitivity.into()),
+            ..ChannelSettings::default()
+        }
+    }
+
+    #[test]
+    fn exact_sensitivities() {
+        let found = of("a", "mV", Some(&said(None, "100 mV/g"))).unwrap();
+        assert!((found.factor - 0.01).abs() < 1e-17 && found.unit == "g");
+        let found = of("a", "", Some(&said(None, "2.25 mV/N"))).unwrap();
+        assert!((found.factor - 1.0 / 2.25e-3).abs() < 1e-10 && found.unit == "N");
+    }
+
+    #[test]
+    fn refuses_sensitivities_without_sense() {
+        for wrong in ["100", "100 g/mV", "x mV/g", "0 mV/g", "nan mV/g", "100 mV/"] {
+            assert_eq!(
+                of("a", "V", Some(&said(None, wrong))).unwrap_err().code,
+                Code::WrongUnit,
+                "{wrong}"
+            );
+        }
+        assert!(of("a", "m/s²", Some(&said(None, "100 mV/g"))).is_err());
+    }
+}

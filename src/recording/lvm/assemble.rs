@@ -1,0 +1,377 @@
+//! Segments of an LVM file to groups of channels and spectra.
+
+use super::header::Channel;
+use super::rows::{Segment, Series};
+use crate::base::error::{Error, Warning};
+use crate::base::kind::Kind;
+use crate::base::units;
+use crate::numeric::Complex;
+use crate::recording::column::Column;
+use crate::recording::raw::{Clock, Group, Lines, Raw, RawChannel, Repair, Stamps, rate_of_step};
+use crate::recording::responses::Spectrum;
+use crate::recording::settings::Settings;
+
+/// What LabVIEW's own names of transformed channels contain.
+const TRANSFORMED: &[&str] = &[
+    "(FFT",
+    "(Power Spectrum",
+    "(PSD",
+    "(Power Spectral Density",
+    "(Magnitude",
+];
+
+/// Segments closer than this to the end of the one before follow it without a gap, in steps.
+const SEAMLESS: f64 = 0.5;
+
+/// What LabVIEW's clock stamps are rounded to, s.
+const CLOCK: f64 = 1e-6;
+
+/// Channels of one segment with one abscissa.
+struct Piece {
+    channels: Vec<(Channel, Series)>,
+    /// Abscissas of the rows as written, where there are any.
+    x: Option<Vec<f64>>,
+    resolution: f64,
+    length: usize,
+}
+
+/// Turns the segments into groups and spectra.
+pub(super) fn assemble(
+    segments: Vec<Segment>,
+    settings: &Settings,
+    raw: &mut Raw,
+) -> Result<(), Error> {
+    let scale = match settings.time_unit.as_deref() {
+        None => 1.0,
+        Some(unit) => units::parse(&format!("1 {unit}"), Kind::Time, "the unit of time")?,
+    };
+    let mut parts = Vec::new();
+    for (at, mut segment) in segments.into_iter().enumerate() {
+        say_comments(&mut segment, at, raw);
+        let lines = segment.lines.clone();
+        let mut pieces = Vec::new();
+        for piece in pieces_of(segment, raw)? {
+            match piece
+                .channels
+                .iter()
+                .any(|(channel, _)| is_spectrum(channel))
+            {
+                true => spectra(piece, raw)?,
+                false => pieces.push(piece),
+            }
+        }
+        if !pieces.is_empty() {
+            parts.push((pieces, lines));
+        }
+    }
+    if let Some(offsets) = offsets(&parts, scale) {
+        let lines = parts
+            .iter()
+            .map(|(_, lines)| lines.clone())
+            .collect::<Vec<_>>();
+        return joined(
+            parts.into_iter().map(|(pieces, _)| pieces).collect(),
+            &offsets,
+            scale,
+            &lines,
+            raw,
+        );
+    }
+    let many = parts.len() > 1;
+    for (at, (pieces, lines)) in parts.into_iter().enumerate() {
+        for mut piece in pieces {
+            if many {
+                for (channel, _) in &mut piece.channels {
+                    channel.name = format!("{} (segment {})", channel.name, at + 1);
+                }
+            }
+            let mut group = start_group(&piece, scale);
+            group.clock.lines = lines.clone();
+            if let Some(x) = &piece.x {
+                let first = x.first().copied().unwrap_or(0.0);
+                let seconds: Vec<f64> = x.iter().map(|x| (x - first) * scale).collect();
+                group.clock.stamps = Some(stamps(&seconds, piece.resolution * scale));
+            }
+            group.channels = piece.channels.into_iter().map(channel).collect();
+            raw.groups.push(group);
+        }
+    }
+    Ok(())
+}
+
+fn say_comments(segment: &mut Segment, at: usize, raw: &mut Raw) {
+    for (row, comment) in segment.comments.drain(..) {
+        let place = format!("comment, segment {}, row {}", at + 1, row + 1);
+        raw.facts.push((place, comment));
+    }
+    if segment.comments_left_out > 0 {
+        let more = format!("and {} more", segment.comments_left_out);
+        raw.facts.push(("comments".to_string(), more));
+    }
+}
+
+/// Groups the channels of a segment by abscissa and length; channels without any number are passed over.
+fn pieces_of(segment: Segment, raw: &mut Raw) -> Result<Vec<Piece>, Error> {
+    let rows = segment.rows;
+    let mut abscissas = Vec::new();
+    for mut series in segment.abscissas {
+        // A blank abscissa of a channel that has ended is no missing stamp.
+        series.fill()?;
+        abscissas.push((read_all(&series.column)?, series.resolution));
+    }
+    let mut pieces: Vec<Piece> = Vec::new();
+    for (at, (channel, mut samples)) in segment
+        .channels
+        .into_iter()
+        .zip(segment.samples)
+        .enumerate()
+    {
+        let held = rows - samples.blanks;
+        if held == 0 {
+            raw.repairs.push(Repair {
+                kind: "channel-empty",
+                message: format!("channel `{}` holds no number and is left out", channel.name),
+            });
+            continue;
+        }
+        if channel.samples != Some(held) {
+            samples.fill()?;
+        }
+        let length = samples.column.len();
+        let abscissa = abscissas.get(if abscissas.len() > 1 { at } else { 0 });
+        let x = abscissa.and_then(|(x, _)| x.get(..length));
+        let kin = pieces.iter_mut().find(|piece| {
+            piece.length == length
+                && piece.x.as_deref() == x
+                && piece.channels.first().is_some_and(|(other, _)| {
+                    other.delta_x == channel.delta_x && other.x0 == channel.x0
+                })
+        });
+        match kin {
+            Some(piece) => piece.channels.push((channel, samples)),
+            None => pieces.push(Piece {
+                channels: vec![(channel, samples)],
+                x: x.map(<[f64]>::to_vec),
+                resolution: abscissa.map_or(0.0, |(_, resolution)| *resolution),
+                length,
+            }),
+        }
+    }
+    Ok(pieces)
+}
+
+fn read_all(column: &Column) -> Result<Vec<f64>, Error> {
+    let mut values = vec![0.0; column.len()];
+    column.read(0, &mut values)?;
+    Ok(values)
+}
+
+/// By the dimension of its abscissa, or by the name LabVIEW gives a transformed channel.
+fn is_spectrum(channel: &Channel) -> bool {
+    channel.x_dimension == "Frequency" || TRANSFORMED.iter().any(|word| channel.name.contains(word))
+}
+
+fn spectra(piece: Piece, raw: &mut Raw) -> Result<(), Error> {
+    for (channel, series) in &piece.channels {
+        let values = read_all(&series.column)?;
+        let step = channel.delta_x.unwrap_or(f64::NAN);
+        let even = || {
+            (0..values.len())
+                .map(|k| channel.x0 + k as f64 * step)
+                .collect()
+        };
+        if channel.x_dimension != "Frequency" {
+            raw.warnings.push(Warning {
+                code: "taken-as-spectrum",
+                message: format!(
+                    "channel `{}` is a spectrum by its name, though the header says X_Dimension {}; its abscissa is taken in Hz",
+                    channel.name, channel.x_dimension
+                ),
+                hint: None,
+            });
+        }
+        raw.spectra.push(Spectrum {
+            name: channel.name.clone(),
+            unit: channel.unit.clone(),
+            kind: "spectrum",
+            // Magnitudes are never negative, their logarithms mostly are.
+            is_decibel: values.iter().any(|&v| v < 0.0) && !channel.name.contains("Phase"),
+            frequency_hz: piece.x.clone().unwrap_or_else(even),
+            value: values.iter().map(|&v| Complex::new(v, 0.0)).collect(),
+        });
+    }
+    Ok(())
+}
+
+/// When each segment begins, s from the first, where the segments have the same channels and follow each other in time;
+/// a segment that begins where the one before ends does so exactly.
+fn offsets(parts: &[(Vec<Piece>, Lines)], scale: f64) -> Option<Vec<f64>> {
+    let first = &parts.first()?.0;
+    if parts.len() < 2 {
+        return None;
+    }
+    let layout = |pieces: &[Piece]| -> Vec<Vec<(String, String, Option<f64>)>> {
+        let key = |(c, _): &(Channel, Series)| (c.name.clone(), c.unit.clone(), c.delta_x);
+        pieces
+            .iter()
+            .map(|piece| piece.channels.iter().map(key).collect())
+            .collect()
+    };
+    let channel = |pieces: &[Piece]| {
+        pieces
+            .first()
+            .and_then(|piece| piece.channels.first().map(|(c, _)| c.clone()))
+    };
+    let known = layout(first);
+    let start = clock(&channel(first)?)?;
+    let mut offsets = Vec::new();
+    let mut end: Option<(f64, f64)> = None;
+    for (pieces, _) in parts {
+        if layout(pieces) != known {
+            return None;
+        }
+        let (piece, channel) = (pieces.first()?, channel(pieces)?);
+        let mut offset = clock(&channel)? - start;
+        let step = channel.delta_x? * scale;
+        let (begin, last) = match &piece.x {
+            Some(x) => (x.first()? * scale, x.last()? * scale),
+            None => (
+                channel.x0 * scale,
+                channel.x0 * scale + (piece.length - 1) as f64 * step,
+            ),
+        };
+        if let Some((previous, step)) = end {
+            let jump = offset + begin - previous;
+            if jump <= 0.0 || jump.is_nan() {
+                return None;
+            }
+            if (jump - step).abs() < SEAMLESS * step {
+                offset = previous + step - begin;
+            }
+        }
+        end = Some((offset + last, step));
+        offsets.push(offset);
+    }
+    Some(offsets)
+}
+
+/// Date and time of a channel, s from year 0.
+fn clock(channel: &Channel) -> Option<f64> {
+    let mut date = channel.date.split(['/', '-', '.']).map(str::parse::<i16>);
+    let mut next = || date.next()?.ok();
+    let (year, month, day) = (
+        next()?,
+        i8::try_from(next()?).ok()?,
+        i8::try_from(next()?).ok()?,
+    );
+    let date = jiff::civil::Date::new(year, month, day).ok()?;
+    let epoch = jiff::civil::Date::new(1904, 1, 1).ok()?; // LabVIEW's own
+    let days = date.duration_since(epoch).as_secs() as f64;
+    let time = channel.time.replace(',', ".");
+    let mut parts = time.split(':').map(str::parse::<f64>);
+    let mut next = || parts.next()?.ok();
+    let (hours, minutes, seconds) = (next()?, next()?, next()?);
+    Some(days + 3600.0 * hours + 60.0 * minutes + seconds)
+}
+
+/// One group of all segments for each of their pieces.
+fn joined(
+    parts: Vec<Vec<Piece>>,
+    offsets: &[f64],
+    scale: f64,
+    lines: &[Lines],
+    raw: &mut Raw,
+) -> Result<(), Error> {
+    let n_segments = parts.len();
+    let mut groups: Vec<(Group, Vec<f64>, f64)> = Vec::new();
+    let mut rows_before = Vec::new();
+    for (at, pieces) in parts.into_iter().enumerate() {
+        for (place, piece) in pieces.into_iter().enumerate() {
+            if groups.len() == place {
+                groups.push((start_group(&piece, scale), Vec::new(), 0.0));
+                rows_before.push(0);
+            }
+            let (group, seconds, resolution) = &mut groups[place];
+            for row in 0..piece.length {
+                if let Some(line) = lines[at].of(row) {
+                    group.clock.lines.note(rows_before[place] + row, line);
+                }
+            }
+            rows_before[place] += piece.length;
+            *resolution = resolution.max(piece.resolution * scale);
+            let (x0, step) = piece
+                .channels
+                .first()
+                .map_or((0.0, 0.0), |(c, _)| (c.x0, c.delta_x.unwrap_or(0.0)));
+            match &piece.x {
+                Some(x) => seconds.extend(x.iter().map(|x| offsets[at] + x * scale)),
+                None => seconds.extend(
+                    (0..piece.length).map(|i| offsets[at] + (x0 + i as f64 * step) * scale),
+                ),
+            }
+            for (which, member) in piece.channels.into_iter().enumerate() {
+                let new = channel(member);
+                match group.channels.get_mut(which) {
+                    Some(known) => {
+                        known.samples.push(&read_all(&new.samples)?)?;
+                        known.overloads += new.overloads;
+                    }
+                    None => group.channels.push(new),
+                }
+            }
+        }
+    }
+    raw.repairs.push(Repair {
+        kind: "segments-joined",
+        message: format!("{n_segments} segments joined by their date and time"),
+    });
+    for (mut group, mut seconds, resolution) in groups {
+        let first = seconds.first().copied().unwrap_or(0.0);
+        seconds.iter_mut().for_each(|t| *t -= first);
+        group.clock.header_samples = None;
+        group.clock.stamps = Some(stamps(&seconds, resolution.max(CLOCK)));
+        raw.groups.push(group);
+    }
+    Ok(())
+}
+
+/// A group with what the header says of its clock, without channels.
+fn start_group(piece: &Piece, scale: f64) -> Group {
+    let channel = piece.channels.first().map(|(channel, _)| channel);
+    let rate = channel
+        .and_then(|c| c.delta_x)
+        .map(|dx| rate_of_step(scale * dx));
+    let start = channel.map(|c| format!("{} {}", c.date, c.time).trim().to_string());
+    Group {
+        clock: Clock {
+            stamps: None,
+            header_rate: rate.map(|rate| (rate, "Delta_X".to_string())),
+            header_samples: channel.and_then(|c| {
+                // A first packet longer than the whole file contradicts it; a shorter one does not.
+                let packet = c.first_packet.filter(|&packet| packet > piece.length);
+                c.samples.or(packet)
+            }),
+            start: start.filter(|start| !start.is_empty()),
+            ..Clock::default()
+        },
+        channels: Vec::new(),
+    }
+}
+
+fn stamps(seconds: &[f64], resolution_s: f64) -> Stamps {
+    Stamps {
+        name: "X_Value".to_string(),
+        unit: "s".to_string(),
+        seconds: Column::from_slice(seconds),
+        resolution_s,
+    }
+}
+
+fn channel((channel, series): (Channel, Series)) -> RawChannel {
+    RawChannel {
+        name: channel.name,
+        unit: channel.unit,
+        samples: series.column,
+        overloads: series.overloads,
+    }
+}

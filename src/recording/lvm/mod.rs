@@ -1,0 +1,61 @@
+//! LabVIEW measurement files (LVM): a header, then segments of a header and rows each.
+//!
+//! National Instruments, “Specification for the LabVIEW Measurement File (.lvm)”. Cells stand apart by tabs or commas,
+//! the decimal mark is a point or a comma whatever the header says, `X_Columns` is `No`, `One` or `Multi`, a last column
+//! may hold comments.
+
+/// The lines above the numbers.
+mod header;
+
+/// Rows of numbers.
+mod rows;
+
+/// Segments to groups of channels.
+mod assemble;
+
+use super::raw::Raw;
+use super::settings::Settings;
+use crate::base::code::Code;
+use crate::base::error::{Error, Errors};
+
+/// Reads an LVM file whole.
+///
+/// Channels with the same abscissa make a group; a channel shorter than the others one of its own. Segments of the same
+/// channels follow each other in time by their date, time and `X0`; where those do not rise, each segment is a group.
+/// Both the rate of the header and the stamps of the rows are handed on. Channels named after a Fourier transform are
+/// spectra, whatever `X_Dimension` says.
+///
+/// # Errors
+/// `broken-file`, `ragged-row` and `not-a-number` with the line, `empty-log` where no row holds a number.
+pub fn read(path: &str, bytes: &[u8], settings: &Settings) -> Result<Raw, Errors> {
+    let mut lines = header::Lines::new(path, bytes, settings);
+    let file = header::file(&mut lines)?;
+    let mut raw = Raw {
+        path: path.to_string(),
+        ..Raw::default()
+    };
+    let mut segments = Vec::new();
+    while let Some(segment) = header::segment(&mut lines, &file, &mut raw)? {
+        segments.push(rows::read(&mut lines, &file, segment)?);
+    }
+    if segments.iter().all(|segment| segment.rows == 0) {
+        return Err(Error::new(Code::EmptyLog, "the LVM file holds no row of numbers").into());
+    }
+    let mark = match segments.iter().any(|segment| segment.has_comma) {
+        true => "decimal comma",
+        false => "decimal point",
+    };
+    raw.dialect = format!(
+        "LabVIEW LVM, {}, {mark}, {} segment{}",
+        if file.separator == b'\t' {
+            "tab"
+        } else {
+            "comma"
+        },
+        segments.len(),
+        if segments.len() == 1 { "" } else { "s" },
+    );
+    raw.facts.extend(file.facts);
+    assemble::assemble(segments, settings, &mut raw)?;
+    Ok(raw)
+}

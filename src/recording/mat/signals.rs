@@ -1,0 +1,137 @@
+//! Channels of a MATLAB file, grouped by their time vectors.
+
+use super::roles;
+use super::variables::Variable;
+use crate::base::error::Error;
+use crate::base::kind::Kind;
+use crate::base::units;
+use crate::recording::column::Column;
+use crate::recording::raw::{Clock, Group, Raw, RawChannel, Stamps};
+use crate::recording::settings::Settings;
+
+/// Fewer numbers in a row are parameters, not signals.
+const SHORTEST: usize = 8;
+
+/// Takes time vectors, rates and channels out of `numbers` and puts them into `raw`.
+pub(super) fn take(
+    numbers: &mut Vec<Variable>,
+    settings: &Settings,
+    raw: &mut Raw,
+) -> Result<(), Error> {
+    let rate = take_rate(numbers);
+    let times = take_times(numbers, settings, rate.is_some());
+    if times.is_empty() {
+        let length = numbers.iter().filter(|v| v.im.is_none());
+        let length = length.map(Variable::length).max().unwrap_or(0);
+        if length >= SHORTEST {
+            let clock = Clock {
+                header_rate: rate,
+                ..Clock::default()
+            };
+            push_group(numbers, length, None, clock, raw)?;
+        }
+        return Ok(());
+    }
+    for time in times {
+        let clock = Clock {
+            header_rate: rate.clone(),
+            stamps: Some(stamps(&time, settings)?),
+            ..Clock::default()
+        };
+        // Vectors of the same structure as the time first, so that equally long runs stay apart.
+        let parent = Some(time.parent()).filter(|parent| !parent.is_empty());
+        push_group(numbers, time.re.len(), parent, clock, raw)?;
+    }
+    Ok(())
+}
+
+/// The scalar that states the sample rate.
+fn take_rate(numbers: &mut Vec<Variable>) -> Option<(f64, String)> {
+    let at = numbers.iter().position(|v| roles::rate(v).is_some())?;
+    let scalar = numbers.remove(at);
+    roles::rate(&scalar).map(|rate| (rate, scalar.name))
+}
+
+/// The time vectors: the one that was asked for, else those named so, else the single one that rises by equal steps.
+fn take_times(numbers: &mut Vec<Variable>, settings: &Settings, has_rate: bool) -> Vec<Variable> {
+    let wanted: Vec<usize> = match settings.time_column.as_deref() {
+        Some("none") => Vec::new(),
+        Some(name) => indices(numbers, |v| {
+            v.name == name && v.im.is_none() && v.is_vector()
+        }),
+        None => {
+            let named = indices(numbers, roles::is_time);
+            let uniform = indices(numbers, |v| v.length() >= SHORTEST && roles::is_uniform(v));
+            match (named.is_empty(), has_rate, uniform.as_slice()) {
+                (false, ..) => named,
+                (true, false, &[one]) => vec![one],
+                _ => Vec::new(),
+            }
+        }
+    };
+    let mut times: Vec<Variable> = wanted.iter().rev().map(|&at| numbers.remove(at)).collect();
+    times.reverse();
+    times
+}
+
+fn indices(numbers: &[Variable], is: impl Fn(&Variable) -> bool) -> Vec<usize> {
+    (0..numbers.len()).filter(|&at| is(&numbers[at])).collect()
+}
+
+/// Seconds since the first stamp.
+fn stamps(time: &Variable, settings: &Settings) -> Result<Stamps, Error> {
+    let unit = settings.time_unit.as_deref().unwrap_or_default();
+    let scale = match unit {
+        "" => 1.0,
+        unit => units::parse(&format!("1 {unit}"), Kind::Time, "the unit of time")?,
+    };
+    let start = time.re[0];
+    let seconds: Vec<f64> = time.re.iter().map(|t| (t - start) * scale).collect();
+    let largest = time.re.iter().fold(0.0_f64, |most, t| most.max(t.abs()));
+    Ok(Stamps {
+        name: time.name.clone(),
+        unit: unit.to_string(),
+        seconds: Column::from_slice(&seconds),
+        resolution_s: match time.epsilon {
+            1.0 => scale, // integers
+            epsilon => epsilon * largest * scale,
+        },
+    })
+}
+
+/// Takes everything real with a side of `length`; where `parent` is given and has such variables, those alone.
+fn push_group(
+    numbers: &mut Vec<Variable>,
+    length: usize,
+    parent: Option<&str>,
+    clock: Clock,
+    raw: &mut Raw,
+) -> Result<(), Error> {
+    let fits = |v: &Variable| v.im.is_none() && !v.series(length).is_empty();
+    let is_kin = |v: &Variable| fits(v) && parent.is_some_and(|parent| v.parent() == parent);
+    let has_kin = numbers.iter().any(is_kin);
+    let is_taken = |v: &Variable| if has_kin { is_kin(v) } else { fits(v) };
+    let (taken, left) = numbers.drain(..).partition::<Vec<_>, _>(is_taken);
+    *numbers = left;
+    let mut group = Group {
+        clock,
+        channels: Vec::new(),
+    };
+    for variable in taken {
+        let series = variable.series(length);
+        for (at, &(start, step)) in series.iter().enumerate() {
+            let mut samples = Column::default();
+            let values = variable.re[start..].iter().step_by(step).take(length);
+            samples.push(&values.copied().collect::<Vec<f64>>())?;
+            group.channels.push(RawChannel {
+                name: variable.series_name(at, series.len()),
+                samples,
+                ..RawChannel::default()
+            });
+        }
+    }
+    if !group.channels.is_empty() {
+        raw.groups.push(group);
+    }
+    Ok(())
+}

@@ -1,0 +1,131 @@
+//! The numbers of a MATLAB file with the names they are reached by: `x`, `run.x`, `runs(2).x`, `c{3}`.
+
+use crate::base::mat5::read::{Array, Contents};
+
+/// Numbers with a name.
+#[derive(Debug)]
+pub(super) struct Variable {
+    /// How MATLAB would reach it.
+    pub name: String,
+    /// Rows; all dimensions but the first are taken as columns.
+    pub rows: usize,
+    /// Columns.
+    pub columns: usize,
+    /// Real parts by columns.
+    pub re: Vec<f64>,
+    /// Imaginary parts by columns, where the numbers are complex.
+    pub im: Option<Vec<f64>>,
+    /// Spacing of numbers near 1 as stored.
+    pub epsilon: f64,
+}
+
+impl Variable {
+    /// What stands before the last dot: fields of one structure share it.
+    pub fn parent(&self) -> &str {
+        self.name.rsplit_once('.').map_or("", |(parent, _)| parent)
+    }
+
+    /// The last part of the name, small letters and digits alone: `Time_Sample_Rate` is `timesamplerate`.
+    pub fn word(&self) -> String {
+        let last = self.name.rsplit('.').next().unwrap_or_default();
+        let letters = last.chars().filter(|c| c.is_alphanumeric());
+        letters.flat_map(char::to_lowercase).collect()
+    }
+
+    /// One row or one column.
+    pub fn is_vector(&self) -> bool {
+        self.rows.min(self.columns) == 1
+    }
+
+    /// The longer side.
+    pub fn length(&self) -> usize {
+        self.rows.max(self.columns)
+    }
+
+    /// Size in words: `5 × 54000`.
+    pub fn size(&self) -> String {
+        format!("{} × {}", self.rows, self.columns)
+    }
+
+    /// The series of `length` numbers it holds, its columns before its rows: start and step of each; none where no side fits.
+    pub fn series(&self, length: usize) -> Vec<(usize, usize)> {
+        match (self.rows == length, self.columns == length) {
+            (true, _) => (0..self.columns).map(|j| (j * self.rows, 1)).collect(),
+            (false, true) => (0..self.rows).map(|i| (i, self.rows)).collect(),
+            _ => Vec::new(),
+        }
+    }
+
+    /// The name of series `at` of `count`, counted from 1.
+    pub fn series_name(&self, at: usize, count: usize) -> String {
+        match count {
+            1 => self.name.clone(),
+            _ => format!("{} {}", self.name, at + 1),
+        }
+    }
+}
+
+/// What a file holds, flat.
+#[derive(Default)]
+pub(super) struct Flat {
+    pub numbers: Vec<Variable>,
+    /// Texts of one row.
+    pub texts: Vec<(String, String)>,
+    /// What is not read: name, and what it is.
+    pub others: Vec<(String, String)>,
+}
+
+impl Flat {
+    /// Walks variables, structures and cells.
+    pub fn walk(&mut self, name: String, array: Array) {
+        let Array {
+            dimensions,
+            contents,
+            ..
+        } = array;
+        let rows = dimensions.first().copied().unwrap_or(0);
+        let columns = dimensions.iter().skip(1).product();
+        match contents {
+            Contents::Real { values, .. } if values.is_empty() => {}
+            Contents::Real { values, epsilon } => self.numbers.push(Variable {
+                name,
+                rows,
+                columns,
+                re: values,
+                im: None,
+                epsilon,
+            }),
+            Contents::Complex { re, .. } if re.is_empty() => {}
+            Contents::Complex { re, im } => self.numbers.push(Variable {
+                name,
+                rows,
+                columns,
+                re,
+                im: Some(im),
+                epsilon: f64::EPSILON,
+            }),
+            Contents::Text(lines) => {
+                if let [line] = lines.as_slice() {
+                    self.texts.push((name, line.trim().to_string()));
+                }
+            }
+            Contents::Cells(cells) => {
+                for (at, cell) in cells.into_iter().enumerate() {
+                    self.walk(format!("{name}{{{}}}", at + 1), cell);
+                }
+            }
+            Contents::Structure(fields) => {
+                let structures: usize = dimensions.iter().product();
+                let per_structure = fields.len() / structures.max(1);
+                for (at, field) in fields.into_iter().enumerate() {
+                    let place = match structures {
+                        1 => String::new(),
+                        _ => format!("({})", at / per_structure + 1),
+                    };
+                    self.walk(format!("{name}{place}.{}", field.name), field);
+                }
+            }
+            Contents::Other(what) => self.others.push((name, what)),
+        }
+    }
+}

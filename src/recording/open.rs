@@ -1,0 +1,215 @@
+//! A log of any format, told by its first bytes.
+
+use std::fs::File;
+use std::io::{self, Cursor, Read, Seek, SeekFrom};
+
+use zip::ZipArchive;
+
+use super::raw::Raw;
+use super::settings::Settings;
+use super::{container, lvm, mat, text, uff, wav};
+use crate::base::code::Code;
+use crate::base::error::{Error, Errors};
+use crate::base::place::Place;
+
+/// Bytes from which the format is told.
+const TASTE: usize = 4096;
+
+/// How many containers may lie in each other.
+const DEPTH: usize = 3;
+
+/// Reads a log.
+///
+/// # Errors
+/// The file cannot be read, is of no known format, or breaks the rules of its format.
+pub fn open(path: &str, settings: &Settings) -> Result<Raw, Errors> {
+    let missing = |message: String, hint: &str| {
+        let place = Place::in_line(path, 1, "", 0..0);
+        Error::new(Code::FileMissing, message).at(&place).hint(hint)
+    };
+    const FOLDER: &str = "paths are taken from the folder the command is run in";
+    let unreadable = |e: io::Error| missing(format!("{path} cannot be read: {e}"), FOLDER);
+    let facts = std::fs::metadata(path).map_err(unreadable)?;
+    if !facts.is_file() {
+        let what = if facts.is_dir() {
+            "a folder"
+        } else {
+            "a device or a pipe"
+        };
+        return Err(missing(format!("{path} is {what}, not a file"), "name a log").into());
+    }
+    let mut file = File::open(path).map_err(unreadable)?;
+    let head = taste(path, &mut file)?;
+    file.seek(SeekFrom::Start(0)).map_err(unreadable)?;
+    if head.starts_with(container::ZIP) {
+        return unzip(path, file, settings, DEPTH);
+    }
+    stream(path, &mut file, settings, DEPTH)
+}
+
+/// Reads a log from memory; `path` is what it is called in messages.
+///
+/// # Errors
+/// As for [`open`].
+pub fn from_bytes(path: &str, bytes: &[u8], settings: &Settings) -> Result<Raw, Errors> {
+    if bytes.starts_with(container::ZIP) {
+        return unzip(path, Cursor::new(bytes), settings, DEPTH);
+    }
+    stream(path, &mut Cursor::new(bytes), settings, DEPTH)
+}
+
+/// The first bytes of a stream.
+fn taste(path: &str, reader: &mut dyn Read) -> Result<Vec<u8>, Error> {
+    let mut head = Vec::new();
+    let read = reader.take(TASTE as u64).read_to_end(&mut head);
+    read.map(|_| head).map_err(|e| text::body::broken(path, &e))
+}
+
+/// Reads the only log of a zip archive.
+fn unzip<R: Read + Seek>(
+    path: &str,
+    reader: R,
+    settings: &Settings,
+    depth: usize,
+) -> Result<Raw, Errors> {
+    let mut archive = ZipArchive::new(reader).map_err(|e| container::broken(path, &e))?;
+    let (index, name) = container::only_log(path, &mut archive)?;
+    let mut member = archive
+        .by_index(index)
+        .map_err(|e| container::broken(path, &e))?;
+    let mut raw = stream(path, &mut member, settings, depth - 1)?;
+    raw.dialect = format!("zip ({name}), {}", raw.dialect);
+    Ok(raw)
+}
+
+/// Reads a log from a stream, unpacking what is packed.
+fn stream(
+    path: &str,
+    reader: &mut dyn Read,
+    settings: &Settings,
+    depth: usize,
+) -> Result<Raw, Errors> {
+    let head = taste(path, reader)?;
+    let packed = head.starts_with(container::GZIP) || head.starts_with(container::ZIP);
+    if packed && depth == 0 {
+        let message = format!("{path} holds archives within archives");
+        return Err(Error::new(Code::UnknownFormat, message)
+            .hint("unpack it and name the log inside")
+            .into());
+    }
+    let mut whole = Cursor::new(&head).chain(reader);
+    if head.starts_with(container::GZIP) {
+        let mut inner = container::gunzipped(whole);
+        let mut raw = stream(path, &mut inner, settings, depth - 1)?;
+        raw.dialect = format!("gzip, {}", raw.dialect);
+        return Ok(raw);
+    }
+    if head.starts_with(container::ZIP) {
+        let mut bytes = Vec::new();
+        whole
+            .read_to_end(&mut bytes)
+            .map_err(|e| text::body::broken(path, &e))?;
+        return unzip(path, Cursor::new(bytes), settings, depth - 1);
+    }
+    match reader_of(&head) {
+        Some(read) => {
+            let mut bytes = Vec::new();
+            whole
+                .read_to_end(&mut bytes)
+                .map_err(|e| text::body::broken(path, &e))?;
+            read(path, &bytes, settings)
+        }
+        None => {
+            refuse_known(path, &head)?;
+            text::read(path, whole, settings)
+        }
+    }
+}
+
+/// Reads the bytes of one format.
+type Reader = fn(&str, &[u8], &Settings) -> Result<Raw, Errors>;
+
+/// The reader of a format that has its own; `None` for delimited text.
+fn reader_of(head: &[u8]) -> Option<Reader> {
+    let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
+    if text.trim_ascii_start().starts_with(b"LabVIEW Measurement") {
+        Some(lvm::read)
+    } else if head.starts_with(b"RIFF") && head.get(8..12) == Some(b"WAVE") {
+        Some(wav::read)
+    } else if head.starts_with(b"MATLAB 5.0") {
+        Some(mat::read)
+    } else if is_universal(text) {
+        Some(uff::read)
+    } else {
+        None
+    }
+}
+
+/// Whether a text begins as a universal file: a line `-1`, then the number of a data set, `58` or `58b` with more on its line.
+fn is_universal(text: &[u8]) -> bool {
+    let mut lines = text
+        .split(|b| *b == b'\n')
+        .map(<[u8]>::trim_ascii)
+        .filter(|line| !line.is_empty());
+    let (Some(b"-1"), Some(set)) = (lines.next(), lines.next()) else {
+        return false;
+    };
+    let number = set
+        .split(u8::is_ascii_whitespace)
+        .next()
+        .unwrap_or_default();
+    let number = number.strip_suffix(b"b").unwrap_or(number);
+    // A column of numbers may begin with -1 as well; its next number is hardly one of these.
+    [
+        &b"58"[..],
+        b"151",
+        b"164",
+        b"55",
+        b"15",
+        b"82",
+        b"2411",
+        b"2412",
+        b"2414",
+        b"2420",
+    ]
+    .contains(&number)
+}
+
+/// Formats that are known and not read, by their first bytes, and what to do.
+const NOT_READ: &[(&[u8], &str, &str)] = &[
+    (
+        b"\x89HDF",
+        "an HDF5 file",
+        "export CSV; MATLAB writes level 5 with save(…, '-v7')",
+    ),
+    (
+        b"MATLAB 7.3",
+        "a MATLAB file of version 7.3",
+        "save it as level 5: save(…, '-v7')",
+    ),
+    (
+        b"\x93NUMPY",
+        "a NumPy array",
+        "write CSV: numpy.savetxt(…, delimiter=',', header=…)",
+    ),
+    (b"TDSm", "a LabVIEW TDMS file", "export LVM or CSV"),
+    (b"MDF ", "an MDF file", "export CSV"),
+    (b"%PDF", "a PDF document", "export the numbers as CSV"),
+    (
+        b"\xd0\xcf\x11\xe0",
+        "an old Excel workbook",
+        "save the sheet as CSV",
+    ),
+    (b"PAR1", "a Parquet file", "export CSV"),
+];
+
+fn refuse_known(path: &str, head: &[u8]) -> Result<(), Error> {
+    match NOT_READ.iter().find(|(magic, ..)| head.starts_with(magic)) {
+        None => Ok(()),
+        Some((_, what, hint)) => Err(Error::new(
+            Code::UnknownFormat,
+            format!("{path} is {what}, which is not read"),
+        )
+        .hint(*hint)),
+    }
+}

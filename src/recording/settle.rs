@@ -1,0 +1,583 @@
+//! A log as written becomes channels on a uniform time base: rate decided, gaps split or filled, jitter resampled, sensors scaled.
+
+use std::ops::Range;
+
+use super::calibrate::{self, Calibration};
+use super::column::Column;
+use super::raw::{Clock, Group, Raw, RawChannel, Repair};
+use super::resample::{self, Grid};
+use super::settings::{Gaps, RateSource, Settings};
+use super::signals::{Channel, Recording};
+use super::time_base::{self, Spacing, TimeBase};
+use crate::base::code::Code;
+use crate::base::error::{Error, Warning};
+use crate::base::words::{listed, suggestion};
+
+/// Samples handled at a time.
+const BLOCK: usize = 1 << 16;
+
+/// Rates that differ by more than this say different things.
+const SAME_RATE: f64 = 1e-3;
+
+/// Settles the time base of a log and scales its channels.
+///
+/// # Errors
+/// No rate or contradicting ones, stamps out of order, channels that do not exist or do not share a clock, units without sense.
+pub fn settle(mut raw: Raw, settings: &Settings) -> Result<Recording, Error> {
+    let group = choose(&mut raw, settings)?;
+    let calibrations = calibrations(&group.channels, settings)?;
+    let base = match &group.clock.stamps {
+        // A stated rate needs no stamps, unless they are asked for.
+        Some(stamps) if !matches!(settings.rate, Some(RateSource::Hertz(_))) => {
+            Some(time_base::examine(&group.clock, stamps)?)
+        }
+        _ => None,
+    };
+    let (rate_hz, rate_source) = rate(&group, base.as_ref(), settings)?;
+    let rows = group.channels.first().map_or(0, |c| c.samples.len());
+    let mut settled = Settled {
+        rate_hz,
+        stretches: base
+            .as_ref()
+            .map_or_else(|| vec![0..rows], |b| b.stretches.clone()),
+        repairs: std::mem::take(&mut raw.repairs),
+        warnings: std::mem::take(&mut raw.warnings),
+        channels: group.channels,
+    };
+    if let (Some(base), Some(stamps)) = (&base, &group.clock.stamps) {
+        settled.say_gaps(base, settings);
+        settled.even_out(base, &stamps.seconds, stamps.resolution_s)?;
+    }
+    settled.split_at_missing()?;
+    if settings.gaps == Gaps::Fill {
+        settled.fill(base.as_ref())?;
+    }
+    settled.crop(settings)?;
+    settled.finish(raw, rate_source, &calibrations)
+}
+
+/// The channels on their way.
+struct Settled {
+    rate_hz: f64,
+    stretches: Vec<Range<usize>>,
+    channels: Vec<RawChannel>,
+    repairs: Vec<Repair>,
+    warnings: Vec<Warning>,
+}
+
+/// The group that holds the channels asked for, those in the order asked for.
+fn choose(raw: &mut Raw, settings: &Settings) -> Result<Group, Error> {
+    let known: Vec<String> = raw
+        .groups
+        .iter()
+        .flat_map(|g| &g.channels)
+        .map(|c| c.name.clone())
+        .collect();
+    if known.is_empty() {
+        let message = format!("{} holds no channel of samples", raw.path);
+        return Err(Error::new(Code::EmptyLog, message));
+    }
+    if settings.only.is_empty() {
+        // The longest group; a file nearly always has one.
+        let largest =
+            (0..raw.groups.len()).max_by_key(|&g| (samples(&raw.groups[g]), usize::MAX - g));
+        return Ok(raw.groups.swap_remove(largest.unwrap_or(0)));
+    }
+    let mut at = Vec::new();
+    for name in &settings.only {
+        let Some(group) = raw
+            .groups
+            .iter()
+            .position(|g| g.channels.iter().any(|c| c.name == *name))
+        else {
+            return Err(no_channel(name, &known));
+        };
+        at.push(group);
+    }
+    let first = at.first().copied().unwrap_or(0);
+    if let Some(other) = at.iter().find(|&&g| g != first) {
+        let (one, two) = (&raw.groups[first], &raw.groups[*other]);
+        if !same_clock(one, two) {
+            let message = format!(
+                "the channels {} do not share one clock: {} and {} samples",
+                listed(settings.only.iter().map(String::as_str)),
+                samples(one),
+                samples(two)
+            );
+            let hint = "analyse channels of one rate together; `geardyn check` lists the groups";
+            return Err(Error::new(Code::Conflict, message).hint(hint));
+        }
+    }
+    let clock = std::mem::take(&mut raw.groups[first].clock);
+    let mut channels = Vec::new();
+    for (name, &group) in settings.only.iter().zip(&at) {
+        let place = raw.groups[group]
+            .channels
+            .iter()
+            .position(|c| c.name == *name);
+        channels.extend(place.map(|p| raw.groups[group].channels.remove(p)));
+    }
+    Ok(Group { clock, channels })
+}
+
+fn samples(group: &Group) -> usize {
+    group.channels.first().map_or(0, |c| c.samples.len())
+}
+
+/// Groups of one length, rate and beginning were sampled together, whatever the file makes of it.
+fn same_clock(one: &Group, two: &Group) -> bool {
+    let rate = |c: &Clock| c.header_rate.as_ref().map(|r| r.0);
+    let ends = |c: &Clock| -> Option<(f64, f64)> {
+        let seconds = &c.stamps.as_ref()?.seconds;
+        let mut end = [0.0];
+        seconds.read(seconds.len().checked_sub(1)?, &mut end).ok()?;
+        Some((end[0], seconds.len() as f64))
+    };
+    samples(one) == samples(two)
+        && rate(&one.clock) == rate(&two.clock)
+        && ends(&one.clock) == ends(&two.clock)
+        && one.clock.start == two.clock.start
+}
+
+/// The error of a channel that is not there.
+pub fn no_channel(name: &str, known: &[String]) -> Error {
+    let names = known.iter().map(String::as_str);
+    let hint = match suggestion(name, names.clone()) {
+        Some(near) => format!("did you mean \"{near}\"?"),
+        None => format!("it has {}", listed(names)),
+    };
+    Error::new(
+        Code::NoChannel,
+        format!("the log has no channel \"{name}\""),
+    )
+    .hint(hint)
+}
+
+/// What is said of each channel, found by its name.
+fn calibrations(channels: &[RawChannel], settings: &Settings) -> Result<Vec<Calibration>, Error> {
+    let known: Vec<String> = channels.iter().map(|c| c.name.clone()).collect();
+    if settings.only.is_empty() {
+        for said in &settings.channels {
+            if !known.contains(&said.name) {
+                return Err(no_channel(&said.name, &known));
+            }
+        }
+    }
+    channels
+        .iter()
+        .map(|channel| {
+            let said = settings.channels.iter().find(|s| s.name == channel.name);
+            calibrate::of(&channel.name, &channel.unit, said)
+        })
+        .collect()
+}
+
+/// The rate, and where it comes from in words.
+fn rate(
+    group: &Group,
+    base: Option<&TimeBase>,
+    settings: &Settings,
+) -> Result<(f64, String), Error> {
+    let header = group.clock.header_rate.as_ref();
+    let by_stamps = |base: &TimeBase| {
+        let rows = samples(group);
+        let how = match base.spacing {
+            Spacing::Jittered { .. } => "mean",
+            _ => "by regression",
+        };
+        (base.rate_hz, format!("{how} over {rows} stamps"))
+    };
+    match (settings.rate, base, header) {
+        (Some(RateSource::Hertz(rate)), _, _) if rate > 0.0 && rate.is_finite() => {
+            Ok((rate, "as stated".to_string()))
+        }
+        (Some(RateSource::Hertz(rate)), _, _) => Err(Error::new(
+            Code::OutOfRange,
+            format!("a sample rate of {rate} Hz cannot be"),
+        )),
+        (Some(RateSource::Time), Some(base), _) => Ok(by_stamps(base)),
+        (Some(RateSource::Time), None, _) => {
+            let message = "the log has no time stamps to take the rate from";
+            Err(Error::new(Code::RateUnknown, message).hint("state it: --rate HZ"))
+        }
+        (Some(RateSource::Header), _, Some((rate, key))) => {
+            Ok((*rate, format!("as the header says ({key})")))
+        }
+        (Some(RateSource::Header), _, None) => {
+            let message = "the header of the log states no sample rate";
+            Err(Error::new(Code::RateUnknown, message)
+                .hint("--rate-from time, or state it: --rate HZ"))
+        }
+        (None, Some(base), Some((rate, key)))
+            if (rate / base.rate_hz - 1.0).abs() > SAME_RATE.max(3.0 * base.rate_std) =>
+        {
+            Err(disagree(group, base, *rate, key))
+        }
+        (None, Some(base), _) => Ok(by_stamps(base)),
+        (None, None, Some((rate, key))) => Ok((*rate, format!("as the header says ({key})"))),
+        (None, None, None) => {
+            let message = "the log has neither time stamps nor a sample rate in its header";
+            let hint = "state it: --rate HZ, or rate = \"… Hz\" in the sidecar";
+            Err(Error::new(Code::RateUnknown, message).hint(hint))
+        }
+    }
+}
+
+/// The three ways to the rate, shown side by side.
+fn disagree(group: &Group, base: &TimeBase, header: f64, key: &str) -> Error {
+    let rows = samples(group);
+    let stated = group.clock.header_samples.filter(|&n| n != rows);
+    let counts = stated.map_or(String::new(), |n| {
+        format!("; the header speaks of {n} samples, the file holds {rows}")
+    });
+    let message = format!(
+        "the header ({key}) says {header} Hz, the time stamps say {:.6} Hz{counts}",
+        base.rate_hz
+    );
+    Error::new(Code::RateDisagrees, message)
+        .hint("say which is right: --rate-from time, or --rate-from header")
+}
+
+impl Settled {
+    fn repair(&mut self, kind: &'static str, message: String) {
+        self.repairs.push(Repair { kind, message });
+    }
+
+    fn say_gaps(&mut self, base: &TimeBase, settings: &Settings) {
+        if let Spacing::Rounded { resolution_s } = base.spacing {
+            let message = format!(
+                "time stamps are rounded to {}: samples are taken as evenly spaced",
+                crate::base::units::seconds(resolution_s)
+            );
+            self.warnings.push(Warning {
+                code: "time-rounded",
+                message,
+                hint: None,
+            });
+        }
+        if base.gaps.is_empty() || settings.gaps == Gaps::Fill {
+            return;
+        }
+        let missing: usize = base.gaps.iter().map(|g| g.missing).sum();
+        let first = &base.gaps[0];
+        let place = first
+            .line
+            .map_or(format!("sample {}", first.row + 1), |line| {
+                format!("line {line}")
+            });
+        let count = base.gaps.len();
+        let gaps = if count == 1 {
+            "gap".to_string()
+        } else {
+            "gaps".to_string()
+        };
+        let message = format!(
+            "{count} {gaps} of together {missing} samples, the first before {place} ({:.6} s): split into {} stretches",
+            first.seconds,
+            base.stretches.len()
+        );
+        self.repair("gap-split", message);
+    }
+
+    /// Resamples jittered rows.
+    fn even_out(
+        &mut self,
+        base: &TimeBase,
+        seconds: &Column,
+        resolution_s: f64,
+    ) -> Result<(), Error> {
+        let Spacing::Jittered {
+            rms_s,
+            most_s,
+            steps_s: (short, long),
+        } = base.spacing
+        else {
+            return Ok(());
+        };
+        let rate = self.rate_hz;
+        let longest = base
+            .stretches
+            .iter()
+            .max_by_key(|s| s.len())
+            .cloned()
+            .unwrap_or(0..0);
+        if longest.len() < 3 {
+            let message = format!(
+                "the longest stretch without a gap has {} samples",
+                longest.len()
+            );
+            return Err(Error::new(Code::TooShort, message));
+        }
+        let band = resample::best_band(seconds, &longest, rate)?;
+        let columns: Vec<&Column> = self.channels.iter().map(|c| &c.samples).collect();
+        let mut outputs: Vec<Column> = columns.iter().map(|_| Column::default()).collect();
+        let (mut stretches, mut worst, mut at) = (Vec::new(), 0.0f64, 0);
+        for (rows, &start_s) in base.stretches.iter().zip(&base.starts) {
+            let grid = Grid {
+                rows: rows.clone(),
+                start_s,
+                count: rows.len(),
+            };
+            worst = worst.max(resample::resample(
+                seconds,
+                &columns,
+                &grid,
+                rate,
+                band,
+                &mut outputs,
+            )?);
+            stretches.push(at..at + rows.len());
+            at += rows.len();
+        }
+        for (channel, output) in self.channels.iter_mut().zip(outputs) {
+            channel.samples = output;
+        }
+        self.stretches = stretches;
+        let decibels = 20.0 * worst.max(1e-12).log10();
+        let text = crate::base::units::seconds;
+        let drift = match (base.drift_hz.1 / base.drift_hz.0 - 1.0).abs() > SAME_RATE {
+            true => format!(
+                "; the clock drifts between {:.1} and {:.1} Hz",
+                base.drift_hz.0, base.drift_hz.1
+            ),
+            false => String::new(),
+        };
+        // Stamps whose last digit is a good part of a step are rounded as well.
+        const COARSE: f64 = 0.02;
+        let rounded = match resolution_s * rate > COARSE {
+            true => format!(", rounded to {}", text(resolution_s)),
+            false => String::new(),
+        };
+        let message = format!(
+            "resampled to {rate:.6} Hz, band-limited: error below {decibels:.0} dB up to {band:.4} Hz (stamps up to {} off an even grid, {} rms, steps of {} to {}{rounded}{drift})",
+            text(most_s),
+            text(rms_s),
+            text(short),
+            text(long)
+        );
+        self.repair("resampled", message);
+        let message = format!("the jitter of the time stamps limits trust above {band:.4} Hz");
+        self.warnings.push(Warning {
+            code: "time-jitter",
+            message,
+            hint: None,
+        });
+        Ok(())
+    }
+
+    /// Stretches end where a channel has no number.
+    fn split_at_missing(&mut self) -> Result<(), Error> {
+        let rows = self.channels.first().map_or(0, |c| c.samples.len());
+        let mut block = vec![0.0; BLOCK.min(rows)];
+        let (mut holes, mut stretches) = (0usize, Vec::new());
+        let mut bad = vec![false; BLOCK.min(rows)];
+        let mut open: Option<usize> = None;
+        let starts: Vec<usize> = self.stretches.iter().map(|s| s.start).collect();
+        let counts = self.empty_channels()?;
+        let mut at = 0;
+        while at < rows {
+            let count = BLOCK.min(rows - at);
+            bad[..count].fill(false);
+            for (channel, empty) in self.channels.iter().zip(&counts) {
+                if *empty {
+                    continue;
+                }
+                channel.samples.read(at, &mut block[..count])?;
+                for (bad, x) in bad.iter_mut().zip(&block[..count]) {
+                    *bad |= !x.is_finite();
+                }
+            }
+            for (j, &bad) in bad[..count].iter().enumerate() {
+                let row = at + j;
+                if (bad || starts.binary_search(&row).is_ok())
+                    && let Some(start) = open.take()
+                    && start < row
+                {
+                    stretches.push(start..row);
+                }
+                holes += usize::from(bad);
+                if !bad && open.is_none() {
+                    open = Some(row);
+                }
+            }
+            at += count;
+        }
+        stretches.extend(open.map(|start| start..rows));
+        if holes > 0 {
+            let message = format!(
+                "{holes} samples are missing or no number in some channel: {} stretches without",
+                stretches.len()
+            );
+            self.repair("cells-missing", message);
+        }
+        if stretches.is_empty() {
+            return Err(Error::new(
+                Code::NoSignal,
+                "no sample has a number in every channel",
+            ));
+        }
+        self.stretches = stretches;
+        Ok(())
+    }
+
+    /// Channels without any number, which are of no use but harm nobody while they are not asked for.
+    fn empty_channels(&self) -> Result<Vec<bool>, Error> {
+        self.channels
+            .iter()
+            .map(|channel| {
+                let n = channel.samples.len();
+                let mut block = vec![0.0; BLOCK.min(n)];
+                let mut at = 0;
+                while at < n {
+                    let count = BLOCK.min(n - at);
+                    channel.samples.read(at, &mut block[..count])?;
+                    if block[..count].iter().any(|x| x.is_finite()) {
+                        return Ok(false);
+                    }
+                    at += count;
+                }
+                Ok(true)
+            })
+            .collect()
+    }
+
+    /// Straight lines over gaps of the stamps and over missing numbers.
+    fn fill(&mut self, base: Option<&TimeBase>) -> Result<(), Error> {
+        if self.stretches.len() < 2 {
+            return Ok(());
+        }
+        let gap_before = |start: usize| {
+            base.and_then(|b| b.gaps.iter().find(|g| g.row == start))
+                .map_or(0, |g| g.missing)
+        };
+        let mut filled = 0;
+        for channel in &mut self.channels {
+            let (mut whole, mut count) = (Column::default(), 0);
+            let mut before: Option<(usize, f64)> = None;
+            for stretch in &self.stretches {
+                let mut first = [0.0];
+                channel.samples.read(stretch.start, &mut first)?;
+                if let Some((end, last)) = before {
+                    let missing = stretch.start - end + gap_before(stretch.start);
+                    let step = (first[0] - last) / (missing + 1) as f64;
+                    let bridge: Vec<f64> = (1..=missing).map(|k| last + k as f64 * step).collect();
+                    whole.push(&bridge)?;
+                    count += missing;
+                }
+                copy(&channel.samples, stretch.clone(), &mut whole, 1.0)?;
+                let mut last = [0.0];
+                channel.samples.read(stretch.end - 1, &mut last)?;
+                before = Some((stretch.end, last[0]));
+            }
+            channel.samples = whole;
+            filled = count;
+        }
+        let rows = self.channels.first().map_or(0, |c| c.samples.len());
+        self.stretches = vec![0..rows];
+        let message = format!(
+            "{filled} missing samples filled by straight lines, as asked: spectra near and above the width of the gaps are made up"
+        );
+        self.repair("gap-filled", message);
+        Ok(())
+    }
+
+    /// Only the time that was asked for.
+    fn crop(&mut self, settings: &Settings) -> Result<(), Error> {
+        let rows = self.channels.first().map_or(0, |c| c.samples.len());
+        let row = |t: f64| (t * self.rate_hz).round().clamp(0.0, rows as f64) as usize;
+        let (from, to) = (
+            settings.from_s.map_or(0, row),
+            settings.to_s.map_or(rows, row),
+        );
+        if from >= to {
+            let message = format!(
+                "nothing lies between the times asked for: the log lasts {:.6} s",
+                rows as f64 / self.rate_hz
+            );
+            return Err(Error::new(Code::OutOfRange, message));
+        }
+        let cut = |s: &Range<usize>| s.start.max(from)..s.end.min(to);
+        self.stretches = self
+            .stretches
+            .iter()
+            .map(cut)
+            .filter(|s| s.start < s.end)
+            .collect();
+        if self.stretches.is_empty() {
+            return Err(Error::new(
+                Code::NoSignal,
+                "no samples lie between the times asked for",
+            ));
+        }
+        Ok(())
+    }
+
+    /// Scales, and puts the stretches end to end.
+    fn finish(
+        self,
+        raw: Raw,
+        rate_source: String,
+        calibrations: &[Calibration],
+    ) -> Result<Recording, Error> {
+        let mut channels = Vec::new();
+        for (channel, calibration) in self.channels.into_iter().zip(calibrations) {
+            let overloads = channel.overloads;
+            let whole = matches!(&self.stretches[..], [one] if *one == (0..channel.samples.len()));
+            let samples = match whole && calibration.factor == 1.0 {
+                true => channel.samples,
+                false => {
+                    let mut scaled = Column::default();
+                    for stretch in &self.stretches {
+                        copy(
+                            &channel.samples,
+                            stretch.clone(),
+                            &mut scaled,
+                            calibration.factor,
+                        )?;
+                    }
+                    scaled
+                }
+            };
+            channels.push(Channel {
+                name: calibration.name.clone(),
+                unit: calibration.unit.clone(),
+                samples,
+                overload_level: calibration.overload,
+                overloads,
+            });
+        }
+        let mut at = 0;
+        let packed = |s: &Range<usize>| {
+            let start = at;
+            at += s.len();
+            start..at
+        };
+        let stretches: Vec<Range<usize>> = self.stretches.iter().map(packed).collect();
+        Ok(Recording {
+            path: raw.path,
+            dialect: raw.dialect,
+            facts: raw.facts,
+            rate_hz: self.rate_hz,
+            rate_source,
+            samples: at,
+            stretches,
+            channels,
+            repairs: self.repairs,
+            warnings: self.warnings,
+        })
+    }
+}
+
+/// Appends a stretch of one column to another, times a factor.
+fn copy(from: &Column, rows: Range<usize>, to: &mut Column, factor: f64) -> Result<(), Error> {
+    let mut block = vec![0.0; BLOCK.min(rows.len())];
+    let mut at = rows.start;
+    while at < rows.end {
+        let count = BLOCK.min(rows.end - at);
+        from.read(at, &mut block[..count])?;
+        block[..count].iter_mut().for_each(|x| *x *= factor);
+        to.push(&block[..count])?;
+        at += count;
+    }
+    Ok(())
+}

@@ -1,0 +1,206 @@
+//! What a channel looks like before anybody analyses it: range, mean, noise, clipping.
+
+use super::signals::{Channel, Recording};
+use crate::base::error::Error;
+
+/// Samples handled at a time.
+const BLOCK: usize = 1 << 16;
+
+/// So many equal samples at an extreme are a flat top.
+const FLAT: usize = 3;
+
+/// A flat top is clipping where the signal came into it at a jump of so many steps of its own resolution.
+const JUMP: f64 = 4.0;
+
+/// Facts of one channel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Survey {
+    /// Smallest and largest sample.
+    pub range: (f64, f64),
+    /// Mean of all samples: the DC part.
+    pub mean: f64,
+    /// Root mean square about the mean.
+    pub deviation: f64,
+    /// All samples are equal.
+    pub constant: bool,
+    /// Root mean square of what changes from sample to sample without regularity, by the median of fourth differences: the white
+    /// noise of the channel, an upper bound of it where the signal reaches near half the rate.
+    pub noise: f64,
+    /// Flat tops: how many, and their level.
+    pub clipped: Option<(usize, f64)>,
+    /// Samples at or beyond the stated overload level, and overload words.
+    pub overloads: usize,
+    /// No sample is a number.
+    pub empty: bool,
+}
+
+/// Surveys a channel over the stretches of its recording.
+///
+/// # Errors
+/// The samples cannot be read.
+pub fn survey(recording: &Recording, channel: &Channel) -> Result<Survey, Error> {
+    let (mut low, mut high, mut resolution) = (f64::INFINITY, f64::NEG_INFINITY, f64::INFINITY);
+    let (mut count, mut mean, mut square, mut overloads) = (0.0, 0.0, 0.0, channel.overloads);
+    let mut fourths = Vec::new();
+    let level = channel.overload_level.unwrap_or(f64::INFINITY);
+    each_block(recording, channel, |block| {
+        for &x in block.iter().filter(|x| x.is_finite()) {
+            (low, high) = (low.min(x), high.max(x));
+            // Welford's running mean and sum of squares.
+            count += 1.0;
+            let before = x - mean;
+            mean += before / count;
+            square += before * (x - mean);
+            overloads += usize::from(x.abs() >= level);
+        }
+        for pair in block.windows(2) {
+            let step = (pair[1] - pair[0]).abs();
+            if step > 0.0 {
+                resolution = resolution.min(step);
+            }
+        }
+        const ENOUGH: usize = 200_000;
+        if fourths.len() < ENOUGH {
+            fourths.extend(
+                block
+                    .windows(5)
+                    .map(|w| (w[0] - 4.0 * w[1] + 6.0 * w[2] - 4.0 * w[3] + w[4]).abs()),
+            );
+        }
+    })?;
+    let empty = count == 0.0;
+    let constant = !empty && low == high;
+    let clipped = match constant || empty {
+        true => None,
+        false => clipping(recording, channel, (low, high), resolution)?,
+    };
+    Ok(Survey {
+        range: (low, high),
+        mean,
+        deviation: if empty { 0.0 } else { (square / count).sqrt() },
+        constant,
+        noise: noise(&mut fourths),
+        clipped,
+        overloads,
+        empty,
+    })
+}
+
+/// Standard deviation of white noise whose fourth differences have this median size.
+fn noise(fourths: &mut [f64]) -> f64 {
+    if fourths.is_empty() {
+        return 0.0;
+    }
+    let middle = fourths.len() / 2;
+    let median = *fourths.select_nth_unstable_by(middle, f64::total_cmp).1;
+    // Σ(1,4,6,4,1)² = 70; a normal variable is above 0.6745 of its deviation half of the time.
+    median / 70f64.sqrt() / 0.674_489_75
+}
+
+/// Flat tops at the larger extreme that has any.
+fn clipping(
+    recording: &Recording,
+    channel: &Channel,
+    (low, high): (f64, f64),
+    resolution: f64,
+) -> Result<Option<(usize, f64)>, Error> {
+    let mut tops = [(0usize, high), (0usize, low)];
+    // Length of the present run at each extreme, and the jump into it.
+    let mut runs = [(0usize, 0.0f64); 2];
+    let mut last = f64::NAN;
+    each_block(recording, channel, |block| {
+        for &x in block {
+            for (top, run) in tops.iter_mut().zip(&mut runs) {
+                if x != top.1 {
+                    *run = (0, 0.0);
+                    continue;
+                }
+                if run.0 == 0 {
+                    run.1 = (x - last).abs();
+                }
+                run.0 += 1;
+                top.0 += usize::from(run.0 == FLAT && run.1 > JUMP * resolution);
+            }
+            last = x;
+        }
+    })?;
+    Ok(tops.into_iter().filter(|t| t.0 > 0).max_by_key(|t| t.0))
+}
+
+fn each_block(
+    recording: &Recording,
+    channel: &Channel,
+    mut see: impl FnMut(&[f64]),
+) -> Result<(), Error> {
+    let mut block = vec![0.0; BLOCK.min(recording.samples)];
+    for stretch in &recording.stretches {
+        let mut at = stretch.start;
+        while at < stretch.end {
+            let count = BLOCK.min(stretch.end - at);
+            channel.samples.read(at, &mut block[..count])?;
+            see(&block[..count]);
+            at += count;
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::column::Column;
+
+    fn recorded(samples: &[f64]) -> Recording {
+        Recording {
+            path: "log.csv".into(),
+            dialect: String::new(),
+            facts: Vec::new(),
+            rate_hz: 1000.0,
+            rate_source: String::new(),
+            samples: samples.len(),
+            stretches: vec![0..samples.len()],
+            channels: vec![Channel {
+                name: "a".into(),
+                unit: "g".into(),
+                samples: Column::from_slice(samples),
+                overload_level: None,
+                overloads: 0,
+            }],
+            repairs: Vec::new(),
+            warnings: Vec::new(),
+        }
+    }
+
+    fn of(samples: &[f64]) -> Survey {
+        let recording = recorded(samples);
+        survey(&recording, &recording.channels[0]).unwrap()
+    }
+
+    /// A sine cut at ±0.8 is clipped at every half wave of the side counted; an uncut one, a slow one in coarse steps are not.
+    #[test]
+    fn exact_clipping() {
+        let sine = |k: i32| (0.2 * f64::from(k)).sin();
+        let cut: Vec<f64> = (0..314).map(|k| sine(k).clamp(-0.8, 0.8)).collect();
+        assert_eq!(of(&cut).clipped, Some((10, 0.8)));
+        let whole: Vec<f64> = (0..314).map(sine).collect();
+        assert_eq!(of(&whole).clipped, None);
+        let coarse: Vec<f64> = (0..3140)
+            .map(|k| ((0.002 * f64::from(k)).sin() * 50.0).round())
+            .collect();
+        assert_eq!(of(&coarse).clipped, None);
+    }
+
+    #[test]
+    fn exact_mean_and_noise() {
+        let mut random = fastrand::Rng::with_seed(5);
+        // The sum of twelve uniform numbers is nearly normal with variance 1.
+        let mut normal = || (0..12).map(|_| random.f64()).sum::<f64>() - 6.0;
+        let x: Vec<f64> = (0..100_000)
+            .map(|k| 3.0 + (0.01 * f64::from(k)).sin() + 0.1 * normal())
+            .collect();
+        let found = of(&x);
+        assert!((found.mean - 3.0).abs() < 0.01);
+        assert!((found.noise / 0.1 - 1.0).abs() < 0.03, "{}", found.noise);
+        assert!(of(&[2.0; 50]).constant);
+    }
+}

@@ -1,0 +1,505 @@
+//! Delimited text as labs export it: the layout is found from the first megabyte, the numbers are streamed.
+
+use std::io::{Cursor, Read};
+
+use super::column::Column;
+use super::raw::{Clock, Group, Raw, RawChannel, Repair, Stamps};
+use super::settings::Settings;
+use crate::base::code::Code;
+use crate::base::error::{Error, Errors, Warning};
+use crate::base::place::Place;
+
+/// Bytes to characters.
+pub mod encodings;
+
+/// A cell: number, missing, overload, complex, text.
+pub mod cells;
+
+/// Time stamps.
+pub mod stamps;
+
+/// Marks, first row, kinds of columns.
+pub mod dialect;
+
+/// Keys and values above the names.
+pub mod preamble;
+
+/// Names and units.
+pub mod header;
+
+/// Tables over frequency.
+pub mod table;
+
+/// What becomes of each column.
+pub mod columns;
+
+/// The rows.
+pub mod body;
+
+/// Bytes from which the encoding is told.
+const TASTE: usize = 64 << 10;
+
+/// The beginning of a file as lines.
+struct Head {
+    bytes: Vec<u8>,
+    /// The file ends within.
+    whole: bool,
+    text: String,
+    /// Where each complete line begins in `bytes`.
+    starts: Vec<usize>,
+}
+
+/// Reads a delimited text log.
+///
+/// # Errors
+/// What the message says of the file: no numbers, a ragged row, text where a number is meant, a channel that is not there.
+pub fn read(path: &str, mut reader: impl Read, settings: &Settings) -> Result<Raw, Errors> {
+    let mut taste = Vec::new();
+    take(&mut reader, TASTE, &mut taste, path)?;
+    let coding = encodings::Coding::detect(&taste, settings.dialect.encoding.as_deref())?;
+    let coding_name = coding.name(&taste);
+    let whole = Cursor::new(taste).chain(reader);
+    let mut stream: Box<dyn Read + '_> = if coding.is_wide() {
+        coding.to_utf8(whole)
+    } else {
+        Box::new(whole)
+    };
+    let head = head(path, &mut stream, &coding)?;
+    let lines: Vec<&str> = split(&head.text).take(head.starts.len()).collect();
+    let Some(layout) = dialect::find(&lines, &settings.dialect) else {
+        return Err(no_rows(path, &lines).into());
+    };
+    let header = header::read(&lines, &layout);
+    refuse_misfits(path, &lines, &layout, &header)?;
+    let above: Vec<(usize, &str)> = header
+        .preamble
+        .iter()
+        .map(|&at| (at + 1, lines[at]))
+        .collect();
+    let said = preamble::read(&above, layout.marks);
+    let rows = lines.get(layout.first..).unwrap_or(&[]);
+    let rate = said.rate.as_ref().map(|r| r.0);
+    let mut plan = columns::plan(&header, &layout.kinds, layout.marks, rows, rate, settings)
+        .map_err(|e| e.at(&Place::in_line(path, 1, "", 0..0)))?;
+    let start = head
+        .starts
+        .get(layout.first)
+        .copied()
+        .unwrap_or(head.bytes.len());
+    let body = body::Reader::new(path, &mut plan, layout.marks, coding, layout.first + 1).run(
+        &head.bytes[start..],
+        head.whole,
+        &mut stream,
+    )?;
+    let mut raw = Raw {
+        path: path.to_string(),
+        dialect: in_words(&layout, coding_name),
+        facts: said.facts.clone(),
+        warnings: said.warnings.clone(),
+        ..Raw::default()
+    };
+    doubts(&mut raw, &layout, &header);
+    assemble(&mut raw, plan, body, &said, settings)?;
+    Ok(raw)
+}
+
+/// Reads up to `n` bytes.
+fn take(reader: &mut impl Read, n: usize, bytes: &mut Vec<u8>, path: &str) -> Result<(), Error> {
+    reader
+        .take(n as u64)
+        .read_to_end(bytes)
+        .map(drop)
+        .map_err(|e| body::broken(path, &e))
+}
+
+fn head(
+    path: &str,
+    stream: &mut Box<dyn Read + '_>,
+    coding: &encodings::Coding,
+) -> Result<Head, Error> {
+    let mut bytes = Vec::new();
+    take(stream, body::BLOCK, &mut bytes, path)?;
+    let whole = bytes.len() < body::BLOCK;
+    if !coding.is_wide() {
+        bytes.drain(..coding.mark.min(bytes.len()));
+    }
+    if bytes.trim_ascii().is_empty() && whole {
+        let message = if bytes.is_empty() {
+            "is empty"
+        } else {
+            "holds nothing but blanks"
+        };
+        return Err(Error::new(Code::EmptyLog, format!("{path} {message}"))
+            .hint("record again, or look whether the export was finished"));
+    }
+    refuse_binary(path, &bytes)?;
+    let mut starts = Vec::new();
+    let mut at = 0;
+    while let Some(length) = memchr::memchr2(b'\n', b'\r', &bytes[at..]) {
+        starts.push(at);
+        let end = at + length;
+        at = if bytes[end..].starts_with(b"\r\n") {
+            end + 2
+        } else {
+            end + 1
+        };
+    }
+    if whole && at < bytes.len() {
+        starts.push(at);
+    }
+    Ok(Head {
+        text: coding.text(&bytes),
+        bytes,
+        whole,
+        starts,
+    })
+}
+
+/// The lines of a text, ended by CR, LF or both.
+fn split(text: &str) -> impl Iterator<Item = &str> {
+    let mut rest = Some(text);
+    std::iter::from_fn(move || {
+        let text = rest?;
+        match memchr::memchr2(b'\n', b'\r', text.as_bytes()) {
+            Some(end) => {
+                let after = &text[end..];
+                rest = Some(after.strip_prefix("\r\n").unwrap_or(&after[1..]));
+                Some(&text[..end])
+            }
+            None => {
+                rest = None;
+                Some(text)
+            }
+        }
+    })
+}
+
+fn refuse_binary(path: &str, bytes: &[u8]) -> Result<(), Error> {
+    let strange = |b: &&u8| **b < 9 || (14..=31).contains(*b) && **b != 26;
+    let taste = &bytes[..bytes.len().min(TASTE)];
+    let n = taste.iter().filter(strange).count();
+    // A stray control sign may stand in a note; one in two hundred does not.
+    if 200 * n <= taste.len() && !taste.contains(&0) {
+        return Ok(());
+    }
+    let shown: Vec<String> = bytes.iter().take(16).map(|b| format!("{b:02x}")).collect();
+    Err(Error::new(
+        Code::UnknownFormat,
+        format!("{path} is no log of a known format: it begins with the bytes {}", shown.join(" ")),
+    )
+    .hint("logs are delimited text (CSV), LVM, UFF 58, WAV or MATLAB level 5, also inside gzip or zip; export one of these"))
+}
+
+fn no_rows(path: &str, lines: &[&str]) -> Error {
+    let first = lines
+        .iter()
+        .find(|l| !l.trim().is_empty())
+        .copied()
+        .unwrap_or("");
+    let place = Place::in_line(path, 1, first, 0..0);
+    Error::new(Code::EmptyLog, format!("{path} holds no row of numbers"))
+        .at(&place)
+        .hint("a log has rows of numbers with the same number of cells; this text has none")
+}
+
+/// Rows of numbers above the first row that fit neither as rows nor as names.
+fn refuse_misfits(
+    path: &str,
+    lines: &[&str],
+    layout: &dialect::Layout,
+    header: &header::Header,
+) -> Result<(), Error> {
+    if let Some((at, column)) = header.broken {
+        let mut cells = cells::Cells::new(lines[at].as_bytes(), layout.marks.delimiter);
+        let (start, cell) = cells.nth(column).unwrap_or((0, lines[at].as_bytes()));
+        let place = Place::in_line(path, at + 1, lines[at], start..start + cell.len());
+        return Err(Error::new(
+            Code::NotANumber,
+            "words stand in a row of numbers, below the names",
+        )
+        .at(&place)
+        .label("not a number")
+        .hint("mend the cell, or state how many lines stand above the numbers: --header-lines"));
+    }
+    let above = &lines[..layout.first.min(lines.len())];
+    for (at, line) in above.iter().enumerate().rev() {
+        match dialect::stance(line, layout.marks, &layout.kinds) {
+            dialect::Stance::Blank => {}
+            dialect::Stance::Misfit
+                if header.preamble.contains(&at) && !preamble::is_comment(line) =>
+            {
+                let (cells, width) = (
+                    cells::Cells::new(line.as_bytes(), layout.marks.delimiter).count(),
+                    layout.kinds.len(),
+                );
+                let place = Place::in_line(path, at + 1, line, 0..line.len());
+                let message =
+                    format!("the row has {cells} cells where the rows after it have {width}");
+                let code = if cells == width {
+                    Code::NotANumber
+                } else {
+                    Code::RaggedRow
+                };
+                let message = if cells == width {
+                    "the row holds a cell that is not what its column holds below".into()
+                } else {
+                    message
+                };
+                return Err(Error::new(code, message).at(&place).hint(
+                    "mend the row, or state how many lines stand above the numbers: --header-lines",
+                ));
+            }
+            _ => break,
+        }
+    }
+    Ok(())
+}
+
+/// Format and dialect in words.
+fn in_words(layout: &dialect::Layout, coding: Option<&str>) -> String {
+    let delimiter = match layout.marks.delimiter {
+        _ if layout.kinds.len() == 1 => "one column".to_string(),
+        b',' => "comma".into(),
+        b';' => "semicolon".into(),
+        b'\t' => "tab".into(),
+        b' ' => "blanks".into(),
+        other => format!("`{}`", char::from(other)),
+    };
+    let mut words = vec!["CSV".to_string(), delimiter];
+    if layout.marks.decimal == b',' {
+        words.push("decimal comma".into());
+    }
+    words.extend(coding.map(str::to_string));
+    words.push(match layout.first {
+        0 => "no header".into(),
+        1 => "1 header line".into(),
+        n => format!("{n} header lines"),
+    });
+    words.join(", ")
+}
+
+fn doubts(raw: &mut Raw, layout: &dialect::Layout, header: &header::Header) {
+    if layout.comma_in_doubt {
+        raw.warnings.push(Warning {
+            code: "decimal-comma",
+            message: "every comma stands before three digits: it is taken for the decimal mark, not for thousands".into(),
+            hint: Some("say so if it is not: --decimal .".into()),
+        });
+    }
+    if let Some((at, cells)) = header.misfit {
+        raw.warnings.push(Warning {
+            code: "names-misfit",
+            message: format!(
+                "line {} has {cells} words over {} columns: the columns are numbered instead",
+                at + 1,
+                layout.kinds.len()
+            ),
+            hint: None,
+        });
+    }
+}
+
+/// Puts what was read in its place.
+fn assemble(
+    raw: &mut Raw,
+    plan: columns::Plan,
+    mut body: body::Body,
+    said: &preamble::Preamble,
+    settings: &Settings,
+) -> Result<(), Error> {
+    let present = |body: &body::Body, group: Option<usize>| {
+        let of = |s: &&columns::Sink| group.is_none_or(|g| s.group == g);
+        let sinks = plan.sinks.iter().zip(&body.sinks).filter(|(s, _)| of(s));
+        sinks.map(|(_, filled)| filled.present).max().unwrap_or(0)
+    };
+    if present(&body, None) == 0 {
+        return Err(Error::new(
+            Code::EmptyLog,
+            format!("{} holds no number in any row", raw.path),
+        )
+        .hint("record again, or look whether the export was finished"));
+    }
+    raw.repairs.extend(plan.repairs.iter().cloned());
+    raw.warnings.extend(plan.warnings.iter().cloned());
+    let trailing = body.rows - present(&body, None);
+    if trailing > 0 {
+        note(
+            raw,
+            "footer-skipped",
+            format!("{trailing} rows without any number at the end were passed over"),
+        );
+    }
+    if let Some((count, line, text)) = &body.footer {
+        let text = crate::base::units::shortened(text.trim());
+        note(
+            raw,
+            "footer-skipped",
+            format!(
+                "{count} lines after the rows were passed over, from line {line} on: \"{text}\""
+            ),
+        );
+    }
+    if body.only_time > 0 {
+        note(
+            raw,
+            "cells-missing",
+            format!("{} rows hold only a time", body.only_time),
+        );
+    }
+    let lengths: Vec<usize> = (0..plan.groups)
+        .map(|group| present(&body, Some(group)))
+        .collect();
+    raw.groups = lengths.iter().map(|_| Group::default()).collect();
+    let lines = std::mem::take(&mut body.lines);
+    for (sink, mut filled) in plan.sinks.iter().zip(std::mem::take(&mut body.sinks)) {
+        let length = lengths[sink.group];
+        let cut = body.rows - length;
+        filled.samples.truncate(length)?;
+        filled.missing = filled.missing.saturating_sub(cut);
+        let last = lines.of(length.saturating_sub(1)).unwrap_or(usize::MAX);
+        filled.lines.retain(|line| *line <= last);
+        if filled.missing == length && sink.reader.is_none() && filled.overloads == 0 && length > 0
+        {
+            note(
+                raw,
+                "column-left-out",
+                format!(
+                    "column `{}` holds no number in any row: it is no channel",
+                    sink.name
+                ),
+            );
+            continue;
+        }
+        report_cells(raw, sink, &filled);
+        let group = &mut raw.groups[sink.group];
+        match sink.reader.map(|at| &plan.readers[at]) {
+            Some(reader) => {
+                group.clock.start = (sink.unit == "date-time").then(|| reader.start.clone());
+                group.clock.stamps = Some(Stamps {
+                    name: sink.name.clone(),
+                    unit: sink.unit.clone(),
+                    seconds: filled.samples,
+                    resolution_s: reader.resolution_s(),
+                });
+            }
+            None => group
+                .channels
+                .push(channel(sink, filled.samples, filled.overloads)),
+        }
+    }
+    raw.groups.retain(|group| !group.channels.is_empty());
+    for group in &mut raw.groups {
+        let start = group.clock.start.take();
+        group.clock = Clock {
+            stamps: group.clock.stamps.take(),
+            header_rate: said.rate.clone(),
+            header_samples: said.samples,
+            start: start.or_else(|| said.start.clone()),
+            lines: lines.clone(),
+        };
+    }
+    if raw.groups.is_empty() {
+        return Err(Error::new(
+            Code::EmptyLog,
+            format!("{} holds time stamps and no channel", raw.path),
+        )
+        .hint("say that no column is the time, if the numbers are a channel: --time none"));
+    }
+    in_order(raw, settings);
+    if plan.over_frequency {
+        let channels = raw.groups.pop().map(|g| g.channels).unwrap_or_default();
+        raw.responses = Some(table::responses(&raw.path, &channels)?);
+        raw.groups.clear();
+    } else if let Some(channel) = complex_channel(&raw.groups, &plan) {
+        return Err(Error::new(
+            Code::NotANumber,
+            format!(
+                "`{channel}` of {} holds complex numbers, and no column gives their frequencies",
+                raw.path
+            ),
+        )
+        .hint(
+            "frequency responses need a first column of frequencies, named such as frequency_Hz",
+        ));
+    }
+    Ok(())
+}
+
+fn complex_channel(groups: &[Group], plan: &columns::Plan) -> Option<String> {
+    let sink = plan.roles.iter().find_map(|role| match role {
+        columns::Role::Complex(sink) => Some(*sink),
+        _ => None,
+    })?;
+    let name = plan.sinks[sink].name.trim_end_matches(" re").to_string();
+    (!groups.is_empty()).then_some(name)
+}
+
+fn note(raw: &mut Raw, kind: &'static str, message: String) {
+    raw.repairs.push(Repair { kind, message });
+}
+
+fn channel(sink: &columns::Sink, samples: Column, overloads: usize) -> RawChannel {
+    RawChannel {
+        name: sink.name.clone(),
+        unit: sink.unit.clone(),
+        samples,
+        overloads,
+    }
+}
+
+/// Says which cells hold no number, and where thousands were grouped.
+fn report_cells(raw: &mut Raw, sink: &columns::Sink, filled: &body::Filled) {
+    let name = &sink.name;
+    if filled.missing > 0 {
+        let lines: Vec<String> = filled.lines.iter().map(usize::to_string).collect();
+        let more = filled.missing.saturating_sub(filled.lines.len());
+        let more = if more > 0 {
+            format!(" and {more} more")
+        } else {
+            String::new()
+        };
+        let overloads = match filled.overloads {
+            0 => String::new(),
+            n => format!(", {n} of them overloads"),
+        };
+        note(
+            raw,
+            "cells-missing",
+            format!(
+                "{} cells of `{name}` hold no number{overloads}: lines {}{more}",
+                filled.missing,
+                lines.join(", ")
+            ),
+        );
+    }
+    if filled.grouped > 0 {
+        note(
+            raw,
+            "thousands-joined",
+            format!(
+                "{} cells of `{name}` have thousands separators",
+                filled.grouped
+            ),
+        );
+    }
+}
+
+/// The channels asked for, in the order asked for.
+fn in_order(raw: &mut Raw, settings: &Settings) {
+    if settings.only.is_empty() {
+        return;
+    }
+    let place = |name: &str| {
+        let means = |word: &String| {
+            let renamed = settings
+                .channels
+                .iter()
+                .find(|c| c.rename.as_deref() == Some(word.as_str()));
+            super::names::means(renamed.map_or(word.as_str(), |c| c.name.as_str()), name)
+        };
+        settings.only.iter().position(means)
+    };
+    for group in &mut raw.groups {
+        group.channels.sort_by_key(|channel| place(&channel.name));
+    }
+}

@@ -1,0 +1,533 @@
+//! Time stamps of rows: seconds and their parts, date and time, clock; to seconds since the first, exactly.
+
+use super::cells;
+
+/// A date and time as written.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Written {
+    date: Option<Date>,
+    /// Nanoseconds since midnight (of the zone written, where one is).
+    clock: Option<i64>,
+    /// Digits of the fraction of a second.
+    digits: u32,
+}
+
+/// A date as written: its order may be in doubt.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Date {
+    /// Year, month, day.
+    Plain(i64, i64, i64),
+    /// Two numbers that are day and month, in this order or the other, and the year.
+    Either(i64, i64, i64),
+}
+
+/// What a column of stamps holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Form {
+    /// Numbers, in a unit.
+    Decimal,
+    /// Date, with or without the time of day.
+    DateTime,
+    /// Date alone.
+    Date,
+    /// Time of day, or since the start.
+    Clock,
+}
+
+const SECOND: i64 = 1_000_000_000;
+const DAY_S: i64 = 86_400;
+
+/// What kind of stamp a cell is; `None` for plain numbers and text.
+pub fn form(cell: &[u8]) -> Option<Form> {
+    let written = written(cells::bare(cell))?;
+    Some(match (written.date, written.clock) {
+        (Some(_), Some(_)) => Form::DateTime,
+        (Some(_), None) => Form::Date,
+        (None, _) => Form::Clock,
+    })
+}
+
+/// Digits from the front: their value, how many, and what follows.
+fn digits(text: &[u8]) -> Option<(i64, usize, &[u8])> {
+    let n = text.iter().take_while(|b| b.is_ascii_digit()).count();
+    if n == 0 || n > 9 {
+        return None;
+    }
+    let value = text[..n]
+        .iter()
+        .fold(0, |v, b| 10 * v + i64::from(b - b'0'));
+    Some((value, n, &text[n..]))
+}
+
+fn written(cell: &[u8]) -> Option<Written> {
+    // The shortest is 1:02; the longest a date with nine digits of a second and a zone.
+    if !cell.first()?.is_ascii_digit() || cell.len() < 4 || cell.len() > 48 {
+        return None;
+    }
+    let (date, rest) = match date(cell) {
+        Some((date, rest)) => (Some(date), rest),
+        None => (None, cell),
+    };
+    let rest = match (date, rest) {
+        (None, rest) => rest,
+        (Some(_), []) => {
+            return Some(Written {
+                date,
+                clock: None,
+                digits: 0,
+            });
+        }
+        (Some(_), [b'T' | b't' | b' ' | b'_' | b';' | b',', rest @ ..]) => rest.trim_ascii(),
+        _ => return None,
+    };
+    let (clock, digits) = clock(rest)?;
+    Some(Written {
+        date,
+        clock: Some(clock),
+        digits,
+    })
+}
+
+/// A date at the front, and what follows.
+fn date(text: &[u8]) -> Option<(Date, &[u8])> {
+    let (a, a_digits, rest) = digits(text)?;
+    let (&separator, rest) = rest.split_first()?;
+    if !matches!(separator, b'-' | b'/' | b'.' | b' ') {
+        return None;
+    }
+    let (b, named, rest) = match month(rest) {
+        Some((b, rest)) => (b, true, rest),
+        None if separator == b' ' => return None,
+        None => digits(rest)
+            .filter(|d| d.1 <= 2)
+            .map(|d| (d.0, false, d.2))?,
+    };
+    let rest = rest.strip_prefix(&[separator])?;
+    let (c, c_digits, rest) = digits(rest)?;
+    let year = |y: i64, n: usize| match n {
+        4 => Some(y),
+        2 => Some(if y < 70 { 2000 + y } else { 1900 + y }),
+        _ => None,
+    };
+    let is_day = |d: i64| (1..=31).contains(&d);
+    let is_month = |m: i64| (1..=12).contains(&m);
+    let found = if a_digits == 4 {
+        (c_digits <= 2 && is_month(b) && is_day(c)).then_some(Date::Plain(a, b, c))
+    } else {
+        let y = year(c, c_digits)?;
+        let (day_first, month_first) = (is_day(a) && is_month(b), is_month(a) && is_day(b));
+        if named || separator != b'/' {
+            // Points and hyphens: the day is first wherever these are written.
+            day_first.then_some(Date::Plain(y, b, a))
+        } else if day_first && month_first && a != b {
+            Some(Date::Either(a, b, y))
+        } else if day_first {
+            Some(Date::Plain(y, b, a))
+        } else {
+            month_first.then_some(Date::Plain(y, a, b))
+        }
+    };
+    Some((found?, rest))
+}
+
+/// An English month at the front.
+fn month(text: &[u8]) -> Option<(i64, &[u8])> {
+    const MONTHS: &[u8] = b"janfebmaraprmayjunjulaugsepoctnovdec";
+    let word = text.get(..3)?.to_ascii_lowercase();
+    let at = MONTHS.chunks(3).position(|m| m == word.as_slice())?;
+    Some((at as i64 + 1, &text[3..]))
+}
+
+/// A time of day that fills the text: nanoseconds, and digits of its fraction.
+fn clock(text: &[u8]) -> Option<(i64, u32)> {
+    let (a, a_digits, rest) = digits(text)?;
+    let (b, b_digits, rest) = digits(rest.strip_prefix(b":")?)?;
+    if a_digits > 4 || b_digits != 2 || b > 59 {
+        return None;
+    }
+    let (hours, minutes, seconds, rest) = match rest.strip_prefix(b":") {
+        Some(rest) => {
+            let (c, c_digits, rest) = digits(rest)?;
+            if c_digits != 2 || c > 60 {
+                return None;
+            }
+            (a, b, c, rest)
+        }
+        // `01:02.5` has minutes and seconds, `01:02` hours and minutes.
+        None if matches!(rest.first(), Some(b'.' | b',')) => (0, a, b, rest),
+        None => (a, b, 0, rest),
+    };
+    let (fraction, digits, rest) = match rest {
+        [b'.' | b',' | b':', rest @ ..] => {
+            let n = rest.iter().take_while(|b| b.is_ascii_digit()).count();
+            let value = |v: i64, at| 10 * v + rest.get(at).map_or(0, |b| i64::from(b - b'0'));
+            let nano = (0..9).fold(0, |v, at| if at < n { value(v, at) } else { 10 * v });
+            (nano, n.min(9) as u32, &rest[n..])
+        }
+        _ => (0, 0, rest),
+    };
+    let (half_day, zone) = zone(rest.trim_ascii())?;
+    let hours = match half_day {
+        Some(_) if !(1..=12).contains(&hours) => return None,
+        Some(afternoon) => hours % 12 + if afternoon { 12 } else { 0 },
+        None => hours,
+    };
+    let seconds = 3600 * hours + 60 * (minutes - zone) + seconds;
+    Some((SECOND * seconds + fraction, digits))
+}
+
+/// What may follow a time: `AM` or `PM`, `Z`, `+01:00`. Whether it is afternoon, and the zone in minutes.
+fn zone(text: &[u8]) -> Option<(Option<bool>, i64)> {
+    match text {
+        b"" | b"Z" | b"z" | b"UTC" => Some((None, 0)),
+        b"AM" | b"am" => Some((Some(false), 0)),
+        b"PM" | b"pm" => Some((Some(true), 0)),
+        [sign @ (b'+' | b'-'), rest @ ..] => {
+            let (hours, n, rest) = digits(rest)?;
+            let minutes = match rest {
+                [] if n == 2 => 60 * hours,
+                [] if n == 4 => 60 * (hours / 100) + hours % 100,
+                [b':', rest @ ..] if n == 2 => {
+                    60 * hours + digits(rest).filter(|d| d.2.is_empty())?.0
+                }
+                _ => return None,
+            };
+            Some((None, if *sign == b'-' { -minutes } else { minutes }))
+        }
+        _ => None,
+    }
+}
+
+/// Days from 1970-01-01 in the Gregorian calendar: 365 a year and the leap days before it, months counted from March.
+fn days(year: i64, month: i64, day: i64) -> i64 {
+    let (y, m) = if month > 2 {
+        (year, month - 3)
+    } else {
+        (year - 1, month + 9)
+    };
+    let leaps = y.div_euclid(4) - y.div_euclid(100) + y.div_euclid(400);
+    365 * y + leaps + (153 * m + 2) / 5 + day - 1 - 719_468
+}
+
+/// Why a cell is no stamp of its column.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Trouble {
+    /// It cannot be read.
+    NotAStamp,
+    /// Day and month may be either way round.
+    DayOrMonth,
+}
+
+/// Reads the stamps of one column, in the order of the rows.
+#[derive(Debug)]
+pub struct Reader {
+    form: Form,
+    /// Seconds of one unit, for numbers.
+    unit_s: f64,
+    decimal: u8,
+    day_first: Option<bool>,
+    first: Option<First>,
+    /// Days and seconds carried over midnight by a clock without date.
+    wrapped: i64,
+    last: i64,
+    /// One unit of the last digit, by plain numbers and by numbers with exponents, in their unit.
+    finest: f64,
+    coarsest: f64,
+    plain: bool,
+    /// The first stamp as written.
+    pub start: String,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum First {
+    /// A plain number: digits without the point, and digits after it.
+    Exact(i64, i32),
+    Float(f64),
+    /// The date, and nanoseconds of the day.
+    Clock(Option<Date>, i64),
+}
+
+impl Reader {
+    /// A reader of stamps of `form`; numbers count `unit_s` seconds.
+    pub fn new(form: Form, unit_s: f64, decimal: u8, day_first: Option<bool>) -> Reader {
+        Reader {
+            form,
+            unit_s,
+            decimal,
+            day_first,
+            first: None,
+            wrapped: 0,
+            last: 0,
+            finest: f64::INFINITY,
+            coarsest: 0.0,
+            plain: false,
+            start: String::new(),
+        }
+    }
+
+    /// One unit of the last digit written, s.
+    pub fn resolution_s(&self) -> f64 {
+        // Plain numbers may drop zeros at their end, so the finest digit counts; exponents carry a fixed number of digits.
+        let last = if self.plain {
+            self.finest
+        } else {
+            self.coarsest
+        };
+        if last.is_finite() {
+            last * self.unit_s
+        } else {
+            0.0
+        }
+    }
+
+    /// Seconds since the first stamp; `None` for a blank.
+    ///
+    /// # Errors
+    /// The cell is no stamp of this column.
+    pub fn seconds(&mut self, cell: &[u8]) -> Result<Option<f64>, Trouble> {
+        let cell = cells::bare(cell);
+        if cell.is_empty() {
+            return Ok(None);
+        }
+        if self.first.is_none() {
+            self.start = String::from_utf8_lossy(cell).into_owned();
+        }
+        match self.form {
+            Form::Decimal => self.number(cell),
+            Form::DateTime | Form::Date | Form::Clock => self.clock(cell).map(Some),
+        }
+    }
+
+    fn number(&mut self, cell: &[u8]) -> Result<Option<f64>, Trouble> {
+        let Some((digits, after)) = exact(cell, self.decimal) else {
+            return self.float(cell);
+        };
+        self.plain = true;
+        self.finest = self.finest.min(power_of_ten(-after));
+        let since = match *self.first.get_or_insert(First::Exact(digits, after)) {
+            First::Exact(first, first_after) => difference(digits, after, first, first_after),
+            First::Float(first) => digits as f64 / power_of_ten(after) - first,
+            First::Clock(..) => return Err(Trouble::NotAStamp),
+        };
+        Ok(Some(since * self.unit_s))
+    }
+
+    fn float(&mut self, cell: &[u8]) -> Result<Option<f64>, Trouble> {
+        let value = match cells::read(cell, self.decimal) {
+            cells::Cell::Number(value) | cells::Cell::Grouped { value, .. } => value,
+            cells::Cell::Missing => return Ok(None),
+            _ => return Err(Trouble::NotAStamp),
+        };
+        let last = last_digit(cell, self.decimal);
+        self.finest = self.finest.min(last);
+        if value != 0.0 {
+            self.coarsest = self.coarsest.max(last);
+        }
+        let since = match *self.first.get_or_insert(First::Float(value)) {
+            First::Float(first) => value - first,
+            First::Exact(first, after) => value - first as f64 / power_of_ten(after),
+            First::Clock(..) => return Err(Trouble::NotAStamp),
+        };
+        Ok(Some(since * self.unit_s))
+    }
+
+    fn clock(&mut self, cell: &[u8]) -> Result<f64, Trouble> {
+        let written = written(cell).ok_or(Trouble::NotAStamp)?;
+        let nano = written.clock.unwrap_or(0);
+        self.plain = true;
+        let digit = match written.clock {
+            Some(_) => power_of_ten(-(written.digits as i32)),
+            None => DAY_S as f64,
+        };
+        self.finest = self.finest.min(digit / self.unit_s);
+        let first = *self.first.get_or_insert(First::Clock(written.date, nano));
+        let First::Clock(first_date, first_nano) = first else {
+            return Err(Trouble::NotAStamp);
+        };
+        let passed = match (first_date, written.date) {
+            (Some(first), Some(now)) => self.days_between(first, now)?,
+            (None, None) => {
+                // A fall by more than half a day is midnight.
+                if nano + self.wrapped < self.last - SECOND * DAY_S / 2 {
+                    self.wrapped += SECOND * DAY_S;
+                }
+                self.last = nano + self.wrapped;
+                self.wrapped / (SECOND * DAY_S)
+            }
+            _ => return Err(Trouble::NotAStamp),
+        };
+        Ok((passed * DAY_S) as f64 + (nano - first_nano) as f64 / SECOND as f64)
+    }
+
+    /// Days from one date to another; the data decide which number is the day.
+    fn days_between(&mut self, first: Date, now: Date) -> Result<i64, Trouble> {
+        if first == now {
+            return Ok(0);
+        }
+        let settled = |date: Date, day_first: bool| match date {
+            Date::Plain(y, m, d) => days(y, m, d),
+            Date::Either(a, b, y) if day_first => days(y, b, a),
+            Date::Either(a, b, y) => days(y, a, b),
+        };
+        let between = |day_first| settled(now, day_first) - settled(first, day_first);
+        let day_first = match (self.day_first, first, now) {
+            (Some(day_first), ..) => day_first,
+            // A later date that only fits one way settles the first one.
+            (None, Date::Either(a, b, _), Date::Plain(_, m, d))
+                if (a == d || b == m) != (a == m || b == d) =>
+            {
+                a == d || b == m
+            }
+            (None, ..) => match (between(true), between(false)) {
+                (1, other) if other != 1 => true,
+                (other, 1) if other != 1 => false,
+                (one, other) if one == other => true,
+                // The next day goes forward; a log that runs on cannot jump back.
+                (forward, back) if forward > 0 && back < 0 => true,
+                (back, forward) if forward > 0 && back < 0 => false,
+                _ => return Err(Trouble::DayOrMonth),
+            },
+        };
+        self.day_first = Some(day_first);
+        Ok(between(day_first))
+    }
+}
+
+/// `10ⁿ`.
+fn power_of_ten(n: i32) -> f64 {
+    10_f64.powi(n)
+}
+
+/// A plain number without exponent as its digits and how many stand after the mark; at most 18 digits.
+fn exact(cell: &[u8], decimal: u8) -> Option<(i64, i32)> {
+    let (negative, body) = match cell {
+        [b'-', body @ ..] => (true, body),
+        [b'+', body @ ..] => (false, body),
+        body => (false, body),
+    };
+    if body.is_empty() || body.len() > 19 {
+        return None;
+    }
+    let (mut value, mut after, mut marked, mut any) = (0_i64, 0, false, false);
+    for &byte in body {
+        if byte.is_ascii_digit() {
+            value = value.checked_mul(10)?.checked_add(i64::from(byte - b'0'))?;
+            after += i32::from(marked);
+            any = true;
+        } else if byte == decimal && !marked {
+            marked = true;
+        } else {
+            return None;
+        }
+    }
+    any.then_some((if negative { -value } else { value }, after))
+}
+
+/// The difference of two plain numbers, rounded once.
+fn difference(a: i64, a_after: i32, b: i64, b_after: i32) -> f64 {
+    let after = a_after.max(b_after);
+    let scaled =
+        |v: i64, digits: i32| i128::from(v) * 10_i128.pow((after - digits).clamp(0, 18) as u32);
+    (scaled(a, a_after) - scaled(b, b_after)) as f64 / power_of_ten(after)
+}
+
+/// One unit of the last digit of a number with an exponent.
+fn last_digit(cell: &[u8], decimal: u8) -> f64 {
+    let is_e = |b: &u8| matches!(*b, b'e' | b'E' | b'd' | b'D');
+    let (mantissa, exponent) = match cell.iter().position(is_e) {
+        Some(at) => (&cell[..at], &cell[at + 1..]),
+        None => (cell, &b""[..]),
+    };
+    let mark = mantissa.iter().position(|b| *b == decimal);
+    let after = mark.map_or(0, |at| mantissa.len() - at - 1);
+    let exponent = std::str::from_utf8(exponent)
+        .ok()
+        .and_then(|e| e.parse().ok());
+    power_of_ten(exponent.unwrap_or(0) - after as i32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn seconds(form: Form, unit_s: f64, cells: &[&str]) -> Vec<f64> {
+        let mut reader = Reader::new(form, unit_s, b'.', None);
+        let read = |c: &&str| reader.seconds(c.as_bytes()).unwrap().unwrap();
+        cells.iter().map(read).collect()
+    }
+
+    /// Stamps are differences, exact to the last digit.
+    #[test]
+    fn exact_stamps_since_the_first() {
+        let dates = [
+            "2022-11-04 08:36:24.897",
+            "2022-11-04T08:36:24.907Z",
+            "2022-11-05 08:36:24,897",
+        ];
+        assert_eq!(seconds(Form::DateTime, 1.0, &dates), [0.0, 0.01, 86_400.0]);
+        let clock = ["23:59:59.5", "00:00:00.25", "00:00:01.25"];
+        assert_eq!(seconds(Form::Clock, 1.0, &clock), [0.0, 0.75, 1.75]);
+        let days = ["1.03.2024 23:00:00", "02.03.2024 01:00:00"];
+        assert_eq!(seconds(Form::DateTime, 1.0, &days), [0.0, 7200.0]);
+        let either = ["1/2/2023 11:59:59 PM", "1/3/2023 12:00:00 AM"];
+        assert_eq!(seconds(Form::DateTime, 1.0, &either), [0.0, 1.0]);
+        let epoch = ["1657065123456789001", "1657065123456789003"];
+        assert_eq!(seconds(Form::Decimal, 1e-9, &epoch), [0.0, 2e-9]);
+        assert_eq!(
+            seconds(Form::Decimal, 1e-3, &["0", "0.5", "2E0"]),
+            [0.0, 5e-4, 2e-3]
+        );
+        assert_eq!(days_of("29-Feb-2024 00:00:00", "01-Mar-2024 00:00:00"), 1.0);
+        assert_eq!(days_of("2023-12-31", "2024-12-31"), 366.0);
+    }
+
+    fn days_of(a: &str, b: &str) -> f64 {
+        seconds(Form::DateTime, 1.0, &[a, b])[1] / 86_400.0
+    }
+
+    /// The last digit written is the resolution: the finest of plain numbers, the coarsest of those with exponents.
+    #[test]
+    fn exact_resolution_from_the_digits() {
+        let resolution = |form, cells: &[&str]| {
+            let mut reader = Reader::new(form, 1.0, b'.', None);
+            cells
+                .iter()
+                .for_each(|c| assert!(reader.seconds(c.as_bytes()).is_ok()));
+            reader.resolution_s()
+        };
+        assert_eq!(
+            resolution(Form::Decimal, &["0.0", "0.002352083", "0.5"]),
+            1e-9
+        );
+        assert_eq!(
+            resolution(Form::Decimal, &["0.00000E+0", "2.00000E-4", "1.39998E+1"]),
+            1e-4
+        );
+        assert_eq!(
+            resolution(Form::DateTime, &["2022-11-04 08:36:24.897"]),
+            1e-3
+        );
+    }
+
+    /// What cannot be told apart is not guessed.
+    #[test]
+    fn refuses_day_or_month_that_the_data_leave_open() {
+        let mut reader = Reader::new(Form::DateTime, 1.0, b'.', None);
+        assert_eq!(reader.seconds(b"03/04/2023 10:00"), Ok(Some(0.0)));
+        assert_eq!(
+            reader.seconds(b"05/07/2023 10:00"),
+            Err(Trouble::DayOrMonth)
+        );
+        for text in [
+            "1.234.567",
+            "2022-13-01",
+            "1:2",
+            "12:60:00",
+            "abc",
+            "2022-11-04x",
+            "13/13/2023",
+        ] {
+            assert_eq!(form(text.as_bytes()), None, "{text}");
+        }
+    }
+}

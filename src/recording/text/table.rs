@@ -1,0 +1,279 @@
+//! Tables over frequency: real and imaginary parts, magnitude and phase, or complex cells, to frequency responses.
+
+use std::f64::consts::PI;
+
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::numeric::Complex;
+use crate::recording::column::Column;
+use crate::recording::names;
+use crate::recording::raw::RawChannel;
+use crate::recording::responses::{FrequencyResponse, FrequencyResponses, Terminal};
+
+/// What a column of a table is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Part {
+    Real,
+    Imaginary,
+    Magnitude,
+    Phase,
+    Coherence,
+}
+
+/// Words for parts, as they stand in names.
+const PARTS: &[(&str, Part)] = &[
+    ("imaginary", Part::Imaginary),
+    ("imag", Part::Imaginary),
+    ("im", Part::Imaginary),
+    ("real", Part::Real),
+    ("re", Part::Real),
+    ("magnitude", Part::Magnitude),
+    ("mag", Part::Magnitude),
+    ("amplitude", Part::Magnitude),
+    ("ampl", Part::Magnitude),
+    ("amp", Part::Magnitude),
+    ("abs", Part::Magnitude),
+    ("betrag", Part::Magnitude),
+    ("幅值", Part::Magnitude),
+    ("phase", Part::Phase),
+    ("phi", Part::Phase),
+    ("angle", Part::Phase),
+    ("arg", Part::Phase),
+    ("相位", Part::Phase),
+    ("coherence", Part::Coherence),
+    ("coh", Part::Coherence),
+    ("kohärenz", Part::Coherence),
+    ("相干", Part::Coherence),
+];
+
+/// The part a name tells and the name without it: `H1_re` → `H1`, `Re(H1)` → `H1`.
+fn part(name: &str) -> Option<(String, Part)> {
+    let separators = |c: char| !c.is_alphanumeric();
+    let mut words: Vec<&str> = name.split(separators).filter(|w| !w.is_empty()).collect();
+    let of = |word: &str| {
+        let word = word.to_lowercase();
+        PARTS
+            .iter()
+            .find(|(known, _)| *known == word)
+            .map(|(_, part)| *part)
+    };
+    let at = words.iter().rposition(|word| of(word).is_some())?;
+    let part = of(words.remove(at))?;
+    // `Phase_deg`, `phase rad`: the unit is not the name.
+    words.retain(|w| !(part == Part::Phase && ["deg", "rad"].contains(&w.to_lowercase().as_str())));
+    words.retain(|w| !(part == Part::Magnitude && w.eq_ignore_ascii_case("db")));
+    Some((words.join("_"), part))
+}
+
+/// Whether a name is that of a part of a frequency response.
+pub fn is_part(name: &str) -> bool {
+    part(name).is_some()
+}
+
+/// One column of the table.
+struct Entry {
+    base: String,
+    part: Part,
+    unit: String,
+    values: Vec<f64>,
+    name: String,
+}
+
+fn values(column: &Column) -> Result<Vec<f64>, Error> {
+    let mut values = vec![0.0; column.len()];
+    column.read(0, &mut values)?;
+    Ok(values)
+}
+
+/// Frequency responses of a table whose first column holds the frequencies.
+///
+/// # Errors
+/// Columns that are no pairs, a frequency that does not rise, a cell without a number.
+pub fn responses(path: &str, channels: &[RawChannel]) -> Result<FrequencyResponses, Error> {
+    let Some((first, rest)) = channels.split_first() else {
+        return Err(Error::new(
+            Code::EmptyLog,
+            format!("{path} holds no columns"),
+        ));
+    };
+    let scale = match first.unit.trim().to_lowercase().as_str() {
+        "khz" => 1e3,
+        "rad/s" => 0.5 / PI,
+        _ => 1.0,
+    };
+    let frequency_hz: Vec<f64> = values(&first.samples)?.iter().map(|f| f * scale).collect();
+    if let Some(at) = frequency_hz
+        .windows(2)
+        .position(|w| w[1].partial_cmp(&w[0]) != Some(std::cmp::Ordering::Greater))
+    {
+        let (here, next) = (frequency_hz[at], frequency_hz[at + 1]);
+        return Err(Error::new(
+            Code::BrokenFile,
+            format!("frequency {next} Hz of {path} follows {here} Hz: the lines of a table rise"),
+        )
+        .hint("sort the table, or say which column is the time: --time COLUMN"));
+    }
+    let mut entries = Vec::new();
+    for channel in rest {
+        let Some((base, part)) = part(&channel.name) else {
+            return Err(no_pairs(path, &channel.name));
+        };
+        let values = values(&channel.samples)?;
+        if let Some(line) = values.iter().position(|x| !x.is_finite()) {
+            let hz = frequency_hz.get(line).copied().unwrap_or(f64::NAN);
+            return Err(Error::new(
+                Code::NotANumber,
+                format!("`{}` holds no number at {hz} Hz", channel.name),
+            )
+            .hint("leave that line out of the file, or mend it"));
+        }
+        entries.push(Entry {
+            base,
+            part,
+            unit: channel.unit.clone(),
+            values,
+            name: channel.name.clone(),
+        });
+    }
+    let functions = pair(path, entries)?;
+    if functions.is_empty() {
+        return Err(no_pairs(path, &first.name));
+    }
+    Ok(FrequencyResponses {
+        frequency_hz,
+        functions,
+        averages: None,
+        window_decay: 0.0,
+    })
+}
+
+fn no_pairs(path: &str, name: &str) -> Error {
+    Error::new(
+        Code::UnknownFormat,
+        format!("{path} is a table over frequency, and `{name}` has no partner: real goes with imaginary, magnitude with phase"),
+    )
+    .hint("name the columns such as `H1_re`, `H1_im`, or say which column is the time: --time COLUMN")
+}
+
+/// Joins parts to functions: each real or magnitude column with the first partner left of the same base.
+fn pair(path: &str, mut entries: Vec<Entry>) -> Result<Vec<FrequencyResponse>, Error> {
+    let mut functions: Vec<(String, FrequencyResponse)> = Vec::new();
+    while !entries.is_empty() {
+        let entry = entries.remove(0);
+        if entry.part == Part::Coherence {
+            let same = |(base, f): &&mut (String, FrequencyResponse)| {
+                *base == entry.base && f.coherence.is_none()
+            };
+            match functions.iter_mut().find(same) {
+                Some((_, function)) => function.coherence = Some(entry.values),
+                None => match functions.last_mut() {
+                    Some((_, function))
+                        if entry.base.is_empty() && function.coherence.is_none() =>
+                    {
+                        function.coherence = Some(entry.values);
+                    }
+                    _ => return Err(no_pairs(path, &entry.name)),
+                },
+            }
+            continue;
+        }
+        let partner = match entry.part {
+            Part::Real => Part::Imaginary,
+            Part::Imaginary => Part::Real,
+            Part::Magnitude => Part::Phase,
+            _ => Part::Magnitude,
+        };
+        let same = |other: &Entry| other.part == partner && other.base == entry.base;
+        let Some(at) = entries.iter().position(same) else {
+            return Err(no_pairs(path, &entry.name));
+        };
+        let other = entries.remove(at);
+        let swapped = matches!(entry.part, Part::Imaginary | Part::Phase);
+        let (one, two) = if swapped {
+            (&other, &entry)
+        } else {
+            (&entry, &other)
+        };
+        let value = match one.part {
+            Part::Real => one
+                .values
+                .iter()
+                .zip(&two.values)
+                .map(|(re, im)| Complex::new(*re, *im))
+                .collect(),
+            _ => polar(one, two),
+        };
+        let name = if one.base.is_empty() {
+            match functions.len() {
+                0 => "H".to_string(),
+                n => format!("H {}", n + 1),
+            }
+        } else {
+            names::split(&one.base).0
+        };
+        let unit = if one.unit.eq_ignore_ascii_case("db") {
+            String::new()
+        } else {
+            one.unit.clone()
+        };
+        functions.push((
+            one.base.clone(),
+            FrequencyResponse {
+                input: None,
+                output: Terminal { name, unit },
+                value,
+                variance: None,
+                coherence: None,
+            },
+        ));
+    }
+    Ok(functions
+        .into_iter()
+        .map(|(_, function)| function)
+        .collect())
+}
+
+/// `|H| e^{iφ}`; magnitudes in dB are 20 lg, phases are degrees where they say so or leave ±π.
+fn polar(magnitude: &Entry, phase: &Entry) -> Vec<Complex> {
+    let said = |word: &str| {
+        phase.unit.to_lowercase().contains(word) || phase.name.to_lowercase().contains(word)
+    };
+    let largest = phase.values.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    // Rounded printing may leave ±π by a digit.
+    let degrees = said("deg") || phase.unit == "°" || (!said("rad") && largest > 1.01 * PI);
+    let decibel =
+        magnitude.unit.eq_ignore_ascii_case("db") || magnitude.name.to_lowercase().ends_with("db");
+    magnitude
+        .values
+        .iter()
+        .zip(&phase.values)
+        .map(|(&m, &p)| {
+            let m = if decibel { 10_f64.powf(m / 20.0) } else { m };
+            let p = if degrees { p.to_radians() } else { p };
+            Complex::new(m * p.cos(), m * p.sin())
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Parts as exports name them.
+    #[test]
+    fn exact_parts_of_names() {
+        let cases = [
+            ("H1_re", "H1", Part::Real),
+            ("Re(H1)", "H1", Part::Real),
+            ("H1 imag", "H1", Part::Imaginary),
+            ("Phase", "", Part::Phase),
+            ("H2_phase_deg", "H2", Part::Phase),
+            ("|H| mag", "H", Part::Magnitude),
+            ("coherence_3", "3", Part::Coherence),
+        ];
+        for (name, base, is) in cases {
+            assert_eq!(part(name), Some((base.to_string(), is)), "{name}");
+        }
+        assert_eq!(part("pressure"), None);
+    }
+}

@@ -1,0 +1,365 @@
+//! The clock of a log: its rate by regression over the stamps, `t_i = a_s + i/rate` with one rate and an offset for every stretch
+//! between gaps; jitter, gaps, rounding of the stamps. Where they jitter, the mean over the stretches, which keeps their length
+//! when the samples are put on an even grid. Never the median step: rounding and jitter bias it.
+
+use std::ops::Range;
+
+use super::column::Column;
+use super::raw::{Clock, Lines, Stamps};
+use crate::base::code::Code;
+use crate::base::error::Error;
+
+/// Samples read at a time.
+const BLOCK: usize = 1 << 16;
+
+/// A step longer than this many usual steps misses samples.
+const GAP: f64 = 1.5;
+
+/// Stamps that deviate by less than this many steps are uniform: at the highest frequency it is an error of −50 dB.
+const UNIFORM: f64 = 1e-3;
+
+/// What the stamps of a log say.
+#[derive(Debug, Clone)]
+pub struct TimeBase {
+    /// Samples a second, Hz.
+    pub rate_hz: f64,
+    /// Standard deviation of it by the residuals of the regression, relative.
+    pub rate_std: f64,
+    /// Stretches without a gap, in rows.
+    pub stretches: Vec<Range<usize>>,
+    /// Time of the first row of each stretch, s: on the regression line, its own stamp where the stamps jitter.
+    pub starts: Vec<f64>,
+    /// The rate of single parts of the record, the lowest and the highest, Hz: how the clock drifts.
+    pub drift_hz: (f64, f64),
+    /// Gaps between the stretches.
+    pub gaps: Vec<Gap>,
+    /// How evenly the stamps are spaced.
+    pub spacing: Spacing,
+}
+
+/// Missing samples.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Gap {
+    /// The first row after it.
+    pub row: usize,
+    /// Its line, in a text.
+    pub line: Option<usize>,
+    /// Samples missing, to the nearest whole.
+    pub missing: usize,
+    /// From the last stamp before to the first after, s.
+    pub seconds: f64,
+}
+
+/// How evenly stamps are spaced.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Spacing {
+    /// To a thousandth of a step.
+    Uniform,
+    /// As evenly as their last digit allows to say.
+    Rounded {
+        /// One unit of the last digit, s.
+        resolution_s: f64,
+    },
+    /// Not evenly: the samples must be resampled.
+    Jittered {
+        /// Root mean square deviation from the regression line, s.
+        rms_s: f64,
+        /// Largest deviation, s.
+        most_s: f64,
+        /// The shortest and the longest step inside the stretches, s.
+        steps_s: (f64, f64),
+    },
+}
+
+/// Sums of a regression that never lose digits to the size of the times: about the first row of each stretch.
+#[derive(Default)]
+struct Sums {
+    n: f64,
+    x: f64,
+    y: f64,
+    xx: f64,
+    xy: f64,
+    /// The latest `y`.
+    last: f64,
+}
+
+impl Sums {
+    fn add(&mut self, x: f64, y: f64) {
+        self.n += 1.0;
+        self.x += x;
+        self.y += y;
+        self.xx += x * x;
+        self.xy += x * y;
+        self.last = y;
+    }
+
+    /// Σ(x − x̄)² and Σ(x − x̄)(y − ȳ).
+    fn centred(&self) -> (f64, f64) {
+        (
+            self.xx - self.x * self.x / self.n,
+            self.xy - self.x * self.y / self.n,
+        )
+    }
+}
+
+/// Calls `see(row, stamp)` for every row.
+fn each(
+    seconds: &Column,
+    mut see: impl FnMut(usize, f64) -> Result<(), Error>,
+) -> Result<(), Error> {
+    let mut block = vec![0.0; BLOCK.min(seconds.len())];
+    let mut at = 0;
+    while at < seconds.len() {
+        let count = BLOCK.min(seconds.len() - at);
+        seconds.read(at, &mut block[..count])?;
+        for (j, &t) in block[..count].iter().enumerate() {
+            see(at + j, t)?;
+        }
+        at += count;
+    }
+    Ok(())
+}
+
+/// Examines the stamps of a log.
+///
+/// # Errors
+/// Stamps that are no number, run backward, or repeat although they are written finely enough not to.
+pub fn examine(clock: &Clock, stamps: &Stamps) -> Result<TimeBase, Error> {
+    let n = stamps.seconds.len();
+    if n < 2 {
+        let message = format!("{n} rows have no sample rate");
+        return Err(Error::new(Code::TooShort, message).hint("state it: --rate"));
+    }
+    let usual = usual_step(stamps)?;
+    let rounded = stamps.resolution_s >= 0.5 * usual;
+    // First pass: order, gaps, and the sums of every stretch.
+    let (mut stretches, mut gaps): (Vec<Range<usize>>, Vec<Gap>) = (Vec::new(), Vec::new());
+    let mut all: Vec<Sums> = Vec::new();
+    let mut firsts = Vec::new();
+    let (mut last, mut shortest, mut longest) = (f64::NAN, f64::INFINITY, 0.0f64);
+    each(&stamps.seconds, |row, t| {
+        if !t.is_finite() {
+            return Err(bad_stamp(&clock.lines, row, "has no time stamp"));
+        }
+        let step = t - last;
+        if step < 0.0 || (step == 0.0 && !rounded) {
+            let what = match step == 0.0 {
+                true => format!("repeats the time stamp of the row before, {t} s after the first"),
+                false => format!("goes back in time by {:.6} s", -step),
+            };
+            return Err(bad_stamp(&clock.lines, row, &what));
+        }
+        if row == 0 || step > GAP * usual + stamps.resolution_s {
+            if let Some(before) = stretches.last_mut() {
+                before.end = row;
+                gaps.push(Gap {
+                    row,
+                    line: clock.lines.of(row),
+                    missing: ((step / usual).round() as usize).saturating_sub(1).max(1),
+                    seconds: step,
+                });
+            }
+            stretches.push(row..n);
+            all.push(Sums::default());
+            firsts.push(t);
+        } else {
+            (shortest, longest) = (shortest.min(step), longest.max(step));
+        }
+        if let (Some(sums), Some(&first), Some(stretch)) =
+            (all.last_mut(), firsts.last(), stretches.last())
+        {
+            sums.add((row - stretch.start) as f64, t - first);
+        }
+        last = t;
+        Ok(())
+    })?;
+    let (xx, xy) = all
+        .iter()
+        .map(Sums::centred)
+        .fold((0.0, 0.0), |(a, b), (x, y)| (a + x, b + y));
+    let dt = if xx > 0.0 && xy > 0.0 { xy / xx } else { usual };
+    let starts: Vec<f64> = all
+        .iter()
+        .zip(&firsts)
+        .map(|(s, first)| first + (s.y - dt * s.x) / s.n)
+        .collect();
+    // Second pass: deviations from the line.
+    let (mut square, mut most, mut at) = (0.0, 0.0f64, 0);
+    each(&stamps.seconds, |row, t| {
+        while row >= stretches[at].end {
+            at += 1;
+        }
+        let off = t - starts[at] - dt * (row - stretches[at].start) as f64;
+        square += off * off;
+        most = most.max(off.abs());
+        Ok(())
+    })?;
+    let freedoms = (n as f64 - 1.0 - stretches.len() as f64).max(1.0);
+    let mut rate_hz = 1.0 / dt;
+    let spacing = if most <= UNIFORM * dt {
+        Spacing::Uniform
+    } else if most <= stamps.resolution_s {
+        Spacing::Rounded {
+            resolution_s: stamps.resolution_s,
+        }
+    } else {
+        Spacing::Jittered {
+            rms_s: (square / n as f64).sqrt(),
+            most_s: most,
+            steps_s: (shortest, longest),
+        }
+    };
+    let mut starts = starts;
+    if matches!(spacing, Spacing::Jittered { .. }) {
+        let (steps, length) = all
+            .iter()
+            .fold((0.0, 0.0), |(n, t), s| (n + s.n - 1.0, t + s.last));
+        rate_hz = if length > 0.0 {
+            steps / length
+        } else {
+            rate_hz
+        };
+        starts = firsts;
+    }
+    Ok(TimeBase {
+        rate_hz,
+        drift_hz: drift(stamps, &stretches, rate_hz)?,
+        rate_std: if xx > 0.0 {
+            (square / freedoms / xx).sqrt() / dt
+        } else {
+            0.0
+        },
+        stretches,
+        starts,
+        gaps,
+        spacing,
+    })
+}
+
+/// The lowest and the highest rate over the tenths of the longest stretch, Hz.
+fn drift(stamps: &Stamps, stretches: &[Range<usize>], rate_hz: f64) -> Result<(f64, f64), Error> {
+    const PARTS: usize = 10;
+    let longest = stretches.iter().max_by_key(|s| s.len()).cloned();
+    let Some(rows) = longest.filter(|s| s.len() > 2 * PARTS) else {
+        return Ok((rate_hz, rate_hz));
+    };
+    let length = (rows.len() - 1) / PARTS;
+    let (mut low, mut high) = (f64::INFINITY, 0.0f64);
+    for part in 0..PARTS {
+        let first = rows.start + part * length;
+        let mut ends = [0.0, 0.0];
+        stamps.seconds.read(first, &mut ends[..1])?;
+        stamps.seconds.read(first + length, &mut ends[1..])?;
+        let rate = length as f64 / (ends[1] - ends[0]);
+        if rate.is_finite() {
+            (low, high) = (low.min(rate), high.max(rate));
+        }
+    }
+    Ok((low.min(rate_hz), high.max(rate_hz)))
+}
+
+/// The step most rows make, s: only to tell gaps from steps, never to tell the rate.
+fn usual_step(stamps: &Stamps) -> Result<f64, Error> {
+    let n = stamps.seconds.len();
+    let mut ends = [0.0, 0.0];
+    stamps.seconds.read(0, &mut ends[..1])?;
+    stamps.seconds.read(n - 1, &mut ends[1..])?;
+    let mean = (ends[1] - ends[0]) / (n - 1) as f64;
+    let mut some = vec![0.0; n.min(BLOCK)];
+    stamps.seconds.read(0, &mut some)?;
+    let mut steps: Vec<f64> = some
+        .windows(2)
+        .map(|w| w[1] - w[0])
+        .filter(|s| s.is_finite())
+        .collect();
+    if steps.is_empty() {
+        return Ok(mean);
+    }
+    let middle = steps.len() / 2;
+    let median = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+    // Stamps coarser than the step repeat: their median tells nothing.
+    Ok(if median > stamps.resolution_s {
+        median
+    } else {
+        mean.max(median)
+    })
+}
+
+fn bad_stamp(lines: &Lines, row: usize, what: &str) -> Error {
+    let which = match lines.of(row) {
+        Some(line) => format!("line {line}"),
+        None => format!("sample {}", row + 1),
+    };
+    Error::new(Code::BadTime, format!("{which} {what}"))
+        .hint("sort or cut the log there, or leave its stamps aside: --time none --rate HZ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn stamps(times: &[f64], resolution_s: f64) -> Stamps {
+        Stamps {
+            name: "t".into(),
+            unit: "s".into(),
+            seconds: Column::from_slice(times),
+            resolution_s,
+        }
+    }
+
+    #[test]
+    fn exact_rate_with_gaps() {
+        let mut t: Vec<f64> = (0..1000).map(|i| f64::from(i) * 1e-3).collect();
+        t[600..].iter_mut().for_each(|t| *t += 0.0503);
+        let found = examine(&Clock::default(), &stamps(&t, 1e-9)).unwrap();
+        assert!((found.rate_hz / 1000.0 - 1.0).abs() < 1e-12);
+        assert_eq!(found.stretches, vec![0..600, 600..1000]);
+        assert_eq!((found.gaps[0].missing, found.gaps[0].row), (50, 600));
+        assert_eq!(found.spacing, Spacing::Uniform);
+    }
+
+    #[test]
+    fn exact_rate_of_rounded_stamps() {
+        // 300 Hz in whole milliseconds: the median step would say 333.3 Hz; at 3 kHz stamps even repeat.
+        for rate in [300.0, 3000.0] {
+            let t: Vec<f64> = (0..3000)
+                .map(|i| (f64::from(i) / rate * 1e3).round() * 1e-3)
+                .collect();
+            let found = examine(&Clock::default(), &stamps(&t, 1e-3)).unwrap();
+            assert!(
+                (found.rate_hz / rate - 1.0).abs() < 1e-4,
+                "{}",
+                found.rate_hz
+            );
+            assert!(matches!(found.spacing, Spacing::Rounded { .. }));
+            assert_eq!(found.stretches.len(), 1);
+        }
+    }
+
+    #[test]
+    fn refuses_stamps_that_repeat_or_run_back() {
+        for wrong in [0.002, 0.0019] {
+            let mut t: Vec<f64> = (0..10).map(|i| f64::from(i) * 1e-3).collect();
+            t[3] = wrong;
+            let mut clock = Clock::default();
+            clock.lines.note(0, 5);
+            let error = examine(&clock, &stamps(&t, 1e-6)).unwrap_err();
+            assert_eq!(error.code, Code::BadTime);
+            assert!(error.message.starts_with("line 8"), "{}", error.message);
+        }
+    }
+
+    #[test]
+    fn law_jitter_is_measured() {
+        let mut random = fastrand::Rng::with_seed(3);
+        let t: Vec<f64> = (0..20_000)
+            .map(|i| f64::from(i) * 3e-3 + 3e-4 * (random.f64() - 0.5))
+            .collect();
+        let found = examine(&Clock::default(), &stamps(&t, 1e-6)).unwrap();
+        assert!((found.rate_hz * 3e-3 - 1.0).abs() < 5.0 * found.rate_std);
+        let Spacing::Jittered { rms_s, .. } = found.spacing else {
+            panic!("{:?}", found.spacing)
+        };
+        assert!((rms_s / (3e-4 / 12f64.sqrt()) - 1.0).abs() < 0.02);
+    }
+}

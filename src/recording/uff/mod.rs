@@ -1,0 +1,309 @@
+//! UFF 58 files, text and binary: universal file data sets of functions at nodal degrees of freedom.
+//!
+//! A data set stands between two lines `-1`; the line after the first is its number. Structural Dynamics Research
+//! Corporation, “Universal File Datasets Summary”, data sets 58 and 58b; 164 for units. Other data sets (geometry, mode
+//! shapes) are passed over, and this is said.
+
+/// What the numbers in the header stand for.
+pub(super) mod codes;
+
+/// The eleven lines above the numbers.
+mod header;
+
+/// Text lines and binary stretches from front to back.
+mod lines;
+
+/// The numbers.
+mod values;
+
+/// Names and units.
+mod names;
+
+/// Sets to channels, responses and spectra.
+mod assemble;
+
+use std::collections::BTreeMap;
+
+use header::Header;
+use lines::{Cursor, is_mark};
+use values::{Binary, Values};
+
+use super::raw::{Raw, Repair};
+use super::settings::Settings;
+use crate::base::code::Code;
+use crate::base::error::{Error, Errors, Warning};
+
+/// Lines of a header after the one with the number of the set.
+const HEADER_LINES: usize = 11;
+
+/// Units code of data set 164 for SI.
+const SI: i64 = 1;
+
+/// One data set 58.
+struct Set {
+    header: Header,
+    values: Values,
+    is_binary: bool,
+}
+
+/// Reads a UFF file whole.
+///
+/// Time responses become channels, those of equal abscissa in one group; frequency responses with their coherence and
+/// their nodes become responses; other functions of frequency become spectra.
+///
+/// # Errors
+/// `broken-file` with the line, `empty-log` where no data set 58 holds values, `unknown-format` where the first line is
+/// not the mark `-1` or the floats are not those of IEEE 754.
+pub fn read(path: &str, bytes: &[u8], settings: &Settings) -> Result<Raw, Errors> {
+    let mut raw = Raw {
+        path: path.to_string(),
+        ..Raw::default()
+    };
+    let mut reader = Reader::default();
+    reader.read(&mut Cursor::new(path, bytes), settings, &mut raw)?;
+    reader.say_skipped(&mut raw);
+    let is_si = reader.units_code.is_none_or(|code| code == SI);
+    let has_binary = reader.sets.iter().any(|set| set.is_binary);
+    let has_text = reader.sets.iter().any(|set| !set.is_binary);
+    let kind = match (has_text, has_binary) {
+        (true, true) => "text and binary",
+        (false, true) => "binary",
+        _ => "text",
+    };
+    raw.dialect = format!("UFF 58, {kind}, {} functions", reader.sets.len());
+    reader.sets.retain(|set| !set.values.re.is_empty());
+    if reader.sets.is_empty() {
+        let skipped: Vec<String> = reader.skipped.keys().map(i64::to_string).collect();
+        let held = match skipped.len() {
+            0 => "no data set at all".to_string(),
+            _ => format!("data sets {}", skipped.join(", ")),
+        };
+        return Err(Error::new(
+            Code::EmptyLog,
+            format!("the UFF file holds no data set 58 with values; it holds {held}"),
+        )
+        .into());
+    }
+    assemble::assemble(reader.sets, is_si, settings, &mut raw)?;
+    Ok(raw)
+}
+
+/// What was met so far.
+#[derive(Default)]
+struct Reader {
+    sets: Vec<Set>,
+    /// How often each other data set was passed over.
+    skipped: BTreeMap<i64, usize>,
+    /// Lines outside of any set.
+    stray: usize,
+    units_code: Option<i64>,
+}
+
+impl Reader {
+    fn read(
+        &mut self,
+        cursor: &mut Cursor<'_>,
+        settings: &Settings,
+        raw: &mut Raw,
+    ) -> Result<(), Error> {
+        cursor.skip_blank();
+        if !is_mark(cursor.peek()) {
+            return Err(Error::new(
+                Code::UnknownFormat,
+                "a UFF file begins with a line `-1`, and this one does not",
+            ));
+        }
+        while !cursor.rest.is_empty() {
+            let Some(line) = cursor.next_line() else {
+                break;
+            };
+            if !is_mark(line) {
+                self.stray += 1;
+                cursor.skip_blank();
+                continue;
+            }
+            // Marks may follow each other more often than they should.
+            cursor.skip_blank();
+            if cursor.rest.is_empty() || is_mark(cursor.peek()) {
+                continue;
+            }
+            self.set(cursor, settings, raw)?;
+            cursor.skip_blank();
+        }
+        Ok(())
+    }
+
+    /// A data set from the line with its number to its closing mark.
+    fn set(
+        &mut self,
+        cursor: &mut Cursor<'_>,
+        settings: &Settings,
+        raw: &mut Raw,
+    ) -> Result<(), Error> {
+        let first_line = cursor.line;
+        let title = String::from_utf8_lossy(cursor.next_line().unwrap_or_default()).into_owned();
+        let title = title.trim();
+        let digits = title.bytes().take_while(u8::is_ascii_digit).count();
+        let number: i64 = title[..digits].parse().map_err(|_| {
+            let shown: String = title.chars().take(24).collect();
+            cursor.error(
+                first_line,
+                title,
+                format!("`{shown}` stands where the number of a data set should"),
+            )
+        })?;
+        if number != 58 {
+            *self.skipped.entry(number).or_default() += 1;
+            if number == 164 {
+                let line = String::from_utf8_lossy(cursor.peek()).into_owned();
+                let code: String = line.chars().take(10).collect();
+                self.units_code = code.trim().parse().ok();
+            }
+            cursor.skip_to_mark();
+            cursor.next_line();
+            return Ok(());
+        }
+        let rest = &title[digits..];
+        let binary = rest.starts_with(['b', 'B']);
+        let binary = binary.then(|| binary_title(rest)).transpose();
+        let binary = binary.map_err(|(code, message)| Error {
+            code,
+            ..cursor.error(first_line, title, message)
+        })?;
+        let mut lines = Vec::with_capacity(HEADER_LINES);
+        while lines.len() < HEADER_LINES {
+            match cursor.next_line() {
+                Some(line) => lines.push(decoded(line, settings)),
+                None => break,
+            }
+        }
+        let header = header::parse(&lines).map_err(|(at, message)| {
+            let text = lines.get(at).map_or("", String::as_str);
+            cursor.error(first_line + 1 + at, text, message)
+        })?;
+        let values = match binary {
+            Some(binary) => values::binary(cursor, &header, binary)?,
+            None => values::text(cursor, &header)?,
+        };
+        self.close(cursor, &header, &values, first_line, raw)?;
+        self.sets.push(Set {
+            header,
+            values,
+            is_binary: binary.is_some(),
+        });
+        Ok(())
+    }
+
+    /// Takes the closing mark; says where the header states another count than there is.
+    fn close(
+        &self,
+        cursor: &mut Cursor<'_>,
+        header: &Header,
+        values: &Values,
+        first_line: usize,
+        raw: &mut Raw,
+    ) -> Result<(), Error> {
+        cursor.skip_blank();
+        let is_whole = values.re.len() == header.count;
+        if cursor.rest.is_empty() && !is_whole {
+            let message = format!(
+                "the data set 58 at line {first_line} states {} values and the file ends after {}",
+                header.count,
+                values.re.len()
+            );
+            return Err(cursor
+                .error_here(message)
+                .hint("the file was cut off: copy it again"));
+        }
+        // Rests of an older, longer file may be glued to the mark.
+        if !cursor.rest.is_empty() && !cursor.peek().starts_with(b"-1") {
+            return Err(cursor.error_here(format!(
+                "the mark -1 should stand here, after {} values",
+                header.count
+            )));
+        }
+        cursor.next_line();
+        if !is_whole {
+            raw.warnings.push(Warning {
+                code: "values-missing",
+                message: format!(
+                    "the data set 58 at line {first_line} states {} values and holds {}",
+                    header.count,
+                    values.re.len()
+                ),
+                hint: Some("look whether the file was shortened by hand".into()),
+            });
+        }
+        Ok(())
+    }
+
+    fn say_skipped(&self, raw: &mut Raw) {
+        if !self.skipped.is_empty() {
+            let each = self
+                .skipped
+                .iter()
+                .map(|(number, times)| format!("{number} ({times} ×)"));
+            raw.repairs.push(Repair {
+                kind: "sets-skipped",
+                message: format!(
+                    "data sets other than 58 passed over: {}",
+                    each.collect::<Vec<_>>().join(", ")
+                ),
+            });
+        }
+        if self.stray > 0 {
+            raw.repairs.push(Repair {
+                kind: "lines-skipped",
+                message: format!("{} lines outside of any data set passed over", self.stray),
+            });
+        }
+    }
+}
+
+/// Byte order, format of floats and bytes after `58`: `b     1     2          11      889600`.
+fn binary_title(rest: &str) -> Result<Binary, (Code, String)> {
+    let broken = |message: &str| Err((Code::BrokenFile, message.to_string()));
+    let mut fields = rest[1..].split_whitespace().map(str::parse::<usize>);
+    let mut field = || fields.next().and_then(Result::ok);
+    let (order, floats, _lines, bytes) = (field(), field(), field(), field());
+    match floats {
+        Some(2) => {}
+        Some(1) => return Err(foreign("DEC VMS")),
+        Some(3) => return Err(foreign("IBM 370")),
+        _ => {
+            return broken("the format of floats is none of 1, 2 and 3");
+        }
+    }
+    let is_big_endian = match order {
+        Some(1) => false,
+        Some(2) => true,
+        _ => {
+            return broken("the byte order is neither 1 (little) nor 2 (big)");
+        }
+    };
+    Ok(Binary {
+        is_big_endian,
+        bytes: bytes.unwrap_or(0),
+    })
+}
+
+fn foreign(machine: &str) -> (Code, String) {
+    let message = format!(
+        "the data set 58b holds floats of {machine}; those of IEEE 754 are read, and text is whatever the machine"
+    );
+    (Code::UnknownFormat, message)
+}
+
+/// A line of the header as text: UTF-8 where it is that, else Windows-1252, the superset of Latin-1.
+fn decoded(line: &[u8], settings: &Settings) -> String {
+    let stated = settings.dialect.encoding.as_deref();
+    let stated = stated.and_then(|label| encoding_rs::Encoding::for_label(label.as_bytes()));
+    match (stated, std::str::from_utf8(line)) {
+        (Some(encoding), _) => encoding.decode_without_bom_handling(line).0.into_owned(),
+        (None, Ok(text)) => text.to_string(),
+        (None, Err(_)) => encoding_rs::WINDOWS_1252
+            .decode_without_bom_handling(line)
+            .0
+            .into_owned(),
+    }
+}

@@ -1,0 +1,177 @@
+//! The numbers of a data set 58: text in columns, or bytes.
+
+use super::header::{Header, Ordinate};
+use super::lines::{Cursor, is_mark};
+use crate::base::error::Error;
+
+/// Numbers of a set: abscissa where it is uneven, ordinate, imaginary parts where it is complex.
+#[derive(Debug, Default)]
+pub(super) struct Values {
+    pub x: Vec<f64>,
+    pub re: Vec<f64>,
+    pub im: Vec<f64>,
+    /// Cells that hold an overflow word (`****`) or infinity.
+    pub overloads: usize,
+}
+
+/// What the first line of a binary set states.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Binary {
+    pub is_big_endian: bool,
+    /// Bytes of numbers.
+    pub bytes: usize,
+}
+
+impl Header {
+    /// Numbers of one value: abscissa, real, imaginary.
+    fn width(&self) -> usize {
+        usize::from(!self.is_even) + 1 + usize::from(self.ordinate_kind.is_complex)
+    }
+}
+
+/// The numbers in `flat`, dealt out by value.
+fn deal(flat: &[f64], header: &Header, overloads: usize) -> Values {
+    let mut values = Values {
+        overloads,
+        ..Values::default()
+    };
+    for value in flat.chunks_exact(header.width()) {
+        let mut value = value.iter().copied();
+        if !header.is_even {
+            values.x.extend(value.next());
+        }
+        values.re.extend(value.next());
+        values.im.extend(value);
+    }
+    values
+}
+
+/// Numbers written as text, up to the count of the header or the closing mark, whichever comes first.
+pub(super) fn text(cursor: &mut Cursor<'_>, header: &Header) -> Result<Values, Error> {
+    let wanted = header.count.saturating_mul(header.width());
+    // A number takes two bytes at least, so that a wrong count allocates no more than the file justifies.
+    let mut flat = Vec::with_capacity(wanted.min(cursor.rest.len() / 2));
+    let mut overloads = 0;
+    while flat.len() < wanted && !cursor.rest.is_empty() {
+        let mut line = cursor.peek();
+        if is_mark(line) {
+            break;
+        }
+        while flat.len() < wanted {
+            line = line.trim_ascii_start();
+            if line.is_empty() || is_mark(line) {
+                break;
+            }
+            let (number, used) = number(line).ok_or_else(|| {
+                let cell = line.split(|b| b.is_ascii_whitespace()).next();
+                let cell = String::from_utf8_lossy(cell.unwrap_or_default());
+                let shown: String = cell.chars().take(24).collect();
+                cursor.error_here(format!("`{shown}` is not a number"))
+            })?;
+            let is_overload = line[0] == b'*' || number.is_infinite();
+            overloads += usize::from(is_overload);
+            flat.push(if is_overload { f64::NAN } else { number });
+            line = &line[used..];
+        }
+        // Zeros that fill up the last row do no harm; a mark may be glued to it.
+        let filling = |b: &u8| matches!(b, b'0' | b'.' | b'E' | b'e' | b'+' | b' ');
+        if flat.len() == wanted && !line.is_empty() && !is_mark(line) && !line.iter().all(filling) {
+            return Err(cursor.error_here(format!(
+                "more numbers follow the {} values the header states",
+                header.count
+            )));
+        }
+        let glued = is_mark(line) && !line.is_empty();
+        if glued {
+            // The mark stays for the caller.
+            let at = cursor.peek().len() - line.len();
+            cursor.rest = &cursor.rest[at..];
+            break;
+        }
+        cursor.next_line();
+    }
+    Ok(deal(&flat, header, overloads))
+}
+
+/// The first number of a line and the bytes it takes; exponents may begin with `D`, or with their sign alone.
+fn number(line: &[u8]) -> Option<(f64, usize)> {
+    let end = line.iter().position(u8::is_ascii_whitespace);
+    let token = &line[..end.unwrap_or(line.len())];
+    if token[0] == b'*' || token.contains(&b'#') {
+        return Some((f64::NAN, token.len()));
+    }
+    let (mut value, mut used) = fast_float2::parse_partial::<f64, _>(token).ok()?;
+    let fortran = match &token[used..] {
+        [b'D' | b'd', exponent @ ..] => Some((exponent, 1)),
+        exponent @ [b'+' | b'-', a, b, c, ..]
+            if [a, b, c].iter().all(|d| d.is_ascii_digit()) && exponent.get(4) != Some(&b'.') =>
+        {
+            Some((&exponent[..4], 0))
+        }
+        _ => None,
+    };
+    if let Some((exponent, mark)) = fortran {
+        let sign = usize::from(matches!(exponent.first(), Some(b'+' | b'-')));
+        let digits = exponent[sign..].iter().take_while(|d| d.is_ascii_digit());
+        let length = sign + digits.count();
+        let mantissa = std::str::from_utf8(&token[..used]).ok()?;
+        let exponent = std::str::from_utf8(&exponent[..length]).ok()?;
+        value = format!("{mantissa}E{exponent}").parse().ok()?;
+        used += mark + length;
+    }
+    Some((value, used))
+}
+
+/// Numbers in bytes.
+pub(super) fn binary(
+    cursor: &mut Cursor<'_>,
+    header: &Header,
+    binary: Binary,
+) -> Result<Values, Error> {
+    let Ordinate { is_double, .. } = header.ordinate_kind;
+    let size = if is_double { 8 } else { 4 };
+    let ordinates = header.width() - usize::from(!header.is_even);
+    let per_value = |abscissa: usize| ordinates * size + abscissa;
+    let needs = |abscissa: usize| header.count.saturating_mul(per_value(abscissa));
+    // An uneven abscissa has the precision of the ordinate with most writers, and is single with some.
+    let abscissa = match (header.is_even, binary.bytes == needs(4)) {
+        (true, _) => 0,
+        (false, true) => 4,
+        (false, false) => size,
+    };
+    let wanted = needs(abscissa);
+    let Some((data, rest)) = cursor.rest.split_at_checked(wanted) else {
+        let message = format!(
+            "the binary data set 58 needs {wanted} bytes for its {} values where {} are left",
+            header.count,
+            cursor.rest.len()
+        );
+        return Err(cursor
+            .error_here(message)
+            .hint("the file was cut off or damaged: copy it again, not as text"));
+    };
+    cursor.rest = rest;
+    let width = header.width();
+    let mut flat = Vec::with_capacity(header.count * width);
+    for value in data.chunks_exact(per_value(abscissa).max(1)) {
+        let (x, y) = value.split_at(abscissa);
+        decode(x, abscissa == 8, binary.is_big_endian, &mut flat);
+        decode(y, is_double, binary.is_big_endian, &mut flat);
+    }
+    Ok(deal(&flat, header, 0))
+}
+
+/// Floats of one kind, appended to `to`.
+fn decode(bytes: &[u8], is_double: bool, is_big_endian: bool, to: &mut Vec<f64>) {
+    match (is_double, is_big_endian) {
+        (true, false) => to.extend(bytes.as_chunks().0.iter().map(|&b| f64::from_le_bytes(b))),
+        (true, true) => to.extend(bytes.as_chunks().0.iter().map(|&b| f64::from_be_bytes(b))),
+        (false, is_big) => to.extend(bytes.as_chunks().0.iter().map(|&b| {
+            f64::from(if is_big {
+                f32::from_be_bytes(b)
+            } else {
+                f32::from_le_bytes(b)
+            })
+        })),
+    }
+}

@@ -1,0 +1,116 @@
+//! JSON: one document, keys with their units, what is missing as null.
+
+use std::io::{self, Write};
+
+use serde_json::{Value, json};
+
+use super::{blocks, failed};
+use crate::base::error::Error;
+use crate::numeric::Complex;
+use crate::recording::responses::{FrequencyResponses, Terminal};
+use crate::recording::signals::Recording;
+
+/// Signals: `rate_hz`, `samples`, `duration_s`, and `channels[]` with `name`, `unit`, `value[]`.
+///
+/// `geardyn` is the block of that name every document begins with.
+///
+/// # Errors
+/// `output-failed`; those of reading a column.
+pub fn signals(recording: &Recording, geardyn: &Value, to: &mut impl Write) -> Result<(), Error> {
+    let (rate, duration) = (number(recording.rate_hz), number(recording.duration_s()));
+    let samples = recording.samples;
+    write!(
+        to,
+        "{{\"geardyn\":{geardyn},\"rate_hz\":{rate},\"samples\":{samples},\"duration_s\":{duration},\"channels\":["
+    )
+    .map_err(failed)?;
+    for (at, channel) in recording.channels.iter().enumerate() {
+        let (comma, name, unit) = (separator(at), json!(channel.name), json!(channel.unit));
+        write!(to, "{comma}{{\"name\":{name},\"unit\":{unit},\"value\":[").map_err(failed)?;
+        let mut written = 0;
+        blocks(channel, samples, |block| {
+            for &value in block {
+                write!(to, "{}{}", separator(written), number(value))?;
+                written += 1;
+            }
+            Ok(())
+        })?;
+        write!(to, "]}}").map_err(failed)?;
+    }
+    writeln!(to, "]}}").map_err(failed)
+}
+
+/// Frequency responses: `frequency_hz[]`, and `functions[]` with `input` (null where unknown), `output`, `value[]` of
+/// `re` and `im`, `variance[]` and `coherence[]` (null where not measured); `averages`, `window_decay_1_s`.
+///
+/// # Errors
+/// `output-failed`.
+pub fn responses<W: Write>(
+    responses: &FrequencyResponses,
+    geardyn: &Value,
+    to: &mut W,
+) -> Result<(), Error> {
+    let document = |to: &mut W| -> io::Result<()> {
+        write!(
+            to,
+            "{{\"geardyn\":{geardyn},\"averages\":{},\"window_decay_1_s\":{},\"frequency_hz\":",
+            responses.averages.map_or(Value::Null, number),
+            number(responses.window_decay)
+        )?;
+        list(to, &responses.frequency_hz)?;
+        write!(to, ",\"functions\":[")?;
+        for (at, function) in responses.functions.iter().enumerate() {
+            let input = function.input.as_ref().map_or(Value::Null, terminal);
+            let output = terminal(&function.output);
+            write!(
+                to,
+                "{}{{\"input\":{input},\"output\":{output},\"value\":[",
+                separator(at)
+            )?;
+            for (k, Complex { re, im }) in function.value.iter().enumerate() {
+                write!(
+                    to,
+                    "{}{{\"re\":{},\"im\":{}}}",
+                    separator(k),
+                    number(*re),
+                    number(*im)
+                )?;
+            }
+            write!(to, "]")?;
+            for (key, values) in [
+                ("variance", &function.variance),
+                ("coherence", &function.coherence),
+            ] {
+                write!(to, ",\"{key}\":")?;
+                match values {
+                    Some(values) => list(to, values)?,
+                    None => write!(to, "null")?,
+                }
+            }
+            write!(to, "}}")?;
+        }
+        writeln!(to, "]}}")
+    };
+    document(to).map_err(failed)
+}
+
+fn terminal(terminal: &Terminal) -> Value {
+    json!({ "name": terminal.name, "unit": terminal.unit })
+}
+
+fn list(to: &mut impl Write, values: &[f64]) -> io::Result<()> {
+    write!(to, "[")?;
+    for (at, &value) in values.iter().enumerate() {
+        write!(to, "{}{}", separator(at), number(value))?;
+    }
+    write!(to, "]")
+}
+
+/// The shortest decimal that reads back to the same bits; null where it is no number.
+fn number(value: f64) -> Value {
+    json!(value)
+}
+
+fn separator(at: usize) -> &'static str {
+    if at == 0 { "" } else { "," }
+}

@@ -1,0 +1,146 @@
+//! Axes of curves over frequency: logarithmic scales, units, thinning of what no eye could tell apart.
+
+use super::style::{Anchor, BLACK, Canvas, FAINT, GREY, Panel, SMALL, Spot, ticks};
+
+/// Decades a logarithmic scale shows below its top; what lies deeper is noise of the arithmetic.
+const DEEPEST: f64 = 8.0;
+
+/// The range of a logarithmic scale over positive values, in powers of ten; absent where no value is positive.
+pub fn decades(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for x in values.filter(|x| *x > 0.0 && x.is_finite()) {
+        (low, high) = (low.min(x.log10()), high.max(x.log10()));
+    }
+    if low > high {
+        return None;
+    }
+    let low = low.max(high - DEEPEST);
+    // A little room, and never an empty range.
+    let room = (0.06 * (high - low)).max(0.1);
+    Some((low - room, high + room))
+}
+
+/// The range of a linear scale with a little room; absent where no value is finite.
+pub fn span(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+    let (low, high) = values
+        .filter(|x| x.is_finite())
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| {
+            (l.min(x), h.max(x))
+        });
+    if low > high {
+        return None;
+    }
+    let room = match high - low {
+        0.0 => 0.05 * high.abs().max(1.0),
+        wide => 0.05 * wide,
+    };
+    Some((low - room, high + room))
+}
+
+/// Grid and numbers of a vertical axis whose values are powers of ten.
+pub fn rule_decades(panel: &Panel, canvas: &mut Canvas) {
+    let (low, high) = panel.y;
+    let (first, last) = (low.ceil() as i32, high.floor() as i32);
+    if last - first < 2 {
+        // Less than two whole decades: 1, 2 and 5 of each.
+        for decade in first - 1..=last {
+            for digit in [1.0f64, 2.0, 5.0] {
+                let at = f64::from(decade) + digit.log10();
+                if (low..=high).contains(&at) {
+                    let text = super::number::brief(digit * 10f64.powi(decade));
+                    line_and_text(panel, canvas, at, &text);
+                }
+            }
+        }
+        return;
+    }
+    let step = ((last - first) / 8).max(1);
+    for decade in (first..=last).step_by(step as usize) {
+        line_and_text(panel, canvas, f64::from(decade), &format!("1e{decade}"));
+    }
+}
+
+fn line_and_text(panel: &Panel, canvas: &mut Canvas, at: f64, text: &str) {
+    let height = panel.height_of(at);
+    canvas.line(
+        (panel.across.0, height),
+        (panel.across.1, height),
+        FAINT,
+        0.5,
+    );
+    canvas.text(
+        text,
+        (panel.across.0 - 5.0, height),
+        SMALL,
+        BLACK,
+        Anchor::End,
+    );
+}
+
+/// Frame, frequency axis and the name of the vertical axis of one panel; numbers below only where it is the lowest.
+pub fn frame(panel: &Panel, canvas: &mut Canvas, name: &str, below: Option<&str>) {
+    let values = ticks(panel.x, 8);
+    match below {
+        Some(axis) => {
+            panel.rule_x(canvas, &values);
+            let middle = 0.5 * (panel.across.0 + panel.across.1);
+            canvas.text(
+                axis,
+                (middle, panel.down.1 + 28.0),
+                SMALL,
+                BLACK,
+                Anchor::Middle,
+            );
+        }
+        None => {
+            for &value in &values {
+                let right = panel.right_of(value);
+                canvas.line((right, panel.down.0), (right, panel.down.1), FAINT, 0.5);
+            }
+        }
+    }
+    canvas.frame(
+        (panel.across.0, panel.down.0),
+        (panel.across.1, panel.down.1),
+        GREY,
+        0.6,
+    );
+    let middle = 0.5 * (panel.down.0 + panel.down.1);
+    canvas.upright(name, (14.0, middle), SMALL, BLACK, Anchor::Middle);
+}
+
+/// A curve as spots, what lies outside the panel's height cut to its edge; runs of finite values only.
+pub fn runs(panel: &Panel, points: impl Iterator<Item = (f64, f64)>) -> Vec<Vec<Spot>> {
+    let mut all = vec![Vec::new()];
+    for (x, y) in points {
+        let inside = x >= panel.x.0 && x <= panel.x.1 && y.is_finite();
+        match (inside, all.last_mut()) {
+            (true, Some(run)) => run.push(panel.at(x, y.clamp(panel.y.0, panel.y.1))),
+            (false, Some(run)) if !run.is_empty() => all.push(Vec::new()),
+            _ => {}
+        }
+    }
+    all.into_iter().map(thin).collect()
+}
+
+/// Of the points that share a fifth of a point of width only the highest and the lowest, in their order.
+fn thin(run: Vec<Spot>) -> Vec<Spot> {
+    const COLUMN: f64 = 0.2;
+    const ENOUGH: usize = 3000;
+    if run.len() < ENOUGH {
+        return run;
+    }
+    let mut kept: Vec<Spot> = Vec::new();
+    for column in run.chunk_by(|a, b| (a.0 / COLUMN).floor() == (b.0 / COLUMN).floor()) {
+        let by_height = |a: &(usize, &Spot), b: &(usize, &Spot)| a.1.1.total_cmp(&b.1.1);
+        let (low, high) = (
+            column.iter().enumerate().min_by(by_height),
+            column.iter().enumerate().max_by(by_height),
+        );
+        let mut pair: Vec<(usize, &Spot)> = low.into_iter().chain(high).collect();
+        pair.sort_by_key(|p| p.0);
+        pair.dedup_by_key(|p| p.0);
+        kept.extend(pair.into_iter().map(|p| *p.1));
+    }
+    kept
+}

@@ -1,0 +1,117 @@
+//! What was understood of a log, as text and JSON.
+
+use serde_json::{Value, json};
+
+use super::json::warnings;
+use super::number::brief;
+use crate::recording::raw::Repair;
+use crate::recording::responses::FrequencyResponses;
+use crate::recording::signals::Recording;
+use crate::recording::survey::Survey;
+
+/// The JSON document of `check LOG`, without its header.
+pub fn json(recording: &Recording, surveys: &[Survey]) -> Value {
+    let channels: Vec<Value> = recording
+        .channels
+        .iter()
+        .zip(surveys)
+        .map(|(channel, survey)| {
+            let known = |x: f64| (!survey.empty).then_some(x);
+            json!({
+                "name": channel.name,
+                "unit": channel.unit,
+                "minimum": known(survey.range.0),
+                "maximum": known(survey.range.1),
+                "mean": known(survey.mean),
+                "standard_deviation": known(survey.deviation),
+                "noise_rms": known(survey.noise),
+                "constant": survey.constant,
+                "empty": survey.empty,
+                "overloads": survey.overloads,
+                "clipped": survey.clipped.map(|(count, level)| json!({ "count": count, "level": level })),
+            })
+        })
+        .collect();
+    json!({
+        "file": recording.path,
+        "dialect": recording.dialect,
+        "facts": facts(recording),
+        "rate_hz": recording.rate_hz,
+        "rate_source": recording.rate_source,
+        "samples": recording.samples,
+        "duration_s": recording.duration_s(),
+        "stretches": recording.stretches.iter().map(|s| json!({ "from_sample": s.start, "samples": s.len() })).collect::<Vec<_>>(),
+        "channels": channels,
+        "repairs": repairs(&recording.repairs),
+        "warnings": warnings(&recording.warnings),
+    })
+}
+
+fn facts(recording: &Recording) -> Value {
+    recording
+        .facts
+        .iter()
+        .map(|(key, text)| (key.clone(), json!(text)))
+        .collect::<serde_json::Map<_, _>>()
+        .into()
+}
+
+/// What frequency responses a file holds.
+pub fn responses(found: &FrequencyResponses) -> Value {
+    let functions: Vec<Value> = found
+        .functions
+        .iter()
+        .map(|f| {
+            json!({
+                "input": f.input.as_ref().map(|t| t.name.clone()),
+                "input_unit": f.input.as_ref().map(|t| t.unit.clone()),
+                "output": f.output.name,
+                "output_unit": f.output.unit,
+                "coherence": f.coherence.is_some(),
+            })
+        })
+        .collect();
+    json!({
+        "lines": found.frequency_hz.len(),
+        "from_hz": found.frequency_hz.first(),
+        "to_hz": found.frequency_hz.last(),
+        "functions": functions,
+    })
+}
+
+/// What was done to the data, as a list.
+pub fn repairs(list: &[Repair]) -> Value {
+    list.iter()
+        .map(|r| json!({ "kind": r.kind, "message": r.message }))
+        .collect()
+}
+
+/// What a survey found remarkable, in words; empty where nothing is.
+pub fn note(survey: &Survey) -> String {
+    let mut notes = Vec::new();
+    if survey.empty {
+        return "no number at all".to_string();
+    }
+    if survey.constant {
+        notes.push("constant".to_string());
+    }
+    if let Some((count, level)) = survey.clipped {
+        let times = if count == 1 {
+            "once".to_string()
+        } else {
+            format!("{count} times")
+        };
+        notes.push(format!("clipped at {} {times}", brief(level)));
+    }
+    match survey.overloads {
+        0 => {}
+        1 => notes.push("1 overload".to_string()),
+        n => notes.push(format!("{n} overloads")),
+    }
+    // A mean of so many deviations hides the signal beside it until it is taken off.
+    const LARGE: f64 = 3.0;
+    if !survey.constant && survey.mean.abs() > LARGE * survey.deviation {
+        notes.push(format!("mean {}", brief(survey.mean)));
+    }
+    notes.join(", ")
+}

@@ -1,0 +1,248 @@
+//! `[log]`: the sidecar of a recording, which says what its file does not. A sidecar has the log's name and ends in `.toml`.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::file::{each, one};
+use crate::base::error::Errors;
+use crate::base::fields::Fields;
+use crate::base::kind::Kind;
+use crate::base::load;
+use crate::base::notes::{Notes, Range};
+use crate::base::place::{Place, Source};
+use crate::base::toml::{self, Value};
+use crate::recording::settings::{ChannelSettings, DialectSettings, Gaps, RateSource, Settings};
+
+/// Where the sidecar of a log lies: `run.csv` → `run.toml`.
+pub fn beside(log: &Path) -> PathBuf {
+    log.with_extension("toml")
+}
+
+/// Whether a TOML file is a sidecar.
+pub fn is_sidecar(source: &Arc<Source>) -> bool {
+    toml::parse(source).root.get("log").is_some()
+}
+
+/// The sidecar beside a log, where there is one; a file of another kind under its name is passed over.
+///
+/// # Errors
+/// Everything wrong in it.
+pub fn read_beside(log: &Path) -> Result<Option<Settings>, Errors> {
+    let path = beside(log);
+    if !path.is_file() || path == log {
+        return Ok(None);
+    }
+    let source = load::load(&path)?;
+    match is_sidecar(&source) {
+        true => read(&source).map(Some),
+        false => Ok(None),
+    }
+}
+
+/// Reads a sidecar.
+///
+/// # Errors
+/// Everything wrong in it.
+pub fn read(source: &Arc<Source>) -> Result<Settings, Errors> {
+    let document = toml::parse(source);
+    let mut notes = Notes::default();
+    let units = document.root.get("units").map(|entry| &entry.item.value);
+    if matches!(units, Some(Value::Text(text)) if text == "SI") {
+        notes.bare_si.push(document.source.path.clone());
+    }
+    let place = Place::new(document.source.clone(), 0..0);
+    let mut f = Fields::new(&document.root, place, "the sidecar", &mut notes);
+    for said in ["title", "source"] {
+        f.optional_text(said);
+    }
+    f.item("units", "the text \"SI\"");
+    f.item(
+        "truth",
+        "a table of what is known of a simulated recording, read by nobody here",
+    );
+    let mut settings = one(&mut f, "log", log).unwrap_or_default();
+    settings.channels = each(&mut f, "channel", channel);
+    f.ends();
+    let mut errors = notes.errors;
+    errors.extend(document.broken);
+    Errors::or(errors, || settings)
+}
+
+fn log(f: &mut Fields) -> Settings {
+    let character = |text: Option<&str>| text.and_then(|t| t.chars().next());
+    let dialect = DialectSettings {
+        delimiter: f.choice(
+            "delimiter",
+            &[
+                (",", ','),
+                (";", ';'),
+                ("tab", '\t'),
+                ("space", ' '),
+                ("|", '|'),
+            ],
+        ),
+        decimal: character(f.choice("decimal", &[(".", "."), (",", ",")])),
+        encoding: f.optional_text("encoding").map(str::to_string),
+        header_lines: f
+            .optional_count("header_lines", 0, 100_000)
+            .map(|n| n as usize),
+        day_first: f.choice("dates", &[("day-first", true), ("month-first", false)]),
+    };
+    f.exclusive("rate", "rate_from");
+    let stated = f.optional_quantity("rate", Kind::Frequency, Range::Positive);
+    let from = f.choice(
+        "rate_from",
+        &[("time", RateSource::Time), ("header", RateSource::Header)],
+    );
+    let hertz = stated.map(|omega| RateSource::Hertz(omega / std::f64::consts::TAU));
+    Settings {
+        dialect,
+        rate: hertz.or(from),
+        time_column: f.optional_text("time").map(str::to_string),
+        time_unit: f.optional_text("time_unit").map(str::to_string),
+        channels: Vec::new(),
+        only: Vec::new(),
+        gaps: f
+            .choice("gaps", &[("split", Gaps::Split), ("fill", Gaps::Fill)])
+            .unwrap_or_default(),
+        from_s: f.optional_quantity("from", Kind::Time, Range::NotNegative),
+        to_s: f.optional_quantity("to", Kind::Time, Range::Positive),
+    }
+}
+
+fn channel(f: &mut Fields) -> ChannelSettings {
+    f.need("name");
+    let mut text = |key: &str| f.optional_text(key).map(str::to_string);
+    ChannelSettings {
+        name: text("name").unwrap_or_default(),
+        rename: text("rename"),
+        unit: text("unit"),
+        sensitivity: text("sensitivity"),
+        overload: f.optional_number("overload", Range::Positive),
+    }
+}
+
+/// A sidecar that says what was understood of a log, for somebody to correct.
+pub fn write(settings: &Settings, rate_hz: f64, channels: &[(String, String)]) -> String {
+    let quoted = |text: &str| {
+        format!(
+            "\"{}\"",
+            text.replace('\\', "\\\\")
+                .replace('"', "\\\"")
+                .replace(['\n', '\r', '\t'], " ")
+        )
+    };
+    let mut text = String::from(
+        "# What was understood of the log beside this file. Correct what is wrong; what is left out is found from the log.\n\n[log]\n",
+    );
+    text += &match settings.rate {
+        Some(RateSource::Time) => "rate_from = \"time\"\n".to_string(),
+        Some(RateSource::Header) => "rate_from = \"header\"\n".to_string(),
+        Some(RateSource::Hertz(rate)) => format!("rate = \"{rate} Hz\"\n"),
+        None => format!("# rate = \"{rate_hz} Hz\"       # or rate_from = \"time\", \"header\"\n"),
+    };
+    for (key, value) in [
+        ("time", &settings.time_column),
+        ("time_unit", &settings.time_unit),
+        ("encoding", &settings.dialect.encoding),
+    ] {
+        if let Some(value) = value {
+            text += &format!("{key} = {}\n", quoted(value));
+        }
+    }
+    if let Some(delimiter) = settings.dialect.delimiter {
+        let word = match delimiter {
+            '\t' => "tab".to_string(),
+            ' ' => "space".to_string(),
+            other => other.to_string(),
+        };
+        text += &format!("delimiter = \"{word}\"\n");
+    }
+    if let Some(decimal) = settings.dialect.decimal {
+        text += &format!("decimal = \"{decimal}\"\n");
+    }
+    if let Some(lines) = settings.dialect.header_lines {
+        text += &format!("header_lines = {lines}\n");
+    }
+    if let Some(day_first) = settings.dialect.day_first {
+        text += &format!(
+            "dates = \"{}-first\"\n",
+            if day_first { "day" } else { "month" }
+        );
+    }
+    if settings.gaps == Gaps::Fill {
+        text += "gaps = \"fill\"\n";
+    }
+    for (key, time) in [("from", settings.from_s), ("to", settings.to_s)] {
+        if let Some(time) = time {
+            text += &format!("{key} = \"{time} s\"\n");
+        }
+    }
+    for (name, unit) in channels {
+        let said = settings.channels.iter().find(|c| c.name == *name);
+        text += &format!("\n[[channel]]\nname = {}\n", quoted(name));
+        let unit = said.and_then(|s| s.unit.as_ref()).unwrap_or(unit);
+        text += &match unit.is_empty() {
+            true => "# unit = \"g\"\n".to_string(),
+            false => format!("unit = {}\n", quoted(unit)),
+        };
+        match said.and_then(|s| s.sensitivity.as_ref()) {
+            Some(sensitivity) => text += &format!("sensitivity = {}\n", quoted(sensitivity)),
+            None => text += "# sensitivity = \"100 mV/g\"\n",
+        }
+        if let Some(rename) = said.and_then(|s| s.rename.as_ref()) {
+            text += &format!("rename = {}\n", quoted(rename));
+        }
+        if let Some(overload) = said.and_then(|s| s.overload) {
+            text += &format!("overload = {overload:?}\n");
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parsed(text: &str) -> Result<Settings, Errors> {
+        read(&load::source("log.toml".into(), text))
+    }
+
+    /// What is written is read again the same.
+    #[test]
+    fn law_round_trip() {
+        let settings = Settings {
+            rate: Some(RateSource::Hertz(331.4)),
+            time_column: Some("t \"x\"".into()),
+            dialect: DialectSettings {
+                delimiter: Some('\t'),
+                decimal: Some(','),
+                ..DialectSettings::default()
+            },
+            gaps: Gaps::Fill,
+            from_s: Some(0.5),
+            channels: vec![ChannelSettings {
+                name: "ax".into(),
+                unit: Some("mV".into()),
+                sensitivity: Some("100 mV/g".into()),
+                overload: Some(5.0),
+                ..ChannelSettings::default()
+            }],
+            ..Settings::default()
+        };
+        let text = write(&settings, 331.4, &[("ax".into(), "V".into())]);
+        let mut again = parsed(&text).unwrap();
+        if let Some(RateSource::Hertz(rate)) = &mut again.rate {
+            assert!((*rate - 331.4).abs() < 1e-12);
+            *rate = 331.4;
+        }
+        assert_eq!(again, settings);
+    }
+
+    #[test]
+    fn refuses_what_it_does_not_know() {
+        let errors = parsed("[log]\nrat = \"5 kHz\"\n").unwrap_err();
+        assert!(errors.to_string().contains("rate"), "{errors}");
+        assert!(parsed("[log]\nrate = \"5 kHz\"\nrate_from = \"time\"\n").is_err());
+    }
+}

@@ -1,0 +1,217 @@
+//! Cepstra: `c(τ) = F⁻¹{ln |X|}`, in which families of lines (harmonics, sidebands) and echoes become single peaks.
+//!
+//! A. V. Oppenheim, R. W. Schafer, Discrete-Time Signal Processing, 3rd ed. (2010), chapter 13; the power cepstrum and its words
+//! (quefrency, rahmonic, lifter) after B. P. Bogert, M. J. R. Healy, J. W. Tukey (1963); editing with the phase kept after
+//! R. B. Randall, N. Sawalhi, A new method for separating discrete components from a signal, Sound and Vibration 45 (2011), no. 5, 6–9.
+
+use super::samples::{check, check_positive};
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::numeric::Complex;
+use crate::numeric::fft::RealFft;
+
+/// Lines of a power spectrum this far below the strongest are rounding, and are taken to lie here: their logarithm means nothing.
+const FLOOR: f64 = 1e-30;
+
+/// The real cepstrum of a slice, for quefrencies from zero to half its length.
+#[derive(Debug, Clone)]
+pub struct Cepstrum {
+    /// Quefrency between two values, s: one over the sample rate.
+    pub step_s: f64,
+    /// `c(τ)`, neper.
+    pub real: Vec<f64>,
+}
+
+/// A peak and its multiples.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rahmonics {
+    /// Quefrency of the first, s, to a part of a sample: the spacing of the family of lines is its inverse.
+    pub quefrency_s: f64,
+    /// Height of the first, second, … neper.
+    pub height: Vec<f64>,
+}
+
+impl Cepstrum {
+    /// Of a slice, taken as one period of a periodic signal.
+    ///
+    /// # Errors
+    /// Fewer than four samples, samples not finite, a signal that is zero.
+    pub fn new(samples: &[f64], rate_hz: f64) -> Result<Cepstrum, Error> {
+        check_positive(rate_hz, "the sample rate, Hz,")?;
+        let (mut fft, spectrum) = transform(samples)?;
+        let mut values = log_amplitude(&spectrum)?;
+        let mut real = vec![0.0; samples.len()];
+        fft.inverse(&mut values, &mut real);
+        real.truncate(samples.len() / 2 + 1);
+        Ok(Cepstrum {
+            step_s: 1.0 / rate_hz,
+            real,
+        })
+    }
+
+    /// The power cepstrum `|F⁻¹{ln |X|²}|² = 4c²`.
+    pub fn power(&self) -> Vec<f64> {
+        self.real.iter().map(|c| 4.0 * c * c).collect()
+    }
+
+    /// Quefrencies, s.
+    pub fn quefrency_s(&self) -> Vec<f64> {
+        (0..self.real.len())
+            .map(|j| j as f64 * self.step_s)
+            .collect()
+    }
+
+    /// The highest peak between two quefrencies, s, with up to `number` of its multiples; nothing where no peak lies between them.
+    ///
+    /// Each multiple is looked for where the last one leads to, so that the first quefrency is known to a sample over the number of
+    /// multiples found.
+    pub fn rahmonics(&self, low_s: f64, high_s: f64, number: usize) -> Option<Rahmonics> {
+        let c = &self.real;
+        let peak = |from: usize, to: usize| {
+            (from.max(1)..(to + 1).min(c.len().saturating_sub(1)))
+                .filter(|&j| c[j] >= c[j - 1] && c[j] >= c[j + 1] && c[j] > 0.0)
+                .max_by(|&a, &b| c[a].total_cmp(&c[b]))
+        };
+        let low = (low_s / self.step_s).ceil().max(1.0) as usize;
+        let mut first = vertex(c, peak(low, (high_s / self.step_s).floor() as usize)?);
+        let mut height = vec![first.1];
+        for k in 2..=number {
+            let expected = first.0 * k as f64;
+            let reach = 1.0; // the last one is known to half a sample at worst, and moves by its own part k/(k − 1)
+            let found = peak(
+                (expected - reach).round() as usize,
+                (expected + reach).round() as usize,
+            );
+            let Some(at) = found else { break };
+            let (place, top) = vertex(c, at);
+            first.0 = place / k as f64;
+            height.push(top);
+        }
+        Some(Rahmonics {
+            quefrency_s: first.0 * self.step_s,
+            height,
+        })
+    }
+}
+
+/// The signal whose cepstrum is that of `samples` times `keep(quefrency)`, s, with the phases kept: `keep` zero but for quefrency zero
+/// leaves a spectrum of one height (whitening), zero at one family of rahmonics takes that family of lines out.
+///
+/// # Errors
+/// As [`Cepstrum::new`].
+pub fn lifter(samples: &[f64], rate_hz: f64, keep: impl Fn(f64) -> f64) -> Result<Vec<f64>, Error> {
+    check_positive(rate_hz, "the sample rate, Hz,")?;
+    let n = samples.len();
+    let (mut fft, spectrum) = transform(samples)?;
+    let mut values = log_amplitude(&spectrum)?;
+    let old: Vec<f64> = values.iter().map(|z| z.re).collect();
+    let mut cepstrum = vec![0.0; n];
+    fft.inverse(&mut values, &mut cepstrum);
+    for (j, c) in cepstrum.iter_mut().enumerate() {
+        *c *= keep(j.min(n - j) as f64 / rate_hz);
+    }
+    fft.forward(&mut cepstrum, &mut values);
+    for ((z, x), old) in values.iter_mut().zip(&spectrum).zip(old) {
+        *z = x * (z.re - old).exp();
+    }
+    let mut out = vec![0.0; n];
+    fft.inverse(&mut values, &mut out);
+    Ok(out)
+}
+
+fn transform(samples: &[f64]) -> Result<(RealFft, Vec<Complex>), Error> {
+    check(samples, 4)?;
+    let mut fft = RealFft::new(samples.len());
+    let mut spectrum = vec![Complex::new(0.0, 0.0); fft.lines()];
+    fft.forward(&mut samples.to_vec(), &mut spectrum);
+    Ok((fft, spectrum))
+}
+
+/// `ln |X|`, not below the floor.
+fn log_amplitude(spectrum: &[Complex]) -> Result<Vec<Complex>, Error> {
+    let strongest = spectrum.iter().fold(0.0_f64, |s, z| s.max(z.norm_sqr()));
+    if strongest == 0.0 {
+        return Err(Error::new(
+            Code::NoSignal,
+            "the signal is zero throughout, and zero has no logarithm",
+        ));
+    }
+    let log = |z: &Complex| 0.5 * z.norm_sqr().max(FLOOR * strongest).ln();
+    Ok(spectrum.iter().map(|z| Complex::new(log(z), 0.0)).collect())
+}
+
+/// Place and height of the parabola through a peak and its neighbours.
+fn vertex(c: &[f64], at: usize) -> (f64, f64) {
+    let (before, here, after) = (c[at - 1], c[at], c[at + 1]);
+    let bend = before - 2.0 * here + after;
+    if bend >= 0.0 {
+        return (at as f64, here);
+    }
+    let shift = 0.5 * (before - after) / bend;
+    (at as f64 + shift, here - 0.25 * (before - after) * shift)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An impulse and its echo a at delay τ: ln|1 + a e^{−iωτ}| = Σ (−1)^{k+1} aᵏ/k cos kωτ, so c(kτ) = (−1)^{k+1} aᵏ/(2k).
+    #[test]
+    fn exact_echo() {
+        let (n, delay, a) = (1024, 40, 0.5_f64);
+        let mut x = vec![0.0; n];
+        x[0] = 1.0;
+        x[delay] = a;
+        let cepstrum = Cepstrum::new(&x, 1000.0).unwrap();
+        for k in 1..=10_i32 {
+            let sign = if k % 2 == 1 { 1.0 } else { -1.0 };
+            let expected = sign * a.powi(k) / (2.0 * f64::from(k));
+            assert!((cepstrum.real[delay * k as usize] - expected).abs() < 1e-9);
+            assert!(
+                (cepstrum.power()[delay * k as usize] - 4.0 * expected * expected).abs() < 1e-9
+            );
+        }
+        assert!(cepstrum.real[1..delay].iter().all(|c| c.abs() < 1e-9));
+        // taking the rahmonics out leaves the impulse alone, but for the phases that were kept
+        let alone = lifter(&x, 1000.0, |q| f64::from(u8::from(q == 0.0))).unwrap();
+        let energy: f64 = alone.iter().map(|v| v * v).sum();
+        assert!((energy - 1.0).abs() < 1e-9, "{energy}");
+    }
+
+    /// Pulses every 50.25 samples: the period is found from its multiples.
+    #[test]
+    fn exact_rahmonics_of_a_family() {
+        let (n, rate, spacing) = (8040, 1000.0, 160); // 160 periods of 50.25 samples
+        let mut spectrum = vec![Complex::new(1e-3, 0.0); n / 2 + 1];
+        (0..n / 2)
+            .step_by(spacing)
+            .for_each(|k| spectrum[k].re = 1.0);
+        let mut x = vec![0.0; n];
+        RealFft::new(n).inverse(&mut spectrum, &mut x);
+        let cepstrum = Cepstrum::new(&x, rate).unwrap();
+        let family = cepstrum.rahmonics(0.03, 0.07, 12).unwrap();
+        assert_eq!(family.height.len(), 12);
+        assert!((family.quefrency_s - 0.05025).abs() < 2e-5, "{family:?}");
+        assert!(cepstrum.rahmonics(0.07, 0.03, 2).is_none());
+    }
+
+    #[test]
+    fn law_lifter_of_ones_changes_nothing() {
+        let mut rng = fastrand::Rng::with_seed(2);
+        let x: Vec<f64> = (0..501).map(|_| rng.f64() - 0.3).collect();
+        let y = lifter(&x, 10.0, |_| 1.0).unwrap();
+        assert!(x.iter().zip(&y).all(|(a, b)| (a - b).abs() < 1e-12));
+    }
+
+    #[test]
+    fn refuses_silence() {
+        assert_eq!(
+            Cepstrum::new(&[0.0; 9], 1.0).unwrap_err().code,
+            Code::NoSignal
+        );
+        assert_eq!(
+            Cepstrum::new(&[1.0; 3], 1.0).unwrap_err().code,
+            Code::TooShort
+        );
+    }
+}

@@ -1,0 +1,269 @@
+//! Decimation: `y_j = Σ_i h_i x_{jM+i}`, `|i| ≤ m`, a linear-phase low-pass and every M-th value of it, without delay.
+//!
+//! Large factors fall into stages, each of which need only keep its aliases out of the final pass band (Crochiere & Rabiner,
+//! Multirate Digital Signal Processing (1983), chapter 5), so that the first stages are short filters.
+
+use super::lowpass::low_pass;
+use super::samples::check_count;
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::numeric::slices::dot;
+
+/// A stage divides by no more than this where the factor allows; above it one stage costs more than two.
+const LARGEST_STAGE: usize = 8;
+
+/// What the filter keeps.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DecimationSettings {
+    /// Edge of the pass band over half the new rate, `0 < pass < 1`; from half the new rate on everything is stopped.
+    pub pass: f64,
+    /// Stop-band attenuation, dB; the pass-band ripple is `10^(−attenuation/20)`, over all stages.
+    pub attenuation_db: f64,
+}
+
+impl Default for DecimationSettings {
+    /// Flat to 10⁻⁴ up to 0.8 of half the new rate, aliases 80 dB down: below the noise of most logs.
+    fn default() -> Self {
+        DecimationSettings {
+            pass: 0.8,
+            attenuation_db: 80.0,
+        }
+    }
+}
+
+/// One filter and its memory.
+#[derive(Debug, Clone)]
+struct Stage {
+    factor: usize,
+    weights: Vec<f64>,
+    /// Inputs still needed; the next output takes `weights.len()` of them from `next`.
+    held: Vec<f64>,
+    next: usize,
+    started: bool,
+    last: f64,
+}
+
+impl Stage {
+    fn half(&self) -> usize {
+        self.weights.len() / 2
+    }
+
+    /// Before the first sample the signal is taken to have had its value.
+    fn push(&mut self, samples: &[f64], out: &mut Vec<f64>) {
+        let (Some(&first), Some(&last)) = (samples.first(), samples.last()) else {
+            return;
+        };
+        if !self.started {
+            self.started = true;
+            self.held.resize(self.half(), first);
+        }
+        self.last = last;
+        self.held.extend_from_slice(samples);
+        let n = self.weights.len();
+        while self.next + n <= self.held.len() {
+            out.push(dot(&self.weights, &self.held[self.next..self.next + n]));
+            self.next += self.factor;
+        }
+        let done = self.next.min(self.held.len());
+        self.held.drain(..done);
+        self.next -= done;
+    }
+
+    /// After the last sample the signal is taken to keep its value.
+    fn finish(&mut self, out: &mut Vec<f64>) {
+        if self.started {
+            self.push(&vec![self.last; self.half()], out);
+        }
+    }
+}
+
+/// A decimation under way.
+#[derive(Debug, Clone)]
+pub struct Decimator {
+    factor: usize,
+    stages: Vec<Stage>,
+    between: Vec<f64>,
+    within: Vec<f64>,
+}
+
+impl Decimator {
+    /// Decimation by `factor ≥ 1` (1 passes everything on unchanged).
+    ///
+    /// # Errors
+    /// A factor of zero, a pass band or an attenuation that cannot be had.
+    pub fn new(factor: usize, settings: DecimationSettings) -> Result<Decimator, Error> {
+        check_count(factor, 1, "the factor of decimation")?;
+        if !(settings.pass > 0.0 && settings.pass < 1.0) {
+            return Err(Error::new(
+                Code::OutOfRange,
+                format!(
+                    "a pass band up to {} of half the new rate, where the edge must lie between 0 and 1",
+                    settings.pass
+                ),
+            ));
+        }
+        let factors = stages_of(factor);
+        // ripples of the stages add up at worst
+        let db = settings.attenuation_db + 20.0 * (factors.len().max(1) as f64).log10();
+        let mut stages = Vec::new();
+        let mut rest = factor; // input rate of the stage over the final rate
+        for factor in factors {
+            let pass = 0.5 * settings.pass / rest as f64;
+            // what this stage folds must not reach below the end of the final band
+            let stop = (rest / factor) as f64 / rest as f64 - 0.5 / rest as f64;
+            stages.push(Stage {
+                factor,
+                weights: low_pass(pass, stop, db)?,
+                held: Vec::new(),
+                next: 0,
+                started: false,
+                last: 0.0,
+            });
+            rest /= factor;
+        }
+        Ok(Decimator {
+            factor,
+            stages,
+            between: Vec::new(),
+            within: Vec::new(),
+        })
+    }
+
+    /// How many outputs at each end feel that the signal is taken to stand still beyond its ends.
+    pub fn settling(&self) -> usize {
+        let mut spacing = 1;
+        let mut reach = 0;
+        for stage in &self.stages {
+            reach += stage.half() * spacing;
+            spacing *= stage.factor;
+        }
+        reach.div_ceil(self.factor)
+    }
+
+    /// Takes the next samples and appends to `out` what they complete. How a signal is cut into blocks changes no bit of the result.
+    pub fn push(&mut self, samples: &[f64], out: &mut Vec<f64>) {
+        self.run(0, samples, out);
+    }
+
+    /// Samples through the stages from `first` on.
+    fn run(&mut self, first: usize, samples: &[f64], out: &mut Vec<f64>) {
+        self.between.clear();
+        self.between.extend_from_slice(samples);
+        for stage in &mut self.stages[first..] {
+            self.within.clear();
+            stage.push(&self.between, &mut self.within);
+            std::mem::swap(&mut self.between, &mut self.within);
+        }
+        out.extend_from_slice(&self.between);
+    }
+
+    /// Appends the outputs at the end: `n` samples give `⌈n/factor⌉`, the first at the first sample.
+    pub fn finish(mut self, out: &mut Vec<f64>) {
+        for at in 0..self.stages.len() {
+            let mut tail = Vec::new();
+            self.stages[at].finish(&mut tail);
+            self.run(at + 1, &tail, out);
+        }
+    }
+}
+
+/// A whole slice at once.
+///
+/// # Errors
+/// As [`Decimator::new`].
+pub fn decimate(
+    samples: &[f64],
+    factor: usize,
+    settings: DecimationSettings,
+) -> Result<Vec<f64>, Error> {
+    const BLOCK: usize = 1 << 14; // stays in the cache between the stages
+    let mut decimator = Decimator::new(factor, settings)?;
+    let mut out = Vec::with_capacity(samples.len() / factor + 1);
+    samples
+        .chunks(BLOCK)
+        .for_each(|block| decimator.push(block, &mut out));
+    decimator.finish(&mut out);
+    Ok(out)
+}
+
+/// The factors of the stages, the largest first: prime factors, multiplied together while they stay small.
+fn stages_of(factor: usize) -> Vec<usize> {
+    let mut primes = Vec::new();
+    let mut rest = factor;
+    let mut prime = 2;
+    while prime * prime <= rest {
+        while rest.is_multiple_of(prime) {
+            primes.push(prime);
+            rest /= prime;
+        }
+        prime += 1;
+    }
+    if rest > 1 {
+        primes.push(rest);
+    }
+    let mut stages: Vec<usize> = Vec::new();
+    for prime in primes.into_iter().rev() {
+        match stages.iter_mut().find(|s| **s * prime <= LARGEST_STAGE) {
+            Some(stage) => *stage *= prime,
+            None => stages.push(prime),
+        }
+    }
+    stages.sort_unstable_by(|a, b| b.cmp(a));
+    stages
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_stages() {
+        assert_eq!(stages_of(1), Vec::<usize>::new());
+        assert_eq!(stages_of(8), [8]);
+        assert_eq!(stages_of(13), [13]);
+        for factor in 1..2000 {
+            assert_eq!(stages_of(factor).iter().product::<usize>(), factor);
+        }
+    }
+
+    /// The bits do not depend on how the signal is cut into blocks; n samples give ⌈n/factor⌉.
+    #[test]
+    fn law_blocks_join_exactly() {
+        let mut rng = fastrand::Rng::with_seed(4);
+        let x: Vec<f64> = (0..5003).map(|_| rng.f64() - 0.5).collect();
+        for factor in [1, 2, 7, 10, 60, 128] {
+            let whole = decimate(&x, factor, DecimationSettings::default()).unwrap();
+            assert_eq!(whole.len(), x.len().div_ceil(factor));
+            let mut parts = Vec::new();
+            let mut decimator = Decimator::new(factor, DecimationSettings::default()).unwrap();
+            let mut at = 0;
+            while at < x.len() {
+                let to = (at + rng.usize(0..300)).min(x.len());
+                decimator.push(&x[at..to], &mut parts);
+                at = to;
+            }
+            decimator.finish(&mut parts);
+            assert!(
+                whole
+                    .iter()
+                    .zip(&parts)
+                    .all(|(a, b)| a.to_bits() == b.to_bits())
+            );
+        }
+    }
+
+    #[test]
+    fn refuses_nonsense() {
+        assert!(Decimator::new(0, DecimationSettings::default()).is_err());
+        let wide = DecimationSettings {
+            pass: 1.0,
+            ..DecimationSettings::default()
+        };
+        assert_eq!(Decimator::new(4, wide).unwrap_err().code, Code::OutOfRange);
+        assert!(
+            decimate(&[], 3, DecimationSettings::default())
+                .unwrap()
+                .is_empty()
+        );
+    }
+}

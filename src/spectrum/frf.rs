@@ -1,0 +1,430 @@
+//! Frequency responses of `Y = Σ H_j X_j + N` from averaged spectra, line by line, with coherence and random error.
+//!
+//! Bendat & Piersol, Random Data, 4th ed. (2010), chapters 6, 7 and 9; Hv: Rocklin, Crowley & Vold, A comparison of H1, H2, and Hv
+//! frequency response functions, Proc. 3rd IMAC (1985), pp. 272–278.
+//! With `S_ij = E[X_i* X_j]`, `C = S⁻¹`, `s_j = E[X_j* Y]` and q inputs over n independent averages:
+//!
+//! - H1 (noise on the output): `H = C s`. The residual `S_yy − sᴴ C s` estimates the noise with `n − q` freedoms, so that
+//!   `E|ΔH_j|² = C_jj (S_yy − sᴴ C s)/(n − q)`; with one input `|H|² (1 − γ²)/(γ² (n − 1))`.
+//! - H2 (noise on the input, one input): `H = S_yy/S_yx`, the same relative variance.
+//! - Hv (noise on both, in proportion to the powers): the direction of least power of `(X, Y)`; with one input
+//!   `√(S_yy/S_xx) S_xy/|S_xy|`, whose size errs less than its angle: `|H|² (1 − γ²)(1 + 1/γ²)/(2 (n − 1))`.
+
+use super::spectra::{Spectra, coherence};
+use crate::base::code::Code;
+use crate::base::error::{Error, Warning};
+use crate::numeric::definite::{hermitian, solve_complex};
+use crate::numeric::{Complex, ComplexMatrix};
+use crate::recording::responses::{FrequencyResponse, FrequencyResponses, Terminal};
+
+/// Where the noise is taken to be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Estimator {
+    /// On the outputs.
+    #[default]
+    H1,
+    /// On the input.
+    H2,
+    /// On both.
+    Hv,
+}
+
+/// One frequency response with what is known of it, by line.
+#[derive(Debug, Clone)]
+pub struct Function {
+    /// Channel that drives.
+    pub input: usize,
+    /// Channel that answers.
+    pub output: usize,
+    /// Output over input; 0 on undetermined lines.
+    pub value: Vec<Complex>,
+    /// `E|error|²`; infinite on undetermined lines. `None` where there are no more averages than inputs.
+    pub variance: Option<Vec<f64>>,
+    /// Coherence of the two, the other inputs left in.
+    pub ordinary: Vec<f64>,
+    /// Coherence of the two with what the other inputs explain taken off both; the ordinary one with a single input.
+    pub partial: Vec<f64>,
+}
+
+/// Frequency responses from every input to every output.
+#[derive(Debug, Clone)]
+pub struct Estimate {
+    /// Lines, Hz.
+    pub frequency_hz: Vec<f64>,
+    /// Output by output, inside it input by input.
+    pub functions: Vec<Function>,
+    /// Multiple coherence by output and line: the share of its power that all inputs explain.
+    pub multiple: Vec<Vec<f64>>,
+    /// Lines where the inputs have no power or cannot be told from each other.
+    pub undetermined: Vec<usize>,
+    /// Effective number of independent averages.
+    pub averages: f64,
+    /// Rate of an exponential window on the blocks, 1/s.
+    pub window_decay: f64,
+    /// Doubts.
+    pub warnings: Vec<Warning>,
+}
+
+/// Inputs of which one is explained by the others beyond this share are not told apart: noise on the inputs, thousandfold, would
+/// pass for the difference between them.
+const COHERENT_INPUTS: f64 = 0.999;
+
+/// An input's power on a line, relative to its largest, that is but the rounding of transforms.
+const NO_POWER: f64 = 1e-26;
+
+/// The cross spectra that [`estimate`] needs.
+pub fn pairs(inputs: &[usize], outputs: &[usize]) -> Vec<(usize, usize)> {
+    let between = inputs
+        .iter()
+        .enumerate()
+        .flat_map(|(i, &x)| inputs[i + 1..].iter().map(move |&other| (x, other)));
+    let across = inputs
+        .iter()
+        .flat_map(|&x| outputs.iter().map(move |&y| (x, y)));
+    between.chain(across).collect()
+}
+
+/// Frequency responses from the channels `inputs` to the channels `outputs`.
+///
+/// # Errors
+/// `Conflict`: H2 with several inputs, a channel on both sides or twice, peak-hold spectra. `NoSignal`: an input without power.
+/// `TooShort`: fewer averages than inputs. `IllPosed`: inputs coherent with each other on every line. `NoChannel`: spectra without
+/// the cross spectra of [`pairs`].
+pub fn estimate(
+    spectra: &Spectra,
+    inputs: &[usize],
+    outputs: &[usize],
+    estimator: Estimator,
+) -> Result<Estimate, Error> {
+    let averages = check(spectra, inputs, outputs, estimator)?;
+    let sides = Sides::new(spectra, inputs, outputs)?;
+    let (lines, q) = (spectra.frequency_hz.len(), inputs.len());
+    let has_error = averages > q as f64 * (1.0 + ALIKE);
+    let mut functions: Vec<Function> = outputs
+        .iter()
+        .flat_map(|&output| inputs.iter().map(move |&input| (input, output)))
+        .map(|(input, output)| Function {
+            input,
+            output,
+            value: vec![Complex::new(0.0, 0.0); lines],
+            variance: has_error.then(|| vec![f64::INFINITY; lines]),
+            ordinary: vec![0.0; lines],
+            partial: vec![0.0; lines],
+        })
+        .collect();
+    let mut multiple = vec![vec![0.0; lines]; outputs.len()];
+    let mut undetermined = Vec::new();
+    for line in 0..lines {
+        let Some(inverse) = sides.inverse(line) else {
+            undetermined.push(line);
+            continue;
+        };
+        for (y, multiple) in multiple.iter_mut().enumerate() {
+            let solved = sides.solve(line, y, &inverse, estimator)?;
+            multiple[line] = solved.multiple;
+            for x in 0..q {
+                let function = &mut functions[y * q + x];
+                function.value[line] = solved.value[x];
+                function.ordinary[line] = coherence(
+                    sides.sxx[x][line],
+                    sides.sxy[y][x][line],
+                    sides.syy[y][line],
+                );
+                function.partial[line] = solved.partial[x];
+                if let Some(variance) = &mut function.variance {
+                    variance[line] = solved.spread[x] / (averages - q as f64);
+                }
+            }
+        }
+    }
+    let warnings = doubts(undetermined.len(), lines, q, has_error)?;
+    Ok(Estimate {
+        frequency_hz: spectra.frequency_hz.clone(),
+        functions,
+        multiple,
+        undetermined,
+        averages,
+        window_decay: spectra.window_decay,
+        warnings,
+    })
+}
+
+/// Averages that agree to this with a whole number are that number: rounding of the sum over blocks.
+const ALIKE: f64 = 1e-9;
+
+impl Estimate {
+    /// The same as a set of responses; `channels` names each channel of the spectra. Coherence is the ordinary one with one input, the
+    /// multiple one with several.
+    ///
+    /// # Panics
+    /// Fewer names than channels: a mistake of the caller.
+    pub fn responses(&self, channels: &[Terminal]) -> FrequencyResponses {
+        let inputs = self.functions.len() / self.multiple.len().max(1);
+        let is_average = self.averages > inputs as f64 * (1.0 + ALIKE);
+        let function = |(at, f): (usize, &Function)| FrequencyResponse {
+            input: Some(channels[f.input].clone()),
+            output: channels[f.output].clone(),
+            value: f.value.clone(),
+            variance: f.variance.clone(),
+            coherence: is_average.then(|| self.multiple[at / inputs].clone()),
+        };
+        FrequencyResponses {
+            frequency_hz: self.frequency_hz.clone(),
+            functions: self.functions.iter().enumerate().map(function).collect(),
+            averages: Some(self.averages),
+            window_decay: self.window_decay,
+        }
+    }
+}
+
+/// The spectra sorted by side.
+struct Sides<'a> {
+    sxx: Vec<&'a [f64]>,
+    syy: Vec<&'a [f64]>,
+    /// Between inputs, `[i][j]`, `j > i`.
+    between: Vec<Vec<Vec<Complex>>>,
+    /// From input to output, `[output][input]`.
+    sxy: Vec<Vec<Vec<Complex>>>,
+    /// Least power of each input that counts.
+    floor: Vec<f64>,
+}
+
+/// The answer of one line and output.
+struct Solved {
+    value: Vec<Complex>,
+    /// Variance times the freedoms of the residual.
+    spread: Vec<f64>,
+    partial: Vec<f64>,
+    multiple: f64,
+}
+
+impl<'a> Sides<'a> {
+    fn new(spectra: &'a Spectra, inputs: &[usize], outputs: &[usize]) -> Result<Self, Error> {
+        let missing = |x: usize, y: usize| {
+            Error::new(
+                Code::NoChannel,
+                format!("the spectra hold no cross spectrum of channels {x} and {y}"),
+            )
+        };
+        let cross = |x: usize, y: usize| spectra.cross(x, y).ok_or_else(|| missing(x, y));
+        let psd = |&c: &usize| spectra.psd[c].as_slice();
+        let sxx: Vec<&[f64]> = inputs.iter().map(psd).collect();
+        let largest = |s: &&[f64]| s.iter().fold(0.0_f64, |a, &b| a.max(b));
+        let between = (0..inputs.len()).map(|i| {
+            let later = inputs[i + 1..].iter();
+            later.map(|&x| cross(inputs[i], x)).collect()
+        });
+        let across = outputs
+            .iter()
+            .map(|&y| inputs.iter().map(|&x| cross(x, y)).collect());
+        Ok(Sides {
+            floor: sxx.iter().map(|s| NO_POWER * largest(s)).collect(),
+            syy: outputs.iter().map(psd).collect(),
+            between: between.collect::<Result<_, _>>()?,
+            sxy: across.collect::<Result<_, _>>()?,
+            sxx,
+        })
+    }
+
+    /// `S_ij` of one line over the powers, `S_ij/√(S_ii S_jj)`.
+    fn matrix(&self, line: usize) -> ComplexMatrix {
+        let size = |i: usize| self.sxx[i][line].sqrt();
+        ComplexMatrix::from_fn(self.sxx.len(), self.sxx.len(), |i, j| {
+            if i == j {
+                return Complex::new(1.0, 0.0);
+            }
+            let (low, high) = (i.min(j), i.max(j));
+            let s = self.between[low][high - low - 1][line] / size(i) / size(j);
+            if i < j { s } else { s.conj() }
+        })
+    }
+
+    /// The inverse of [`Sides::matrix`]; its diagonal is `1/(1 − γ²)`, γ² the multiple coherence of an input with the others. `None`
+    /// where an input has no power or is told by the others.
+    fn inverse(&self, line: usize) -> Option<ComplexMatrix> {
+        let q = self.sxx.len();
+        if (0..q).any(|i| self.sxx[i][line] <= self.floor[i]) {
+            return None;
+        }
+        let one = ComplexMatrix::identity(q, q);
+        if q == 1 {
+            return Some(one);
+        }
+        let inverse = solve_complex(&self.matrix(line), &one).ok()?;
+        let is_told = |i: usize| {
+            let inflation = inverse[(i, i)].re;
+            !(inflation > 0.0 && inflation * (1.0 - COHERENT_INPUTS) < 1.0)
+        };
+        (!(0..q).any(is_told)).then_some(inverse)
+    }
+
+    fn solve(
+        &self,
+        line: usize,
+        y: usize,
+        inverse: &ComplexMatrix,
+        estimator: Estimator,
+    ) -> Result<Solved, Error> {
+        let q = self.sxx.len();
+        let syy = self.syy[y][line];
+        if syy <= 0.0 {
+            let zero = Complex::new(0.0, 0.0);
+            return Ok(Solved {
+                value: vec![zero; q],
+                spread: vec![0.0; q],
+                partial: vec![0.0; q],
+                multiple: 0.0,
+            });
+        }
+        // Everything over the powers of its channels: γ_j = s_j/√(S_jj S_yy), H_j = h_j √(S_yy/S_jj).
+        let ratio = |j: usize| (syy / self.sxx[j][line]).sqrt();
+        let size = |j: usize| self.sxx[j][line].sqrt() * syy.sqrt();
+        let gamma: Vec<Complex> = (0..q).map(|j| self.sxy[y][j][line] / size(j)).collect();
+        let row = |i: usize| (0..q).map(|j| inverse[(i, j)] * gamma[j]).sum::<Complex>();
+        let h: Vec<Complex> = (0..q).map(row).collect();
+        let multiple: f64 = (0..q).map(|j| (gamma[j].conj() * h[j]).re).sum();
+        let multiple = multiple.clamp(0.0, 1.0);
+        let residual = 1.0 - multiple;
+        let c = |j: usize| inverse[(j, j)].re;
+        let own = |j: usize| h[j].norm_sqr() / c(j);
+        let mut solved = Solved {
+            partial: (0..q)
+                .map(|j| own(j) / (own(j) + residual).max(f64::MIN_POSITIVE))
+                .collect(),
+            spread: (0..q).map(|j| residual * c(j) * ratio(j).powi(2)).collect(),
+            value: (0..q).map(|j| h[j] * ratio(j)).collect(),
+            multiple,
+        };
+        match estimator {
+            Estimator::H1 => {}
+            Estimator::H2 => {
+                solved.value[0] /= multiple;
+                solved.spread[0] /= multiple * multiple;
+            }
+            Estimator::Hv if q == 1 => {
+                solved.value[0] /= multiple.sqrt();
+                solved.spread[0] = ratio(0).powi(2) * residual * 0.5 * (1.0 + 1.0 / multiple);
+            }
+            Estimator::Hv => {
+                let total = self.least_power(line, &gamma)?;
+                solved.value = (0..q).map(|j| total[j] * ratio(j)).collect();
+            }
+        }
+        for j in 0..q {
+            if !(solved.value[j].norm().is_finite() && solved.spread[j].is_finite()) {
+                solved.value[j] = Complex::new(0.0, 0.0);
+                solved.spread[j] = f64::INFINITY;
+            }
+        }
+        Ok(solved)
+    }
+
+    /// `h` with `(h, −1)` along the direction of least power of inputs and output.
+    fn least_power(&self, line: usize, gamma: &[Complex]) -> Result<Vec<Complex>, Error> {
+        let q = gamma.len();
+        let inputs = self.matrix(line);
+        let whole = ComplexMatrix::from_fn(q + 1, q + 1, |i, j| match (i == q, j == q) {
+            (false, false) => inputs[(i, j)],
+            (false, true) => gamma[i],
+            (true, false) => gamma[j].conj(),
+            (true, true) => Complex::new(1.0, 0.0),
+        });
+        let (_, vectors) = hermitian(&whole)?;
+        Ok((0..q).map(|j| -vectors[(j, 0)] / vectors[(q, 0)]).collect())
+    }
+}
+
+fn check(
+    spectra: &Spectra,
+    inputs: &[usize],
+    outputs: &[usize],
+    estimator: Estimator,
+) -> Result<f64, Error> {
+    let conflict = |message: &str| Error::new(Code::Conflict, message);
+    let mut all: Vec<usize> = inputs.iter().chain(outputs).copied().collect();
+    all.sort_unstable();
+    all.dedup();
+    if inputs.is_empty() || outputs.is_empty() {
+        return Err(conflict(
+            "a frequency response needs an input and an output",
+        ));
+    }
+    if all.len() < inputs.len() + outputs.len() {
+        return Err(conflict(
+            "a channel stands twice among the inputs and outputs",
+        ));
+    }
+    if estimator == Estimator::H2 && inputs.len() > 1 {
+        return Err(
+            conflict("H2 takes one input: with several, noise on the inputs alone does not determine the responses")
+                .hint("H1, or Hv for noise on both sides"),
+        );
+    }
+    if let Some(&channel) = all.iter().find(|&&c| c >= spectra.psd.len()) {
+        return Err(Error::new(
+            Code::NoChannel,
+            format!(
+                "channel {channel} of {} is asked for, counted from 0",
+                spectra.psd.len()
+            ),
+        ));
+    }
+    if let Some(input) = inputs
+        .iter()
+        .find(|&&c| !spectra.psd[c].iter().any(|&s| s > 0.0))
+    {
+        return Err(Error::new(
+            Code::NoSignal,
+            format!("input channel {input}, counted from 0, has no power"),
+        ));
+    }
+    let averages = spectra
+        .averages
+        .ok_or_else(|| conflict("spectra that hold the largest of each line are no means"))?;
+    if inputs.len() > 1 && averages <= inputs.len() as f64 * (1.0 + ALIKE) {
+        return Err(Error::new(
+            Code::TooShort,
+            format!(
+                "{averages:.1} independent averages do not tell {} inputs apart",
+                inputs.len()
+            ),
+        )
+        .hint("shorter blocks, or a longer record"));
+    }
+    Ok(averages)
+}
+
+fn doubts(
+    undetermined: usize,
+    lines: usize,
+    inputs: usize,
+    has_error: bool,
+) -> Result<Vec<Warning>, Error> {
+    if undetermined == lines {
+        return Err(Error::new(
+            Code::IllPosed,
+            format!(
+                "the {inputs} inputs are coherent with each other on every line, above {COHERENT_INPUTS}: their effects cannot be told apart"
+            ),
+        )
+        .hint("drive them with independent signals, or name one of them as the only input"));
+    }
+    let mut warnings = Vec::new();
+    if inputs > 1 && undetermined > 0 {
+        warnings.push(Warning {
+            code: "coherent-inputs",
+            message: format!(
+                "on {undetermined} of {lines} lines the inputs are coherent with each other above {COHERENT_INPUTS}, or one has no power; nothing is estimated there"
+            ),
+            hint: Some("drive the inputs with independent signals".into()),
+        });
+    }
+    if !has_error {
+        warnings.push(Warning {
+            code: "one-average",
+            message: "a single average has neither coherence nor random error".into(),
+            hint: Some("average over more blocks: shorter blocks, or a longer record".into()),
+        });
+    }
+    Ok(warnings)
+}

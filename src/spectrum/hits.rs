@@ -1,0 +1,249 @@
+//! Pulses of an impact hammer's force: what rises above the noise, all to one side, for a short while.
+
+use std::ops::Range;
+
+/// One pulse of the force.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pulse {
+    /// Samples above the threshold.
+    pub above: Range<usize>,
+    /// Sample of its largest force.
+    pub peak: usize,
+    /// Its largest force over the level between pulses, with its sign.
+    pub height: f64,
+}
+
+/// The pulses of a stretch of force.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pulses {
+    /// Level between pulses: the median.
+    pub baseline: f64,
+    /// Standard deviation of the noise between pulses, by the median deviation.
+    pub noise: f64,
+    /// Size a pulse must have.
+    pub threshold: f64,
+    /// In the order of time.
+    pub pulses: Vec<Pulse>,
+}
+
+/// A pulse is this many standard deviations above the noise: once in 1e15 samples of normal noise.
+const ABOVE_NOISE: f64 = 8.0;
+
+/// And this share of the largest: below it are the ripples of anti-aliasing filters.
+const ABOVE_LARGEST: f64 = 0.05;
+
+/// Median deviation of normal noise to its standard deviation.
+const NORMAL: f64 = 1.4826;
+
+/// Medians are taken over about this many samples, evenly picked: their error, 0.4 % of the noise, does not matter here.
+const PICKED: usize = 100_000;
+
+/// The median of a stretch; 0 of nothing.
+pub fn median(samples: &[f64]) -> f64 {
+    let step = samples.len().div_ceil(PICKED).max(1);
+    let mut picked: Vec<f64> = samples.iter().step_by(step).copied().collect();
+    if picked.is_empty() {
+        return 0.0;
+    }
+    let middle = picked.len() / 2;
+    *picked.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+/// The pulses of a force.
+pub fn pulses(force: &[f64]) -> Pulses {
+    let baseline = median(force);
+    let step = force.len().div_ceil(PICKED).max(1);
+    let picked = force.iter().step_by(step);
+    let deviations: Vec<f64> = picked.map(|f| (f - baseline).abs()).collect();
+    let noise = NORMAL * median(&deviations);
+    let largest = force.iter().fold(0.0_f64, |most, f| {
+        if (f - baseline).abs() > most.abs() {
+            f - baseline
+        } else {
+            most
+        }
+    });
+    let threshold = (ABOVE_NOISE * noise).max(ABOVE_LARGEST * largest.abs());
+    let mut found = Pulses {
+        baseline,
+        noise,
+        threshold,
+        pulses: Vec::new(),
+    };
+    let is_above = |f: f64| (f - baseline) * largest.signum() > threshold;
+    let mut at = 0;
+    while let Some(start) = (at..force.len()).find(|&j| is_above(force[j])) {
+        let end = (start..force.len())
+            .find(|&j| !is_above(force[j]))
+            .unwrap_or(force.len());
+        found.note(start..end, force);
+        at = end;
+    }
+    found
+}
+
+impl Pulses {
+    /// Adds a run above the threshold; one that comes sooner after the last than that lasted is part of it.
+    fn note(&mut self, run: Range<usize>, force: &[f64]) {
+        let joined = match self.pulses.last() {
+            Some(last) if run.start - last.above.end < last.above.len() => {
+                let start = last.above.start;
+                self.pulses.pop();
+                start..run.end
+            }
+            _ => run,
+        };
+        let size = |j: usize| (force[j] - self.baseline).abs();
+        let peak = joined
+            .clone()
+            .max_by(|&i, &j| size(i).total_cmp(&size(j)))
+            .unwrap_or(joined.start);
+        self.pulses.push(Pulse {
+            height: force[peak] - self.baseline,
+            above: joined,
+            peak,
+        });
+    }
+}
+
+/// Of the energy of a force that is hits, this share at least lies in its pulses …
+const SHARE_IN_PULSES: f64 = 0.8;
+
+/// … and they take this share of the time at most; random bursts lie on both sides and fail the first.
+const SHARE_OF_TIME: f64 = 0.05;
+
+/// Whether a force is a record of hits: nearly all its energy in few short pulses to one side.
+pub fn is_impact(force: &[f64]) -> bool {
+    let found = pulses(force);
+    let energy = |samples: &[f64]| {
+        let square = |f: &f64| (f - found.baseline).powi(2);
+        samples.iter().map(square).sum::<f64>()
+    };
+    // The noise outside the pulses says nothing of what the force is for.
+    let noise = force.len() as f64 * found.noise * found.noise;
+    let time: usize = found.pulses.iter().map(|p| p.above.len()).sum();
+    let to_its_side = |p: &Pulse| {
+        let samples = force[p.above.clone()].iter().map(|f| f - found.baseline);
+        let square = |f: f64| if f * p.height > 0.0 { f * f } else { 0.0 };
+        samples.map(square).sum::<f64>()
+    };
+    let inside: f64 = found.pulses.iter().map(to_its_side).sum();
+    !found.pulses.is_empty()
+        && time as f64 <= SHARE_OF_TIME * force.len() as f64
+        && inside >= SHARE_IN_PULSES * (energy(force) - noise)
+}
+
+/// A run of equal samples at the extreme counts as clipped from this length on.
+const FLAT: usize = 3;
+
+/// Beyond how far a smooth top can fall behind its run.
+const MARGIN: f64 = 1.2;
+
+/// How far a parabola rounded to steps of 1 falls with the sample behind `run` equal ones on its top: they lie within one step, so
+/// that it bends by at most `4/(run − 1)²` a sample squared.
+fn smooth_fall(run: usize) -> f64 {
+    let m = run as f64;
+    1.0 + ((m + 1.0) / (m - 1.0)).powi(2)
+}
+
+/// With fewer different values than this their distances do not tell the converter's step.
+const ENOUGH_VALUES: usize = 64;
+
+/// The step is then taken to be this share of the range: 8 bits.
+const COARSE: f64 = 1.0 / 256.0;
+
+/// The least distance of different values.
+fn resolution(samples: &[f64]) -> f64 {
+    let mut values = samples.to_vec();
+    values.sort_unstable_by(f64::total_cmp);
+    values.dedup();
+    match values[..] {
+        [lowest, .., highest] if values.len() < ENOUGH_VALUES => COARSE * (highest - lowest),
+        _ => values
+            .windows(2)
+            .map(|pair| pair[1] - pair[0])
+            .fold(f64::INFINITY, f64::min),
+    }
+}
+
+/// Whether samples rest on their largest or smallest value as an overloaded amplifier does.
+pub fn is_clipped(samples: &[f64]) -> bool {
+    let step = resolution(samples);
+    let rests_on = |extreme: f64| {
+        let mut at = 0;
+        while let Some(start) = (at..samples.len()).find(|&j| samples[j] == extreme) {
+            let end = (start..samples.len())
+                .find(|&j| samples[j] != extreme)
+                .unwrap_or(samples.len());
+            let fall = |j: Option<&f64>| j.map_or(0.0, |x| (x - extreme).abs());
+            let before = start.checked_sub(1).and_then(|j| samples.get(j));
+            let steepest = fall(before).max(fall(samples.get(end)));
+            if end - start >= FLAT && steepest > MARGIN * step * smooth_fall(end - start) {
+                return true;
+            }
+            at = end;
+        }
+        false
+    };
+    let largest = samples.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let smallest = samples.iter().copied().fold(f64::INFINITY, f64::min);
+    // What a signal rests on between events is an extreme too, but not a far one.
+    let level = median(samples);
+    let is_far = |extreme: f64| 2.0 * (extreme - level).abs() >= largest - smallest;
+    [largest, smallest]
+        .into_iter()
+        .any(|extreme| largest > smallest && is_far(extreme) && rests_on(extreme))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Half a sine of `width` samples at each of `starts`.
+    fn blows(n: usize, starts: &[usize], width: usize) -> Vec<f64> {
+        let mut force = vec![0.0; n];
+        for &start in starts {
+            for j in 0..width {
+                force[start + j] += (std::f64::consts::PI * (j as f64 + 0.5) / width as f64).sin();
+            }
+        }
+        force
+    }
+
+    #[test]
+    fn exact_pulses_without_noise() {
+        let found = pulses(&blows(1000, &[100, 500], 9));
+        let tops: Vec<usize> = found.pulses.iter().map(|p| p.peak).collect();
+        assert_eq!(tops, [104, 504]);
+        assert_eq!(found.pulses[0].above, 100..109);
+    }
+
+    /// Hits, also downward and under noise; not a sine, not noise, not a burst of noise, not silence.
+    #[test]
+    fn law_what_is_impact() {
+        let mut rng = fastrand::Rng::with_seed(1);
+        let mut noise = |size: f64| size * (rng.f64() - 0.5);
+        let hits = blows(20_000, &[3000, 9000, 15_000], 20);
+        assert!(is_impact(&hits));
+        let down: Vec<f64> = hits.iter().map(|f| 3.0 - f + noise(0.05)).collect();
+        assert!(is_impact(&down));
+        let sine: Vec<f64> = (0..20_000).map(|j| (f64::from(j) * 0.1).sin()).collect();
+        let random: Vec<f64> = (0..20_000).map(|_| noise(1.0)).collect();
+        let burst: Vec<f64> = (0..20_000)
+            .map(|j| noise(if j < 600 { 1.0 } else { 0.001 }))
+            .collect();
+        for force in [&sine, &random, &burst, &vec![0.0; 100], &Vec::new()] {
+            assert!(!is_impact(force));
+        }
+    }
+
+    #[test]
+    fn law_clipping_is_a_flat_top_and_a_round_one_is_not() {
+        let force = blows(200, &[100], 40);
+        let cut: Vec<f64> = force.iter().map(|f| f.min(0.8)).collect();
+        let coarse: Vec<f64> = force.iter().map(|f| (f * 64.0).round() / 64.0).collect();
+        assert!(is_clipped(&cut) && !is_clipped(&force) && !is_clipped(&coarse));
+        let down: Vec<f64> = cut.iter().map(|f| -f).collect();
+        assert!(is_clipped(&down));
+    }
+}

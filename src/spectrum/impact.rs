@@ -1,0 +1,514 @@
+//! Frequency responses from hits: pulses of the force are found, doubtful ones set aside, the others averaged by H1.
+//!
+//! Halvorsen & Brown, Impulse technique for structural frequency response testing, Sound and Vibration 11 (1977), pp. 8–21. The
+//! force is zeroed behind its pulse. Where a response has not decayed at the end of the block, `exp(−σt)` lies on force and
+//! response alike: the response found is the structure's with every pole moved left by σ, exactly.
+
+use std::f64::consts::PI;
+use std::ops::Range;
+
+use super::frf::{Estimate, Estimator, estimate, pairs};
+use super::hits::{Pulse, is_clipped, median, pulses};
+use super::spectra::{Cross, Spectra};
+use super::welch::{Welch, WelchOptions};
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::numeric::Complex;
+use crate::numeric::fft::{RealFft, quick_length};
+
+/// How hits are cut out and judged.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ImpactOptions {
+    /// Samples of a block; `None`: until the responses have decayed, or the next hit.
+    pub block: Option<usize>,
+    /// Pulses closer than this are one stroke that bounced, s.
+    pub double_within_s: f64,
+    /// Levels at which channels overload, force first; where `None` or missing, flat tops are looked for.
+    pub overload: Vec<Option<f64>>,
+}
+
+impl Default for ImpactOptions {
+    /// Blocks as the data want them; bounces within 0.1 s, sooner than a hand strikes again.
+    fn default() -> ImpactOptions {
+        ImpactOptions {
+            block: None,
+            double_within_s: 0.1,
+            overload: Vec::new(),
+        }
+    }
+}
+
+/// Why a hit was set aside.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fault {
+    /// The hammer struck twice.
+    Double,
+    /// The force, or a response, ran into its limit.
+    Overload,
+    /// The next hit, or the end of the stretch, comes before the block is full.
+    CutShort,
+    /// The stretch begins within the pulse.
+    LateStart,
+}
+
+impl Fault {
+    /// In one word or two.
+    pub fn word(self) -> &'static str {
+        match self {
+            Fault::Double => "double",
+            Fault::Overload => "clipped",
+            Fault::CutShort => "cut short",
+            Fault::LateStart => "begun late",
+        }
+    }
+
+    /// In words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Fault::Double => "the hammer struck twice",
+            Fault::Overload => "the force or a response ran into its limit",
+            Fault::CutShort => "the next hit or the end comes before the block is full",
+            Fault::LateStart => "the record begins within the pulse",
+        }
+    }
+}
+
+/// One hit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Hit {
+    /// Sample of its largest force.
+    pub sample: usize,
+    /// Time of it from the first sample, s.
+    pub time_s: f64,
+    /// Its largest force over the level between hits.
+    pub peak: f64,
+    /// Why it was set aside; `None` where it was used.
+    pub fault: Option<Fault>,
+}
+
+/// Frequency responses from hits.
+#[derive(Debug, Clone)]
+pub struct Impact {
+    /// Every hit, used or not.
+    pub hits: Vec<Hit>,
+    /// Samples of a block.
+    pub block: usize,
+    /// Power of the force by line, averaged over the hits used.
+    pub force_power: Vec<f64>,
+    /// Channel 0 is the force, 1, 2, … are the responses. With a single hit the variance is that of the noise before it, and there
+    /// is no coherence. `window_decay` is σ.
+    pub estimate: Estimate,
+}
+
+/// A second pulse of this share of the first makes a hit double.
+const DOUBLE: f64 = 0.1;
+
+/// A response has decayed at this share of its beginning, or in the noise, whichever is larger.
+const DECAYED: f64 = 1e-3;
+
+/// An exponential window brings what is left at the end of the block down to this share.
+const END: f64 = 0.01;
+
+/// The noise's level times this is still noise: of the root mean square of 20 samples or more, three times never happens.
+const IN_NOISE: f64 = 3.0;
+
+/// Segments of a decay whose levels are compared.
+const SEGMENTS: usize = 64;
+
+/// Behind a pulse the force is kept for so many of its widths, and faded out over the next two.
+const KEPT_WIDTHS: usize = 4;
+
+/// Fewer samples before a hit do not tell its noise.
+const LEAST_QUIET: usize = 32;
+
+/// Frequency responses to the hits of `force`, over the stretches of a record.
+///
+/// # Errors
+/// `NoSignal`: no pulse in the force. `TooShort`: no hit fit for use, with the reason of each. `OutOfRange`: options that cannot be.
+///
+/// # Panics
+/// Channels of unequal length, stretches beyond them: mistakes of the caller.
+pub fn analyse(
+    rate_hz: f64,
+    force: &[f64],
+    responses: &[&[f64]],
+    stretches: &[Range<usize>],
+    options: &ImpactOptions,
+) -> Result<Impact, Error> {
+    if options.block.is_some_and(|n| n < 16) || options.double_within_s.is_nan() {
+        return Err(Error::new(
+            Code::OutOfRange,
+            "a block of a hit needs 16 samples or more, and bounces a time",
+        ));
+    }
+    let mut record = Record {
+        rate_hz,
+        channels: std::iter::once(force)
+            .chain(responses.iter().copied())
+            .collect(),
+        cuts: Vec::new(),
+    };
+    for stretch in stretches {
+        record.cut(stretch, options);
+    }
+    if record.cuts.is_empty() {
+        return Err(Error::new(Code::NoSignal, "the force holds no hit").hint(
+            "name the channel of the hammer's force, or estimate with a steady input instead",
+        ));
+    }
+    record.set_aside_overloads(options);
+    let (block, sigma) = record.settle_block(options)?;
+    let (estimate, force_power) = record.estimate(block, sigma)?;
+    let hit = |cut: &Cut| Hit {
+        sample: cut.pulse.peak,
+        time_s: cut.pulse.peak as f64 / rate_hz,
+        peak: cut.pulse.height,
+        fault: cut.fault,
+    };
+    Ok(Impact {
+        hits: record.cuts.iter().map(hit).collect(),
+        block,
+        force_power,
+        estimate,
+    })
+}
+
+/// A hit with its surroundings, in samples of the record.
+struct Cut {
+    pulse: Pulse,
+    /// Where its block begins.
+    start: usize,
+    /// Where the next hit's block begins, or the stretch ends.
+    limit: usize,
+    /// Before the block, back to the last hit.
+    quiet: Range<usize>,
+    /// Level of every channel between hits.
+    baseline: Vec<f64>,
+    fault: Option<Fault>,
+}
+
+struct Record<'a> {
+    rate_hz: f64,
+    channels: Vec<&'a [f64]>,
+    cuts: Vec<Cut>,
+}
+
+impl Record<'_> {
+    /// Adds the hits of a stretch.
+    fn cut(&mut self, stretch: &Range<usize>, options: &ImpactOptions) {
+        let found = pulses(&self.channels[0][stretch.clone()]);
+        let level = |channel: &&[f64]| median(&channel[stretch.clone()]);
+        let mut baseline: Vec<f64> = self.channels.iter().map(level).collect();
+        baseline[0] = found.baseline;
+        let apart = (options.double_within_s * self.rate_hz) as usize;
+        let first = self.cuts.len();
+        let mut strokes = found.pulses.into_iter().peekable();
+        let mut quiet_from = stretch.start;
+        while let Some(pulse) = strokes.next() {
+            let mut stroke = vec![pulse];
+            while let Some(next) = strokes.next_if(|p| {
+                stroke
+                    .last()
+                    .is_some_and(|l| p.above.start < l.above.end + apart)
+            }) {
+                stroke.push(next);
+            }
+            let begin = stretch.start + stroke[0].above.start;
+            let end = stretch.start + stroke.last().map_or(0, |p| p.above.end);
+            stroke.sort_by(|a, b| b.height.abs().total_cmp(&a.height.abs()));
+            let is_double = stroke
+                .get(1)
+                .is_some_and(|second| second.height.abs() > DOUBLE * stroke[0].height.abs());
+            let mut pulse = stroke.swap_remove(0);
+            pulse.peak += stretch.start;
+            pulse.above = begin..pulse.above.end + stretch.start;
+            let lead = (2 * pulse.above.len()).max(8);
+            let start = begin.saturating_sub(lead).max(stretch.start);
+            self.cuts.push(Cut {
+                fault: if is_double {
+                    Some(Fault::Double)
+                } else {
+                    (begin == stretch.start).then_some(Fault::LateStart)
+                },
+                quiet: quiet_from.min(start)..start,
+                start,
+                limit: stretch.end,
+                baseline: baseline.clone(),
+                pulse,
+            });
+            quiet_from = end;
+        }
+        for at in first + 1..self.cuts.len() {
+            self.cuts[at - 1].limit = self.cuts[at].start;
+        }
+        // What still rings from the hit before is no noise: the later half of the quiet counts.
+        for cut in &mut self.cuts[first..] {
+            cut.quiet.start += cut.quiet.len() / 2;
+        }
+    }
+
+    fn set_aside_overloads(&mut self, options: &ImpactOptions) {
+        let is_over = |at: usize, samples: &[f64]| match options.overload.get(at) {
+            Some(Some(level)) => samples.iter().any(|x| x.abs() >= *level),
+            _ => is_clipped(samples),
+        };
+        for cut in self.cuts.iter_mut().filter(|cut| cut.fault.is_none()) {
+            let mut channels = self.channels.iter().enumerate();
+            if channels.any(|(at, channel)| is_over(at, &channel[cut.start..cut.limit])) {
+                cut.fault = Some(Fault::Overload);
+            }
+        }
+    }
+
+    fn sound(&self) -> impl Iterator<Item = &Cut> {
+        self.cuts.iter().filter(|cut| cut.fault.is_none())
+    }
+
+    /// A response about its level.
+    fn response(&self, channel: usize, cut: &Cut, range: Range<usize>) -> Vec<f64> {
+        let level = cut.baseline[channel];
+        let samples = &self.channels[channel][range];
+        samples.iter().map(|x| x - level).collect()
+    }
+
+    /// The block's length, and the rate of the exponential window it needs; hits that do not fill it are set aside.
+    fn settle_block(&mut self, options: &ImpactOptions) -> Result<(usize, f64), Error> {
+        let noise: Vec<f64> = (0..self.channels.len())
+            .map(|channel| self.noise(channel))
+            .collect();
+        let mut free: Vec<usize> = self.sound().map(|cut| cut.limit - cut.start).collect();
+        free.sort_unstable();
+        // So long that three quarters of the hits fill it.
+        let Some(&most) = free.get(free.len() / 4) else {
+            return Err(self.none_left());
+        };
+        let mut decayed = 0;
+        for cut in self.sound() {
+            for channel in 1..self.channels.len() {
+                let response = self.response(channel, cut, cut.start..cut.limit);
+                decayed = decayed.max(decay_length(&response, noise[channel]));
+            }
+        }
+        let wanted = options.block.unwrap_or(if decayed == 0 {
+            most
+        } else {
+            decayed.min(most)
+        });
+        let block = match options.block {
+            Some(n) => n,
+            None => (16..=wanted.max(16))
+                .rev()
+                .find(|&n| quick_length(n) == n)
+                .unwrap_or(16),
+        };
+        for cut in &mut self.cuts {
+            if cut.fault.is_none() && cut.limit - cut.start < block {
+                cut.fault = Some(Fault::CutShort);
+            }
+        }
+        if self.sound().next().is_none() {
+            return Err(self.none_left());
+        }
+        let mut left: f64 = 0.0;
+        for cut in self.sound() {
+            for channel in 1..self.channels.len() {
+                let response = self.response(channel, cut, cut.start..cut.start + block);
+                let levels = levels(&response);
+                let largest = levels.iter().copied().fold(0.0, f64::max);
+                let last = levels.last().copied().unwrap_or(0.0);
+                if last > IN_NOISE * noise[channel] && largest > 0.0 {
+                    left = left.max(last / largest);
+                }
+            }
+        }
+        let sigma = if left > END {
+            (left / END).ln() * self.rate_hz / block as f64
+        } else {
+            0.0
+        };
+        Ok((block, sigma))
+    }
+
+    /// The least root mean square of a channel before a hit; 0 where nothing is quiet.
+    fn noise(&self, channel: usize) -> f64 {
+        let before = self.cuts.iter().filter(|c| c.quiet.len() >= LEAST_QUIET);
+        let level = before
+            .map(|cut| rms(&self.response(channel, cut, cut.quiet.clone())))
+            .fold(f64::INFINITY, f64::min);
+        if level.is_finite() { level } else { 0.0 }
+    }
+
+    fn none_left(&self) -> Error {
+        let count = |fault| self.cuts.iter().filter(|c| c.fault == Some(fault)).count();
+        let reasons: Vec<String> = [
+            Fault::Double,
+            Fault::Overload,
+            Fault::CutShort,
+            Fault::LateStart,
+        ]
+        .into_iter()
+        .filter(|&fault| count(fault) > 0)
+        .map(|fault| format!("{} × {}", count(fault), fault.words()))
+        .collect();
+        Error::new(
+            Code::TooShort,
+            format!(
+                "none of {} hits is fit for use: {}",
+                self.cuts.len(),
+                reasons.join(", ")
+            ),
+        )
+        .hint("a shorter block, or stated overload levels, let more of them through")
+    }
+
+    fn estimate(&self, block: usize, sigma: f64) -> Result<(Estimate, Vec<f64>), Error> {
+        let window: Vec<f64> = (0..block)
+            .map(|j| (-sigma * j as f64 / self.rate_hz).exp())
+            .collect();
+        let mut fft = RealFft::new(block);
+        let zero = Complex::new(0.0, 0.0);
+        let mut lines = vec![vec![zero; fft.lines()]; self.channels.len()];
+        let outputs: Vec<usize> = (1..self.channels.len()).collect();
+        let hits = self.sound().count();
+        let mut spectra = Spectra {
+            rate_hz: self.rate_hz,
+            frequency_hz: (0..fft.lines())
+                .map(|k| k as f64 * self.rate_hz / block as f64)
+                .collect(),
+            psd: vec![vec![0.0; fft.lines()]; self.channels.len()],
+            cross: pairs(&[0], &outputs)
+                .into_iter()
+                .map(|pair| Cross {
+                    pair,
+                    value: vec![zero; fft.lines()],
+                })
+                .collect(),
+            bandwidth_hz: self.rate_hz / block as f64,
+            blocks: hits,
+            averages: Some(hits as f64),
+            window_decay: sigma,
+        };
+        for cut in self.sound() {
+            let fade = force_window(cut, block);
+            for (channel, lines) in lines.iter_mut().enumerate() {
+                let mut samples = self.response(channel, cut, cut.start..cut.start + block);
+                for j in 0..block {
+                    samples[j] *= window[j] * if channel == 0 { fade[j] } else { 1.0 };
+                }
+                fft.forward(&mut samples, lines);
+                let psd = spectra.psd[channel].iter_mut().zip(lines.iter());
+                psd.for_each(|(s, x)| *s += x.norm_sqr() / hits as f64);
+            }
+            for Cross { pair, value } in &mut spectra.cross {
+                let ends = lines[pair.0].iter().zip(&lines[pair.1]);
+                for (s, (x, y)) in value.iter_mut().zip(ends) {
+                    *s += x.conj() * y / hits as f64;
+                }
+            }
+        }
+        let mut found = estimate(&spectra, &[0], &outputs, Estimator::H1)?;
+        if let (1, Some(cut)) = (hits, self.sound().next()) {
+            self.error_by_noise(cut, &window, &spectra, &mut found)?;
+        }
+        Ok((found, spectra.psd.swap_remove(0)))
+    }
+
+    /// The variance of a single hit's responses: `(E|N_y|² + |H|² E|N_f|²)/|F|²` by the noise before the hit, or, where the record
+    /// begins too near it, by what is left once the responses have decayed.
+    fn error_by_noise(
+        &self,
+        cut: &Cut,
+        window: &[f64],
+        spectra: &Spectra,
+        found: &mut Estimate,
+    ) -> Result<(), Error> {
+        let after = cut.start + window.len()..cut.limit;
+        let quiet = if cut.quiet.len() >= LEAST_QUIET {
+            cut.quiet.clone()
+        } else if spectra.window_decay == 0.0 && after.len() >= LEAST_QUIET {
+            after
+        } else {
+            return Ok(());
+        };
+        let samples: Vec<&[f64]> = self
+            .channels
+            .iter()
+            .map(|channel| &channel[quiet.clone()])
+            .collect();
+        let mut welch = Welch::new(
+            self.rate_hz,
+            samples.len(),
+            &[],
+            &WelchOptions {
+                block: (quiet.len() / 8).clamp(LEAST_QUIET / 2, window.len()),
+                ..WelchOptions::default()
+            },
+        )?;
+        welch.push(&samples);
+        let noise_psd = welch.finish()?;
+        let energy: f64 = window.iter().map(|w| w * w).sum();
+        let fade = force_window(cut, window.len());
+        let weights = window.iter().zip(&fade);
+        let force_energy: f64 = weights.map(|(w, f)| (w * f).powi(2)).sum();
+        let noise = |channel: usize, energy: f64, f: f64| {
+            0.5 * self.rate_hz
+                * energy
+                * between(&noise_psd.frequency_hz, &noise_psd.psd[channel], f)
+        };
+        for function in &mut found.functions {
+            let error = |(line, h): (usize, &Complex)| {
+                let f = spectra.frequency_hz[line];
+                let variance =
+                    noise(function.output, energy, f) + h.norm_sqr() * noise(0, force_energy, f);
+                variance / spectra.psd[0][line]
+            };
+            let variance = function.value.iter().enumerate().map(error);
+            function.variance = Some(variance.collect());
+        }
+        Ok(())
+    }
+}
+
+/// One over the pulse and some widths behind it, then a quarter of a cosine down to zero.
+fn force_window(cut: &Cut, block: usize) -> Vec<f64> {
+    let width = cut.pulse.above.len();
+    let kept = cut.pulse.above.end - cut.start + KEPT_WIDTHS * width;
+    let fade = 2 * width;
+    (0..block)
+        .map(|j| {
+            let x = j.saturating_sub(kept) as f64 / fade as f64;
+            if x < 1.0 {
+                (0.5 * PI * x).cos().powi(2)
+            } else {
+                0.0
+            }
+        })
+        .collect()
+}
+
+/// Root mean squares of the segments of a decay.
+fn levels(samples: &[f64]) -> Vec<f64> {
+    let segment = samples.len().div_ceil(SEGMENTS).max(1);
+    samples.chunks(segment).map(rms).collect()
+}
+
+fn rms(samples: &[f64]) -> f64 {
+    (samples.iter().map(|x| x * x).sum::<f64>() / samples.len().max(1) as f64).sqrt()
+}
+
+/// Samples until a response stays in the noise, or below a thousandth of its largest level; all where it never does.
+fn decay_length(samples: &[f64], noise: f64) -> usize {
+    let levels = levels(samples);
+    let largest = levels.iter().copied().fold(0.0, f64::max);
+    let limit = (DECAYED * largest).max(IN_NOISE * noise);
+    let segment = samples.len().div_ceil(SEGMENTS).max(1);
+    let last = levels.iter().rposition(|&level| level > limit);
+    last.map_or(0, |at| ((at + 1) * segment).min(samples.len()))
+}
+
+/// Straight between the lines of a table.
+fn between(x: &[f64], y: &[f64], at: f64) -> f64 {
+    let next = x.partition_point(|&x| x < at).clamp(1, x.len() - 1);
+    let share = (at - x[next - 1]) / (x[next] - x[next - 1]);
+    y[next - 1] + share * (y[next] - y[next - 1])
+}

@@ -1,0 +1,226 @@
+//! Peaks of a spectrum: local maxima that stand above a robust floor, with frequency and height between the lines.
+//!
+//! The floor is the median over a sliding stretch of lines, turned into a mean by the median of χ²; the frequency is the top of the
+//! parabola through the logarithms of three lines. A tone under a Hann window is found so to 0.016 lines and 4 % of its amplitude.
+
+use super::spectra::Spectra;
+use crate::numeric::statistics::chi_squared_quantile;
+
+/// What counts as a peak.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PeakOptions {
+    /// Lines to either side over which the floor is the median; `None`: 64, or an eighth of the spectrum where that is more lines.
+    pub floor_lines: Option<usize>,
+    /// How many peaks noise alone may be expected to show in the whole spectrum.
+    pub false_alarms: f64,
+}
+
+impl Default for PeakOptions {
+    /// One false peak in a hundred spectra.
+    fn default() -> PeakOptions {
+        PeakOptions {
+            floor_lines: None,
+            false_alarms: 0.01,
+        }
+    }
+}
+
+/// One peak.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Peak {
+    /// Line of the local maximum.
+    pub line: usize,
+    /// Frequency between the lines, Hz.
+    pub frequency_hz: f64,
+    /// Density at the top, unit²/Hz.
+    pub psd: f64,
+    /// Amplitude (0 to peak) of a tone that would make this peak, in the unit of the channel.
+    pub amplitude: f64,
+    /// Density at the top over that of the floor.
+    pub signal_to_noise: f64,
+}
+
+/// Whatever the averages, a floor is known no better than this factor where it slopes.
+const LEAST_RATIO: f64 = 4.0;
+
+/// Between two peaks the density falls by this factor at least.
+const LEAST_DIP: f64 = 2.0;
+
+/// And by more than so improbable a ripple of the estimate.
+const RIPPLE: f64 = 1e-3;
+
+/// The peaks of a channel, the highest above the floor first.
+pub fn peaks(spectra: &Spectra, channel: usize, options: &PeakOptions) -> Vec<Peak> {
+    let psd = &spectra.psd[channel];
+    let lines = psd.len();
+    if lines < 3 {
+        return Vec::new();
+    }
+    let freedoms = 2.0 * spectra.averages.unwrap_or(spectra.blocks as f64);
+    let multiple = |p: f64| chi_squared_quantile(p, freedoms) / freedoms;
+    let ratio = multiple(1.0 - options.false_alarms / lines as f64).max(LEAST_RATIO);
+    let dip = (multiple(1.0 - RIPPLE) / multiple(RIPPLE)).max(LEAST_DIP);
+    let half = options.floor_lines.unwrap_or((lines / 8).max(64));
+    let floor: Vec<f64> = sliding_median(psd, half)
+        .iter()
+        .map(|m| m / multiple(0.5))
+        .collect();
+    let (left, right) = valleys(psd);
+    let is_peak = |k: &usize| {
+        let s = psd[*k];
+        s > psd[k - 1]
+            && s >= psd[k + 1]
+            && s > ratio * floor[*k]
+            && s > dip * left[*k]
+            && s > dip * right[*k]
+    };
+    let spacing = spectra.frequency_hz[1] - spectra.frequency_hz[0];
+    let mut found: Vec<Peak> = (1..lines - 1)
+        .filter(is_peak)
+        .map(|k| {
+            let (shift, top) = parabola(psd[k - 1], psd[k], psd[k + 1]);
+            Peak {
+                line: k,
+                frequency_hz: spectra.frequency_hz[k] + shift * spacing,
+                psd: top,
+                amplitude: (2.0 * top * spectra.bandwidth_hz).sqrt(),
+                signal_to_noise: top / floor[k],
+            }
+        })
+        .collect();
+    found.sort_by(|a, b| b.signal_to_noise.total_cmp(&a.signal_to_noise));
+    found
+}
+
+/// Place, in lines from the middle, and height of the top of the parabola through three logarithms.
+fn parabola(before: f64, middle: f64, after: f64) -> (f64, f64) {
+    let ln = |s: f64| s.max(f64::MIN_POSITIVE).ln();
+    let (a, b, c) = (ln(before), ln(middle), ln(after));
+    let bend = a - 2.0 * b + c;
+    if bend >= 0.0 {
+        return (0.0, middle);
+    }
+    let shift = 0.5 * (a - c) / bend;
+    (shift, (b - 0.25 * (a - c) * shift).exp())
+}
+
+/// The lowest value from each line to the next larger one on its left and on its right, or to the end.
+fn valleys(psd: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    let left = one_sided(psd.iter());
+    let mut right = one_sided(psd.iter().rev());
+    right.reverse();
+    (left, right)
+}
+
+fn one_sided<'a>(values: impl Iterator<Item = &'a f64>) -> Vec<f64> {
+    // Values not yet topped, each with the lowest since the one before it.
+    let mut open: Vec<(f64, f64)> = Vec::new();
+    values
+        .map(|&value| {
+            let mut lowest = value;
+            while let Some(&(_, low)) = open.last().filter(|(height, _)| *height <= value) {
+                lowest = lowest.min(low);
+                open.pop();
+            }
+            open.push((value, lowest));
+            lowest
+        })
+        .collect()
+}
+
+/// The median over `half` values to either side of each, fewer at the ends.
+pub fn sliding_median(values: &[f64], half: usize) -> Vec<f64> {
+    let mut sorted: Vec<f64> = Vec::with_capacity(2 * half + 2);
+    let place = |sorted: &[f64], x: f64| sorted.partition_point(|y| y.total_cmp(&x).is_lt());
+    let insert = |sorted: &mut Vec<f64>, x: f64| sorted.insert(place(sorted, x), x);
+    values
+        .iter()
+        .take(half)
+        .for_each(|&x| insert(&mut sorted, x));
+    (0..values.len())
+        .map(|k| {
+            if let Some(&x) = values.get(k + half) {
+                insert(&mut sorted, x);
+            }
+            if k > half {
+                let gone = place(&sorted, values[k - half - 1]);
+                sorted.remove(gone);
+            }
+            let middle = sorted.len() / 2;
+            if sorted.len() % 2 == 1 {
+                sorted[middle]
+            } else {
+                0.5 * (sorted[middle - 1] + sorted[middle])
+            }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::spectrum::welch::{Welch, WelchOptions};
+    use std::f64::consts::TAU;
+
+    #[test]
+    fn exact_sliding_median() {
+        let values = [5.0, 1.0, 4.0, 2.0, 3.0, 9.0];
+        assert_eq!(sliding_median(&values, 1), [3.0, 4.0, 2.0, 3.0, 3.0, 6.0]);
+        assert_eq!(sliding_median(&values, 0), values);
+        assert_eq!(sliding_median(&values, 100), [3.5; 6]);
+    }
+
+    #[test]
+    fn exact_valleys() {
+        let (left, right) = valleys(&[3.0, 1.0, 2.0, 0.5, 4.0, 2.0]);
+        assert_eq!(left, [3.0, 1.0, 1.0, 0.5, 0.5, 2.0]);
+        assert_eq!(right, [0.5, 1.0, 0.5, 0.5, 2.0, 2.0]);
+    }
+
+    fn spectrum(samples: &[f64]) -> Spectra {
+        let options = WelchOptions {
+            block: 1024,
+            ..WelchOptions::default()
+        };
+        let mut welch = Welch::new(1024.0, 1, &[], &options).unwrap();
+        welch.push(&[samples]);
+        welch.finish().unwrap()
+    }
+
+    /// Tones anywhere between lines: 0.016 lines, 4 % of the amplitude, nothing else found.
+    #[test]
+    fn law_tones_in_noise() {
+        let mut rng = fastrand::Rng::with_seed(7);
+        for step in 0..10 {
+            let (f1, f2) = (
+                100.0 + 0.1 * f64::from(step),
+                311.0 - 0.07 * f64::from(step),
+            );
+            let samples: Vec<f64> = (0..20_000)
+                .map(|j| {
+                    let t = f64::from(j) / 1024.0;
+                    3.0 * (TAU * f1 * t).sin() + 0.5 * (TAU * f2 * t).cos() + 0.01 * rng.f64()
+                })
+                .collect();
+            let found = peaks(&spectrum(&samples), 0, &PeakOptions::default());
+            assert_eq!(found.len(), 2, "{found:?}");
+            for (peak, (f, a)) in found.iter().zip([(f1, 3.0), (f2, 0.5)]) {
+                assert!((peak.frequency_hz - f).abs() < 0.0165, "{peak:?} {f}");
+                assert!((peak.amplitude / a - 1.0).abs() < 0.04, "{peak:?}");
+            }
+        }
+    }
+
+    /// Noise alone shows no peak in 50 spectra, each allowed 0.01.
+    #[test]
+    fn law_noise_has_no_peaks() {
+        let mut rng = fastrand::Rng::with_seed(3);
+        let found: usize = (0..50)
+            .map(|_| {
+                let samples: Vec<f64> = (0..8192).map(|_| rng.f64() - 0.5).collect();
+                peaks(&spectrum(&samples), 0, &PeakOptions::default()).len()
+            })
+            .sum();
+        assert!(found <= 3, "{found}");
+    }
+}

@@ -1,0 +1,185 @@
+//! Incremental encoders: counters read at every sample, and two tracks in quadrature timed between samples.
+
+use std::f64::consts::TAU;
+
+use super::angle::AngleCurve;
+use super::edges::{Edge, Levels, edges};
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::spectrum::samples::{check, check_count, check_positive};
+
+/// Readings of a counter that begins again at zero after `modulus − 1`, made to go on; each step the shorter way round.
+///
+/// # Errors
+/// Readings not finite, a modulus below 2.
+pub fn unwrap_counts(readings: &[f64], modulus: f64) -> Result<Vec<f64>, Error> {
+    check(readings, 1)?;
+    if !(modulus >= 2.0 && modulus.is_finite()) {
+        return Err(Error::new(
+            Code::OutOfRange,
+            format!(
+                "a counter that begins again after {modulus} counts, where at least 2 are needed"
+            ),
+        ));
+    }
+    let mut turns = 0.0;
+    let mut before = readings[0];
+    let one = |&reading: &f64| {
+        turns -= ((reading - before) / modulus).round();
+        before = reading;
+        reading + turns * modulus
+    };
+    Ok(readings.iter().map(one).collect())
+}
+
+/// The angle from a counter read at every sample (unwrapped, rising).
+///
+/// A reading `c` says that the angle lies between counts `c` and `c + 1`. Where the counter moves between two samples it passed
+/// `(c + c′ + 1)/2` about halfway between them, and that is the point taken: known to half a sample where one count passes, to a
+/// fraction of one where several do.
+///
+/// # Errors
+/// A counter that does not rise, no counts a turn.
+pub fn curve_from_counts(
+    counts: &[f64],
+    rate_hz: f64,
+    counts_per_turn: usize,
+) -> Result<AngleCurve, Error> {
+    check(counts, 2)?;
+    check_positive(rate_hz, "the sample rate, Hz,")?;
+    check_count(counts_per_turn, 1, "the number of counts a turn")?;
+    let step = TAU / counts_per_turn as f64;
+    let moves = counts.windows(2).enumerate().filter(|(_, w)| w[0] != w[1]);
+    let points = moves.map(|(j, w)| ((j as f64 + 0.5) / rate_hz, step * 0.5 * (w[0] + w[1] + 1.0)));
+    let (time_s, angle) = points.unzip();
+    AngleCurve::new(time_s, angle)
+}
+
+/// What two tracks tell.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Quadrature {
+    /// Times at which a boundary between two counts was passed, s.
+    pub time_s: Vec<f64>,
+    /// Which boundary: the higher of the two counts, four a period, zero before the first edge; rising where track A leads.
+    pub boundary: Vec<i64>,
+    /// Edges of both tracks between the same two samples: their order, and so the direction there, rests on interpolation.
+    pub doubtful: usize,
+}
+
+/// Decodes two tracks; levels from the signals themselves.
+///
+/// # Errors
+/// A dead track, samples not finite, tracks of different lengths.
+pub fn quadrature(a: &[f64], b: &[f64], rate_hz: f64) -> Result<Quadrature, Error> {
+    check(b, a.len())?;
+    check(a, b.len())?;
+    let track = |samples: &[f64]| edges(samples, rate_hz, Levels::of(samples)?);
+    let (a, b) = (track(a)?, track(b)?);
+    let mut all: Vec<(Edge, bool)> = a.iter().map(|&e| (e, true)).collect();
+    all.extend(b.iter().map(|&e| (e, false)));
+    all.sort_by(|x, y| x.0.time_s.total_cmp(&y.0.time_s));
+    // before its first edge a track is on the other side of it
+    let before = |edges: &[Edge]| edges.first().is_some_and(|e| !e.rising);
+    let (mut high_a, mut high_b) = (before(&a), before(&b));
+    let mut found = Quadrature::default();
+    let mut count = 0;
+    for (edge, of_a) in &all {
+        // forward: A rises while B is low, B rises while A is high, and so on round
+        let forward = if *of_a {
+            high_a = edge.rising;
+            high_a != high_b
+        } else {
+            high_b = edge.rising;
+            high_a == high_b
+        };
+        found.time_s.push(edge.time_s);
+        found.boundary.push(if forward { count + 1 } else { count });
+        count += if forward { 1 } else { -1 };
+    }
+    let sample = |e: &Edge| (e.time_s * rate_hz).floor();
+    let same = |w: &&[(Edge, bool)]| w[0].1 != w[1].1 && sample(&w[0].0) == sample(&w[1].0);
+    found.doubtful = all.windows(2).filter(same).count();
+    Ok(found)
+}
+
+impl Quadrature {
+    /// The angle, where the shaft turned one way throughout.
+    ///
+    /// # Errors
+    /// No lines a turn, a shaft that turned back.
+    pub fn curve(&self, lines_per_turn: usize) -> Result<AngleCurve, Error> {
+        check_count(lines_per_turn, 1, "the number of lines a turn")?;
+        let step = TAU / (4.0 * lines_per_turn as f64);
+        let angle = self.boundary.iter().map(|&c| step * c as f64).collect();
+        AngleCurve::new(self.time_s.clone(), angle)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Tracks of a shaft that turns forward, back and forward again: every boundary is passed as often as it was.
+    #[test]
+    fn exact_quadrature() {
+        let rate = 10_000.0;
+        let periods = |t: f64| 6.0 * t - 2.0 * (TAU * t).cos() + 2.0; // lines passed
+        let track = |shift: f64| -> Vec<f64> {
+            let at = |j: i32| (TAU * (periods(f64::from(j) / rate) + 0.1 - shift)).sin();
+            (0..10_000).map(at).collect()
+        };
+        let found = quadrature(&track(0.0), &track(0.25), rate).unwrap();
+        // A crosses zero at whole and half periods, B a quarter later: boundary c at (c/4) periods − 0.1, the first passed is 0.25
+        assert_eq!(found.doubtful, 0);
+        for (t, c) in found.time_s.iter().zip(&found.boundary) {
+            let expected = 4.0 * (periods(*t) + 0.1);
+            assert!((expected - *c as f64).abs() < 2e-3, "{expected} {c}");
+        }
+        assert!(found.curve(100).is_err()); // it turned back
+        let steady = |shift: f64| -> Vec<f64> {
+            (0..2000)
+                .map(|j| (0.1 * f64::from(j) - TAU * shift).sin())
+                .collect()
+        };
+        let curve = quadrature(&steady(0.0), &steady(0.25), 1.0)
+            .unwrap()
+            .curve(10)
+            .unwrap();
+        assert!((curve.speed(1000.0) - 0.01).abs() < 1e-5);
+        let back = quadrature(&steady(0.25), &steady(0.0), 1.0).unwrap();
+        assert!(back.boundary.windows(2).all(|w| w[1] == w[0] - 1));
+    }
+
+    /// A counter of 12 bits at constant speed: the angle within a count, the speed nearly exact.
+    #[test]
+    fn exact_counter() {
+        for speed in [0.3, 40.7] {
+            // counts a sample
+            let reading = |j: u32| (f64::from(j) * speed).floor() % 4096.0;
+            let readings: Vec<f64> = (0..5000).map(reading).collect();
+            let counts = unwrap_counts(&readings, 4096.0).unwrap();
+            assert!(
+                counts
+                    .iter()
+                    .enumerate()
+                    .all(|(j, c)| *c == (j as f64 * speed).floor())
+            );
+            let curve = curve_from_counts(&counts, 1.0, 1024).unwrap();
+            let count = |t: f64| curve.at(t) / TAU * 1024.0;
+            assert!((1..4900).all(|j| (count(f64::from(j)) - speed * f64::from(j)).abs() < 1.0));
+        }
+    }
+
+    #[test]
+    fn refuses_nonsense() {
+        assert!(unwrap_counts(&[1.0], 1.0).is_err());
+        assert_eq!(
+            curve_from_counts(&[3.0, 2.0, 1.0], 1.0, 4)
+                .unwrap_err()
+                .code,
+            Code::OutOfRange
+        );
+        assert!(quadrature(&[0.0, 1.0], &[0.0], 1.0).is_err());
+        assert!(quadrature(&[0.0, 1.0], &[0.0, 0.0], 1.0).is_err());
+    }
+}

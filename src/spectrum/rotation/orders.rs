@@ -1,0 +1,149 @@
+//! Lines over order (cycles a turn): `x(θ) = Σ Re A_o e^{ioθ}`, with phases at the zero of the shaft's angle.
+
+use std::f64::consts::TAU;
+
+use super::angle::AngleCurve;
+use super::angular::AngularSignal;
+use crate::base::error::Error;
+use crate::numeric::Complex;
+use crate::numeric::fft::RealFft;
+use crate::spectrum::samples::{check_count, hann};
+
+/// Amplitudes over orders, averaged over blocks of turns.
+#[derive(Debug, Clone)]
+pub struct OrderSpectrum {
+    /// Orders, `1/turns` apart.
+    pub order: Vec<f64>,
+    /// Amplitude, zero to peak: root of the mean square over the blocks (at order zero the size of the mean).
+    pub amplitude: Vec<f64>,
+    /// Mean of the complex amplitudes over the blocks. Its size is that of `amplitude` where the phase is locked to the shaft, and
+    /// falls with the root of the number of blocks where it is not.
+    pub locked: Vec<Complex>,
+    /// How many blocks, overlapping by half.
+    pub blocks: usize,
+}
+
+/// The order spectrum in blocks of `turns` turns, with Hann's window: lines `1/turns` apart and four times as wide.
+///
+/// # Errors
+/// A signal shorter than one block.
+pub fn order_spectrum(signal: &AngularSignal, turns: usize) -> Result<OrderSpectrum, Error> {
+    check_count(turns, 1, "the number of turns in a block")?;
+    signal.check_turns(turns)?;
+    let n = turns * signal.per_turn;
+    let weights = hann(n);
+    let scale = 2.0 / weights.iter().sum::<f64>();
+    let mut fft = RealFft::new(n);
+    let zero = Complex::new(0.0, 0.0);
+    let (mut lines, mut block) = (vec![zero; fft.lines()], vec![0.0; n]);
+    let (mut square, mut locked) = (vec![0.0; lines.len()], vec![zero; lines.len()]);
+    let mut blocks = 0;
+    for start in (0..=signal.values.len() - n).step_by((n / 2).max(1)) {
+        let values = &signal.values[start..start + n];
+        block
+            .iter_mut()
+            .zip(values.iter().zip(&weights))
+            .for_each(|(b, (x, w))| *b = x * w);
+        fft.forward(&mut block, &mut lines);
+        let origin = (signal.first + start as i64).rem_euclid(n as i64) as u128;
+        for (k, z) in lines.iter().enumerate() {
+            // the angle of the block's start, in turns of line k, without the whole ones
+            let turn = (k as u128 * origin % n as u128) as f64 / n as f64;
+            let once = if k == 0 || 2 * k == n { 0.5 } else { 1.0 };
+            let value = z * Complex::from_polar(once * scale, -TAU * turn);
+            square[k] += value.norm_sqr();
+            locked[k] += value;
+        }
+        blocks += 1;
+    }
+    let count = f64::from(blocks);
+    Ok(OrderSpectrum {
+        order: (0..lines.len()).map(|k| k as f64 / turns as f64).collect(),
+        amplitude: square.iter().map(|s| (s / count).sqrt()).collect(),
+        locked: locked.iter().map(|z| z / count).collect(),
+        blocks: blocks as usize,
+    })
+}
+
+/// One order over a run.
+#[derive(Debug, Clone)]
+pub struct OrderTrack {
+    /// The order.
+    pub order: f64,
+    /// Its complex amplitude, zero to peak, at each point of [`OrderTracks`].
+    pub value: Vec<Complex>,
+}
+
+/// Orders over a run.
+#[derive(Debug, Clone)]
+pub struct OrderTracks {
+    /// Middle of each block, s.
+    pub time_s: Vec<f64>,
+    /// Speed there, rad/s.
+    pub speed: Vec<f64>,
+    /// The orders asked for.
+    pub tracks: Vec<OrderTrack>,
+}
+
+/// How tracks are cut.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrackSettings {
+    /// Turns in a block: orders `2/turns` apart or more are told apart, and an amplitude is smoothed over about half of them.
+    pub turns: usize,
+    /// Turns from one block to the next.
+    pub step: usize,
+}
+
+/// The tracks of `orders` (cycles a turn, also broken ones) over a run.
+///
+/// # Errors
+/// A signal shorter than one block, blocks or steps of no turns.
+pub fn order_tracks(
+    signal: &AngularSignal,
+    curve: &AngleCurve,
+    orders: &[f64],
+    settings: TrackSettings,
+) -> Result<OrderTracks, Error> {
+    check_count(settings.turns, 1, "the number of turns in a block")?;
+    check_count(settings.step, 1, "the number of turns between blocks")?;
+    signal.check_turns(settings.turns)?;
+    let n = settings.turns * signal.per_turn;
+    let starts: Vec<usize> = (0..=signal.values.len() - n)
+        .step_by(settings.step * signal.per_turn)
+        .collect();
+    let weights = hann(n);
+    let sum: f64 = weights.iter().sum();
+    let track = |&order: &f64| {
+        let scale = if order == 0.0 { 1.0 } else { 2.0 } / sum;
+        let waves: Vec<Complex> = (0..n)
+            .map(|j| {
+                let turns = order * j as f64 / signal.per_turn as f64;
+                Complex::from_polar(scale * weights[j], -TAU * turns.fract())
+            })
+            .collect();
+        let value = |&start: &usize| {
+            let block = &signal.values[start..start + n];
+            let (re, im) = block
+                .iter()
+                .zip(&waves)
+                .fold((0.0, 0.0), |(re, im), (x, w)| {
+                    (re + x * w.re, im + x * w.im)
+                });
+            Complex::new(re, im) * Complex::from_polar(1.0, -order * signal.angle(start))
+        };
+        OrderTrack {
+            order,
+            value: starts.iter().map(value).collect(),
+        }
+    };
+    let middle = |&start: &usize| curve.time_at(signal.angle(start + n / 2));
+    let time_s: Vec<f64> = starts
+        .iter()
+        .map(|s| middle(s).unwrap_or(f64::NAN))
+        .collect();
+    Ok(OrderTracks {
+        speed: time_s.iter().map(|&t| curve.speed(t)).collect(),
+        time_s,
+        tracks: orders.iter().map(track).collect(),
+    })
+}

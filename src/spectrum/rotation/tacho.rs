@@ -1,0 +1,226 @@
+//! Pulses of a tacho: each gets the number of pulse places since the first, by comparing its distance with the median of those around.
+
+use super::edges::{Levels, edges};
+use crate::base::code::Code;
+use crate::base::error::Error;
+
+/// Distances on either side that go into the median.
+const AROUND: usize = 4;
+
+/// Distances at either end that have too few neighbours to be judged by.
+const UNJUDGED: usize = 2;
+
+/// A pulse nearer than this to the last one is extra, and one farther than [`MISSING`] has missed one; over the usual distance.
+const EXTRA: f64 = 0.5;
+
+/// See [`EXTRA`]: halfway between one distance and two.
+const MISSING: f64 = 1.5;
+
+/// Which edge of a pulse counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Slope {
+    /// Upward.
+    #[default]
+    Rising,
+    /// Downward.
+    Falling,
+}
+
+/// A pulse and how many places after the first it stands.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pulse {
+    /// When, s.
+    pub time_s: f64,
+    /// Number of its place, the first one's 0.
+    pub place: usize,
+}
+
+/// Places without a pulse.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Missing {
+    /// The pulse before, s.
+    pub after_s: f64,
+    /// How many are missing.
+    pub number: usize,
+}
+
+/// The pulses of a tacho.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Pulses {
+    /// Those that count.
+    pub pulses: Vec<Pulse>,
+    /// Where pulses are missing; their places are counted.
+    pub missing: Vec<Missing>,
+    /// Times of pulses that stand between the places, s; not counted.
+    pub extra_s: Vec<f64>,
+}
+
+/// The pulses of a signal; levels from the signal itself where none are given.
+///
+/// # Errors
+/// A signal without pulses, samples not finite.
+pub fn pulses(
+    samples: &[f64],
+    rate_hz: f64,
+    slope: Slope,
+    levels: Option<Levels>,
+) -> Result<Pulses, Error> {
+    let levels = match levels {
+        Some(levels) => levels,
+        None => Levels::of(samples)?,
+    };
+    let wanted = slope == Slope::Rising;
+    let times: Vec<f64> = edges(samples, rate_hz, levels)?
+        .iter()
+        .filter(|edge| edge.rising == wanted)
+        .map(|edge| edge.time_s)
+        .collect();
+    if times.len() < 2 {
+        return Err(Error::new(
+            Code::NoSignal,
+            format!(
+                "{} pulses between the levels {} and {}",
+                times.len(),
+                levels.low,
+                levels.high
+            ),
+        )
+        .hint("state the levels of the tacho, or look whether this is its channel"));
+    }
+    Ok(number(&times))
+}
+
+/// Numbers pulses at rising times.
+///
+/// The speed may change, by up to half from one pulse to the next; the first and last two distances are not judged.
+pub fn number(times: &[f64]) -> Pulses {
+    let mut found = Pulses::default();
+    let Some((&first, rest)) = times.split_first() else {
+        return found;
+    };
+    let usual = usual_distances(times);
+    let mut last = Pulse {
+        time_s: first,
+        place: 0,
+    };
+    found.pulses.push(last);
+    let mut at = 0; // in `rest`; `usual[at]` leads up to it
+    while at < rest.len() {
+        // of those before the next place but one, the nearest to the next place
+        let over = |j: usize| (rest[j] - last.time_s) / usual[j];
+        let within = (at..rest.len()).take_while(|&j| over(j) < MISSING).count();
+        let off = |j: usize| (over(j) - 1.0).abs();
+        let nearest = (at..at + within).min_by(|&a, &b| off(a).total_cmp(&off(b)));
+        let next = match nearest {
+            Some(j) if over(j) >= EXTRA => j,
+            _ => at + within,
+        };
+        found.extra_s.extend(&rest[at..next.min(rest.len())]);
+        if next == rest.len() {
+            break;
+        }
+        let places = (over(next).round() as usize).max(1);
+        if places > 1 {
+            found.missing.push(Missing {
+                after_s: last.time_s,
+                number: places - 1,
+            });
+        }
+        last = Pulse {
+            time_s: rest[next],
+            place: last.place + places,
+        };
+        found.pulses.push(last);
+        at = next + 1;
+    }
+    found
+}
+
+/// The median of the distances around each; at the ends its own.
+fn usual_distances(times: &[f64]) -> Vec<f64> {
+    let distances: Vec<f64> = times.windows(2).map(|w| w[1] - w[0]).collect();
+    let n = distances.len();
+    let mut near = Vec::with_capacity(2 * AROUND + 1);
+    (0..n)
+        .map(|i| {
+            let reach = i.min(n - 1 - i).min(AROUND);
+            if reach < UNJUDGED {
+                return distances[i];
+            }
+            near.clear();
+            near.extend_from_slice(&distances[i - reach..=i + reach]);
+            near.sort_by(f64::total_cmp);
+            near[reach]
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A run-up from standstill, θ = ½αt²: pulse k at √k; nothing is missing or extra.
+    #[test]
+    fn exact_run_up_is_left_alone() {
+        let times: Vec<f64> = (0..200).map(|k| f64::from(k).sqrt()).collect();
+        let found = number(&times);
+        assert!(found.missing.is_empty() && found.extra_s.is_empty());
+        assert!(
+            found
+                .pulses
+                .iter()
+                .enumerate()
+                .all(|(k, p)| p.place == k && p.time_s == times[k])
+        );
+    }
+
+    /// Pulses with 3 % jitter, some left out and some put in: every one is found at its place.
+    #[test]
+    fn law_missing_and_extra() {
+        let mut rng = fastrand::Rng::with_seed(8);
+        for _ in 0..50 {
+            let (mut times, mut lost, mut put) = (Vec::new(), Vec::new(), Vec::new());
+            let mut t = 0.0;
+            for k in 0..300 {
+                let d = 1.0 - f64::from(k) / 600.0;
+                t += d;
+                let time = t + 0.03 * d * (rng.f64() - 0.5);
+                match k % 25 {
+                    12 => lost.push(k as usize),
+                    20 => {
+                        times.push(time);
+                        times.push(time + d * (0.15 + 0.7 * rng.f64()));
+                        put.push(times[times.len() - 1]);
+                    }
+                    _ => times.push(time),
+                }
+            }
+            let found = number(&times);
+            assert_eq!(found.extra_s, put);
+            assert_eq!(found.missing.len(), lost.len());
+            assert!(found.missing.iter().all(|m| m.number == 1));
+            assert!(
+                lost.iter()
+                    .all(|k| found.pulses.iter().all(|p| p.place != *k))
+            );
+            assert_eq!(found.pulses.last().unwrap().place, 299);
+        }
+    }
+
+    /// Fifty-eight pulses and a gap of two, as on crankshafts.
+    #[test]
+    fn exact_gap_of_two() {
+        let times: Vec<f64> = (0..600).filter(|k| k % 60 < 58).map(f64::from).collect();
+        let found = number(&times);
+        assert_eq!(found.missing.len(), 9); // the tenth gap has no pulse after it
+        assert!(found.missing.iter().all(|m| m.number == 2));
+        assert!(found.pulses.iter().all(|p| p.place as f64 == p.time_s));
+    }
+
+    #[test]
+    fn survives_few_pulses() {
+        assert!(number(&[]).pulses.is_empty());
+        assert_eq!(number(&[1.0]).pulses.len(), 1);
+        assert_eq!(number(&[1.0, 2.0, 3.0]).pulses.len(), 3);
+    }
+}

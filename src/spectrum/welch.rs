@@ -1,0 +1,364 @@
+//! Spectra averaged over overlapping blocks of a stream: `S = 2/(f_s Σw²) · mean |X|²`, in bounded memory.
+//!
+//! Welch, The use of fast Fourier transform for the estimation of power spectra, IEEE Trans. Audio Electroacoust. 15 (1967),
+//! pp. 70–73. The random error counts the correlation of overlapping blocks exactly: an average `Σ a_i P_i` over blocks of white
+//! noise has the relative variance `Σ_i Σ_j a_i a_j ρ(i − j)`, ρ by the window's overlap, 0 across gaps; its inverse is the number of
+//! independent averages. That sum is carried along block by block.
+//!
+//! Each channel has a transform of its own: two real channels packed into one complex transform are no quicker once they are
+//! separated, and the rounding of a large channel would fall on a small one.
+
+use std::collections::VecDeque;
+
+use super::spectra::{Cross, Spectra};
+use super::window::{Window, gains, overlap_correlation};
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::numeric::Complex;
+use crate::numeric::fft::RealFft;
+
+/// What is taken off each block before the window.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Detrend {
+    /// Nothing.
+    None,
+    /// Its mean.
+    #[default]
+    Mean,
+    /// Its straight line of least squares.
+    Linear,
+}
+
+/// How blocks join into one spectrum.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Averaging {
+    /// Every block counts alike.
+    #[default]
+    Linear,
+    /// A block's weight falls to 1/e after this many later blocks; at least 1.
+    Exponential(f64),
+    /// The largest density each line had; auto spectra only.
+    PeakHold,
+}
+
+/// How blocks are cut, windowed and averaged.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WelchOptions {
+    /// Samples in a block: lines are `rate/block` apart.
+    pub block: usize,
+    /// Share of a block that the next one has in common with it, 0 to below 1.
+    pub overlap: f64,
+    /// On each block.
+    pub window: Window,
+    /// Off each block.
+    pub detrend: Detrend,
+    /// Over the blocks.
+    pub averaging: Averaging,
+}
+
+impl Default for WelchOptions {
+    /// 4096 samples, Hann, half overlap, means taken off, every block alike.
+    fn default() -> WelchOptions {
+        WelchOptions {
+            block: 4096,
+            overlap: 0.5,
+            window: Window::Hann,
+            detrend: Detrend::Mean,
+            averaging: Averaging::Linear,
+        }
+    }
+}
+
+/// Averages spectra of channels that arrive in chunks.
+pub struct Welch {
+    rate_hz: f64,
+    options: WelchOptions,
+    hop: usize,
+    window: Vec<f64>,
+    fft: RealFft,
+    /// Samples of each channel that no block has finished with.
+    pending: Vec<Vec<f64>>,
+    work: Vec<f64>,
+    transforms: Vec<Vec<Complex>>,
+    psd: Vec<Vec<f64>>,
+    cross: Vec<Cross>,
+    error: RandomError,
+}
+
+impl Welch {
+    /// An empty average over `channels` channels; auto spectra of all of them, cross spectra of `pairs`.
+    ///
+    /// # Errors
+    /// `OutOfRange`: a block below 4 samples, an overlap outside 0 … 1, a rate that is no rate, an averaging constant below 1, a
+    /// window's number. `Conflict`: cross spectra with peak hold.
+    pub fn new(
+        rate_hz: f64,
+        channels: usize,
+        pairs: &[(usize, usize)],
+        options: &WelchOptions,
+    ) -> Result<Welch, Error> {
+        check(rate_hz, pairs, options)?;
+        let n = options.block;
+        let hop = (n as f64 * (1.0 - options.overlap)).round().max(1.0) as usize;
+        let window = options.window.samples(n);
+        let fft = RealFft::new(n);
+        let lines = fft.lines();
+        let zero = Complex::new(0.0, 0.0);
+        let empty = |&pair: &(usize, usize)| Cross {
+            pair,
+            value: vec![zero; lines],
+        };
+        Ok(Welch {
+            rate_hz,
+            hop,
+            error: RandomError::new(&window, hop, options.averaging),
+            window,
+            fft,
+            pending: (0..channels).map(|_| Vec::with_capacity(n)).collect(),
+            work: vec![0.0; n],
+            transforms: vec![vec![zero; lines]; channels],
+            psd: vec![vec![0.0; lines]; channels],
+            cross: pairs.iter().map(empty).collect(),
+            options: options.clone(),
+        })
+    }
+
+    /// Takes the next samples of every channel, as many as there are.
+    ///
+    /// # Panics
+    /// Another number of channels than announced, or channels of unequal length: mistakes of the caller.
+    pub fn push(&mut self, channels: &[&[f64]]) {
+        assert_eq!(channels.len(), self.pending.len());
+        let samples = channels.first().map_or(0, |c| c.len());
+        assert!(channels.iter().all(|c| c.len() == samples));
+        let mut from = 0;
+        while from < samples {
+            let held = self.pending[0].len();
+            let take = (self.options.block - held).min(samples - from);
+            for (pending, channel) in self.pending.iter_mut().zip(channels) {
+                pending.extend_from_slice(&channel[from..from + take]);
+            }
+            from += take;
+            if held + take == self.options.block {
+                self.block();
+            }
+        }
+    }
+
+    /// A gap: samples that no block has finished with are dropped, and no block spans it.
+    pub fn end_stretch(&mut self) {
+        self.pending.iter_mut().for_each(Vec::clear);
+        self.error.end_stretch();
+    }
+
+    /// Blocks averaged so far.
+    pub fn blocks(&self) -> usize {
+        self.error.blocks
+    }
+
+    /// The averages.
+    ///
+    /// # Errors
+    /// `TooShort` where no block was ever full; `Overflow` where a sample was not a number or too large to be squared.
+    pub fn finish(mut self) -> Result<Spectra, Error> {
+        let n = self.options.block;
+        if self.error.blocks == 0 {
+            return Err(Error::new(
+                Code::TooShort,
+                format!("no stretch of the record fills one block of {n} samples"),
+            )
+            .hint("choose a shorter block"));
+        }
+        let gain = gains(&self.window);
+        let scale = 2.0 / (self.rate_hz * gain.energy * n as f64);
+        let is_edge = |line: usize| line == 0 || 2 * line == n;
+        let at = |line: usize| if is_edge(line) { 0.5 * scale } else { scale };
+        for psd in &mut self.psd {
+            psd.iter_mut().enumerate().for_each(|(k, s)| *s *= at(k));
+        }
+        for cross in &mut self.cross {
+            let lines = cross.value.iter_mut().enumerate();
+            lines.for_each(|(k, s)| *s *= at(k));
+        }
+        if let Some(bad) = self
+            .psd
+            .iter()
+            .position(|psd| psd.iter().any(|s| !s.is_finite()))
+        {
+            return Err(Error::new(
+                Code::Overflow,
+                format!(
+                    "channel {} of {} holds a sample that is not a number, or too large to be squared",
+                    bad + 1,
+                    self.psd.len()
+                ),
+            ));
+        }
+        let df = self.rate_hz / n as f64;
+        let line_hz = |k: usize| {
+            if 2 * k == n {
+                0.5 * self.rate_hz
+            } else {
+                k as f64 * df
+            }
+        };
+        Ok(Spectra {
+            rate_hz: self.rate_hz,
+            frequency_hz: (0..self.fft.lines()).map(line_hz).collect(),
+            psd: self.psd,
+            cross: self.cross,
+            bandwidth_hz: gain.bandwidth_lines * df,
+            blocks: self.error.blocks,
+            averages: match self.options.averaging {
+                Averaging::PeakHold => None,
+                _ => Some(self.error.averages()),
+            },
+            window_decay: self.options.window.decay(n as f64 / self.rate_hz),
+        })
+    }
+
+    /// Takes the full pending samples as one block.
+    fn block(&mut self) {
+        for (pending, transform) in self.pending.iter_mut().zip(&mut self.transforms) {
+            load(&mut self.work, pending, &self.window, self.options.detrend);
+            self.fft.forward(&mut self.work, transform);
+            let kept = pending.len() - self.hop;
+            pending.copy_within(self.hop.., 0);
+            pending.truncate(kept);
+        }
+        let weight = self.error.block();
+        for (psd, transform) in self.psd.iter_mut().zip(&self.transforms) {
+            let lines = psd.iter_mut().zip(transform);
+            if self.options.averaging == Averaging::PeakHold {
+                lines.for_each(|(s, x)| {
+                    let power = x.norm_sqr();
+                    if power > *s || power.is_nan() {
+                        *s = power;
+                    }
+                });
+            } else {
+                lines.for_each(|(s, x)| *s += weight * (x.norm_sqr() - *s));
+            }
+        }
+        for Cross { pair, value } in &mut self.cross {
+            let (x, y) = (&self.transforms[pair.0], &self.transforms[pair.1]);
+            for ((s, x), y) in value.iter_mut().zip(x).zip(y) {
+                *s += (x.conj() * y - *s) * weight;
+            }
+        }
+    }
+}
+
+fn check(rate_hz: f64, pairs: &[(usize, usize)], options: &WelchOptions) -> Result<(), Error> {
+    let refuse = |message: String| Err(Error::new(Code::OutOfRange, message));
+    if !(rate_hz > 0.0 && rate_hz.is_finite()) {
+        return refuse(format!("{rate_hz} Hz is not a sample rate"));
+    }
+    if options.block < 4 {
+        return refuse(format!(
+            "a block of {} samples has no spectrum; 4 or more",
+            options.block
+        ));
+    }
+    if !(0.0..1.0).contains(&options.overlap) {
+        return refuse(format!(
+            "an overlap of {} blocks cannot be; 0 to below 1",
+            options.overlap
+        ));
+    }
+    match options.averaging {
+        Averaging::Exponential(constant) if constant.is_nan() || constant < 1.0 => {
+            return refuse(format!(
+                "exponential averaging over {constant} blocks cannot be; 1 or more"
+            ));
+        }
+        Averaging::PeakHold if !pairs.is_empty() => {
+            return Err(Error::new(
+                Code::Conflict,
+                "the largest of cross spectra means nothing: peak hold takes auto spectra only",
+            ));
+        }
+        _ => {}
+    }
+    options.window.check()
+}
+
+/// `work` becomes the block, trend off, window on.
+fn load(work: &mut [f64], block: &[f64], window: &[f64], detrend: Detrend) {
+    let n = block.len() as f64;
+    let middle = 0.5 * (n - 1.0);
+    let mean = match detrend {
+        Detrend::None => 0.0,
+        _ => block.iter().sum::<f64>() / n,
+    };
+    let slope = match detrend {
+        Detrend::Linear => {
+            let lean = |(j, x): (usize, &f64)| (j as f64 - middle) * (x - mean);
+            block.iter().enumerate().map(lean).sum::<f64>() * 12.0 / (n * (n * n - 1.0))
+        }
+        _ => 0.0,
+    };
+    let samples = work.iter_mut().zip(block).zip(window);
+    if slope == 0.0 {
+        samples.for_each(|((z, x), w)| *z = w * (x - mean));
+    } else {
+        for (j, ((z, x), w)) in samples.enumerate() {
+            *z = w * (x - mean - slope * (j as f64 - middle));
+        }
+    }
+}
+
+/// The weights of blocks, and the variance of their weighted mean.
+struct RandomError {
+    averaging: Averaging,
+    blocks: usize,
+    /// `ρ(1), ρ(2), …` of blocks that overlap.
+    correlation: Vec<f64>,
+    /// Weights of the latest blocks of this stretch, the latest first; as many as overlap with the next.
+    recent: VecDeque<f64>,
+    /// `Σ_i Σ_j a_i a_j ρ(i − j)`.
+    variance: f64,
+}
+
+impl RandomError {
+    fn new(window: &[f64], hop: usize, averaging: Averaging) -> RandomError {
+        let lags = (1..).map(|j| j * hop).take_while(|&lag| lag < window.len());
+        let correlation: Vec<f64> = lags.map(|lag| overlap_correlation(window, lag)).collect();
+        RandomError {
+            averaging,
+            blocks: 0,
+            recent: VecDeque::with_capacity(correlation.len() + 1),
+            correlation,
+            variance: 0.0,
+        }
+    }
+
+    /// The weight of the next block against everything before it.
+    fn block(&mut self) -> f64 {
+        self.blocks += 1;
+        let alike = 1.0 / self.blocks as f64;
+        let a = match self.averaging {
+            Averaging::Exponential(constant) => alike.max(-(-1.0 / constant).exp_m1()),
+            _ => alike,
+        };
+        let pairs = self.recent.iter_mut().zip(&self.correlation);
+        let shared: f64 = pairs
+            .map(|(weight, rho)| {
+                *weight *= 1.0 - a;
+                *weight * rho
+            })
+            .sum();
+        self.variance = (1.0 - a).powi(2) * self.variance + a * a + 2.0 * a * shared;
+        self.recent.push_front(a);
+        self.recent.truncate(self.correlation.len());
+        a
+    }
+
+    fn end_stretch(&mut self) {
+        self.recent.clear();
+    }
+
+    fn averages(&self) -> f64 {
+        1.0 / self.variance
+    }
+}

@@ -1,0 +1,350 @@
+//! Windows `w_j`, `j = 0 … n−1`, periodic in `n` as a transform of `n` samples wants them, and their gains.
+//!
+//! Harris, On the use of windows for harmonic analysis with the discrete Fourier transform, Proc. IEEE 66 (1978), pp. 51–83.
+
+use std::f64::consts::{PI, TAU};
+
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::numeric::Complex;
+
+/// What a block is multiplied by before it is transformed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Window {
+    /// One throughout: for signals that begin and end inside the block, or are periodic in it.
+    Rectangular,
+    /// `½ − ½ cos z`, `z = 2πj/n`: the usual one for random signals.
+    Hann,
+    /// `0.54 − 0.46 cos z`.
+    Hamming,
+    /// Five cosines whose top is flat within 0.01 dB over a line: for reading amplitudes of tones.
+    FlatTop,
+    /// Four cosines, side lobes below −92 dB: for weak tones beside strong ones.
+    BlackmanHarris,
+    /// `I₀(β √(1 − x²))/I₀(β)`, `x = 2j/n − 1`: side lobes fall as β rises.
+    Kaiser(f64),
+    /// One over this share of the block, then zero: for the force of a hit at its beginning.
+    Force(f64),
+    /// `exp(−σt)` that falls to this value at the end of the block: for responses that have not decayed there.
+    Exponential(f64),
+}
+
+/// Hamming's two terms as he rounded them, `a₀ − a₁ cos z`.
+const HAMMING: [f64; 2] = [0.54, 0.46];
+
+/// D'Antona & Ferrero, Digital Signal Processing for Measurement Systems (2006); ISO 18431-2 has them rounded, over `a₀`.
+const FLAT_TOP: [f64; 5] = [
+    0.21557895,
+    0.41663158,
+    0.277263158,
+    0.083578947,
+    0.006947368,
+];
+
+/// Harris (1978), table I, the four-term window of least side lobes.
+const BLACKMAN_HARRIS: [f64; 4] = [0.35875, 0.48829, 0.14128, 0.01168];
+
+/// Beyond it a Kaiser window is a spike, and `I₀(β)` nears the end of the number range.
+const LARGEST_BETA: f64 = 500.0;
+
+impl Window {
+    /// The window a word names: `rectangular`, `hann`, `hamming`, `flat-top`, `blackman-harris`, `kaiser:8.6` (β), `force:0.1`
+    /// (share of the block), `exponential:0.01` (value at the end of the block).
+    ///
+    /// # Errors
+    /// `Usage` for another word; `OutOfRange` for a number the window cannot take.
+    pub fn parse(word: &str) -> Result<Window, Error> {
+        let (name, number) = match word.split_once(':') {
+            Some((name, text)) => (name, Some(text)),
+            None => (word, None),
+        };
+        let stated = |what: &str| {
+            number
+                .and_then(|text| text.parse::<f64>().ok())
+                .ok_or_else(|| {
+                    Error::new(
+                        Code::Usage,
+                        format!("window `{word}` lacks its {what}, a number after a colon"),
+                    )
+                    .hint(format!("for example `{name}:{}`", example(name)))
+                })
+        };
+        let window = match name {
+            "kaiser" => Window::Kaiser(stated("β")?),
+            "force" => Window::Force(stated("share of the block")?),
+            "exponential" => Window::Exponential(stated("value at the end of the block")?),
+            _ => {
+                let plain = [
+                    Window::Rectangular,
+                    Window::Hann,
+                    Window::Hamming,
+                    Window::FlatTop,
+                    Window::BlackmanHarris,
+                ];
+                let found = plain.into_iter().find(|w| w.name() == name);
+                found.filter(|_| number.is_none()).ok_or_else(|| {
+                    Error::new(Code::Usage, format!("`{word}` is not a window")).hint(
+                        "rectangular, hann, hamming, flat-top, blackman-harris, kaiser:β, force:share or exponential:end",
+                    )
+                })?
+            }
+        };
+        window.check()?;
+        Ok(window)
+    }
+
+    /// The word that [`Window::parse`] takes.
+    pub fn name(self) -> String {
+        match self {
+            Window::Rectangular => "rectangular".into(),
+            Window::Hann => "hann".into(),
+            Window::Hamming => "hamming".into(),
+            Window::FlatTop => "flat-top".into(),
+            Window::BlackmanHarris => "blackman-harris".into(),
+            Window::Kaiser(beta) => format!("kaiser:{beta}"),
+            Window::Force(share) => format!("force:{share}"),
+            Window::Exponential(end) => format!("exponential:{end}"),
+        }
+    }
+
+    /// Refuses a number the window cannot take.
+    ///
+    /// # Errors
+    /// `OutOfRange`.
+    pub fn check(self) -> Result<(), Error> {
+        let (is_sound, range) = match self {
+            Window::Kaiser(beta) => ((0.0..=LARGEST_BETA).contains(&beta), "β is 0 to 500"),
+            Window::Force(share) => (
+                share > 0.0 && share <= 1.0,
+                "the share is above 0 and at most 1",
+            ),
+            Window::Exponential(end) => (
+                end > 0.0 && end <= 1.0,
+                "the value at the end is above 0 and at most 1",
+            ),
+            _ => (true, ""),
+        };
+        if is_sound {
+            return Ok(());
+        }
+        Err(Error::new(
+            Code::OutOfRange,
+            format!("window `{}` cannot be", self.name()),
+        )
+        .hint(range))
+    }
+
+    /// Its `n` samples.
+    pub fn samples(self, n: usize) -> Vec<f64> {
+        let at = |f: &dyn Fn(f64) -> f64| (0..n).map(|j| f(j as f64 / n as f64)).collect();
+        match self {
+            Window::Rectangular => vec![1.0; n],
+            Window::Hann => at(&|x| (PI * x).sin().powi(2)),
+            Window::Hamming => at(&|x| cosines(&HAMMING, x)),
+            Window::FlatTop => at(&|x| cosines(&FLAT_TOP, x)),
+            Window::BlackmanHarris => at(&|x| cosines(&BLACKMAN_HARRIS, x)),
+            // 1 − (2x − 1)² = 4x (1 − x)
+            Window::Kaiser(beta) => {
+                at(&|x| bessel_i0(2.0 * beta * (x * (1.0 - x)).sqrt()) / bessel_i0(beta))
+            }
+            Window::Force(share) => at(&|x| f64::from(u8::from(x < share))),
+            Window::Exponential(end) => at(&|x| (x * end.ln()).exp()),
+        }
+    }
+
+    /// The rate σ of `exp(−σt)` it lays on a response in blocks of `duration_s`, 1/s: a pole found behind the window is `−σ` too far
+    /// left, its damping ratio `σ/ω` too high.
+    pub fn decay(self, duration_s: f64) -> f64 {
+        match self {
+            Window::Exponential(end) => -end.ln() / duration_s,
+            _ => 0.0,
+        }
+    }
+
+    /// Lines from the middle of a tone's main lobe to its first zero.
+    pub fn half_width_lines(self) -> f64 {
+        match self {
+            Window::Rectangular | Window::Exponential(_) => 1.0,
+            Window::Hann | Window::Hamming => 2.0,
+            Window::FlatTop => FLAT_TOP.len() as f64,
+            Window::BlackmanHarris => BLACKMAN_HARRIS.len() as f64,
+            Window::Kaiser(beta) => (beta / PI).hypot(1.0),
+            Window::Force(share) => 1.0 / share,
+        }
+    }
+}
+
+/// A usual number behind the colon.
+fn example(name: &str) -> &'static str {
+    match name {
+        "kaiser" => "8.6",
+        "force" => "0.1",
+        _ => "0.01",
+    }
+}
+
+/// `Σ (−1)^m a_m cos(2πmx)`.
+fn cosines(a: &[f64], x: f64) -> f64 {
+    let term = |(m, a): (usize, &f64)| {
+        let sign = if m % 2 == 0 { 1.0 } else { -1.0 };
+        sign * a * (TAU * m as f64 * x).cos()
+    };
+    a.iter().enumerate().map(term).sum()
+}
+
+/// The modified Bessel function `I₀(x) = Σ ((x/2)^m/m!)²`; its terms are positive, so the series keeps all digits.
+fn bessel_i0(x: f64) -> f64 {
+    let (mut sum, mut term, mut m) = (1.0, 1.0, 1.0);
+    while term > f64::EPSILON * sum {
+        term *= (0.5 * x / m).powi(2);
+        sum += term;
+        m += 1.0;
+    }
+    sum
+}
+
+/// What a window does to tones and to noise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gains {
+    /// `Σw/n`: the factor on a tone's amplitude.
+    pub coherent: f64,
+    /// `Σw²/n`: the factor on a noise's mean square.
+    pub energy: f64,
+    /// `n Σw²/(Σw)²`: the equivalent noise bandwidth in lines of `rate/n`.
+    pub bandwidth_lines: f64,
+}
+
+/// The gains of a window's samples.
+pub fn gains(w: &[f64]) -> Gains {
+    let n = w.len() as f64;
+    let coherent = w.iter().sum::<f64>() / n;
+    let energy = w.iter().map(|w| w * w).sum::<f64>() / n;
+    Gains {
+        coherent,
+        energy,
+        bandwidth_lines: energy / (coherent * coherent),
+    }
+}
+
+/// Correlation of the powers of two blocks of white noise whose beginnings are `lag` samples apart: `(Σ w_j w_{j+lag} / Σ w²)²`.
+///
+/// Welch, The use of fast Fourier transform for the estimation of power spectra, IEEE Trans. Audio Electroacoust. 15 (1967), pp. 70–73.
+pub fn overlap_correlation(w: &[f64], lag: usize) -> f64 {
+    let shared: f64 = w.iter().zip(w.iter().skip(lag)).map(|(a, b)| a * b).sum();
+    (shared / w.iter().map(|w| w * w).sum::<f64>()).powi(2)
+}
+
+/// Correlation `E[X_k* X_{k+m}]/E|X_k|²` of the transform of windowed white noise with itself `m` lines on: `Σ w² exp(−2πi mj/n)/Σ w²`.
+pub fn line_correlation(w: &[f64], m: usize) -> Complex {
+    let n = w.len();
+    let turned = |(j, w): (usize, &f64)| {
+        let (s, c) = (TAU * (j * m % n) as f64 / n as f64).sin_cos();
+        Complex::new(c, -s) * (w * w)
+    };
+    w.iter().enumerate().map(turned).sum::<Complex>() / w.iter().map(|w| w * w).sum::<f64>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn assert_close(a: f64, b: f64, tolerance: f64) {
+        assert!((a - b).abs() <= tolerance * b.abs(), "{a} is not {b}");
+    }
+
+    /// Sums of cosines: mean a₀, mean square a₀² + ½ Σ a_m², any n above twice the number of terms.
+    #[test]
+    fn exact_gains_of_cosine_sums() {
+        let cases: [(Window, &[f64]); 4] = [
+            (Window::Hann, &[0.5, 0.5]),
+            (Window::Hamming, &HAMMING),
+            (Window::FlatTop, &FLAT_TOP),
+            (Window::BlackmanHarris, &BLACKMAN_HARRIS),
+        ];
+        for (window, a) in cases {
+            for n in [16, 17, 1000] {
+                let found = gains(&window.samples(n));
+                let energy = a[0] * a[0] + 0.5 * a[1..].iter().map(|a| a * a).sum::<f64>();
+                assert_close(found.coherent, a[0], 1e-14);
+                assert_close(found.energy, energy, 1e-14);
+                assert_close(found.bandwidth_lines, energy / (a[0] * a[0]), 1e-14);
+            }
+        }
+        assert_close(gains(&Window::Hann.samples(64)).bandwidth_lines, 1.5, 1e-14);
+    }
+
+    /// Kaiser: the mean tends to sinh β/(β I₀(β)), with the error of a trapezium rule, O(n⁻²).
+    #[test]
+    fn exact_gain_of_kaiser() {
+        for beta in [2.0_f64, 8.6, 20.0] {
+            let exact = beta.sinh() / beta / bessel_i0(beta);
+            assert_close(
+                gains(&Window::Kaiser(beta).samples(100_000)).coherent,
+                exact,
+                1e-8,
+            );
+        }
+        assert_eq!(Window::Kaiser(0.0).samples(5), [1.0; 5]);
+    }
+
+    /// Geometric sums, and the decay rate they stand for.
+    #[test]
+    fn exact_force_and_exponential() {
+        let (n, end) = (500, 0.01_f64);
+        let found = gains(&Window::Exponential(end).samples(n));
+        let sum = |q: f64| (1.0 - q.powi(n as i32)) / (1.0 - q) / n as f64;
+        let q = end.powf(1.0 / n as f64);
+        assert_close(found.coherent, sum(q), 1e-12);
+        assert_close(found.energy, sum(q * q), 1e-12);
+        assert_close(
+            Window::Exponential(end).decay(0.5),
+            9.210340371976184,
+            1e-15,
+        );
+        let found = gains(&Window::Force(0.1).samples(n));
+        assert_close(found.coherent, 0.1, 1e-14);
+        assert_close(found.bandwidth_lines, 10.0, 1e-14);
+    }
+
+    /// Hann at half overlap: (1/6)²; its next line −2/3, the one after 1/6.
+    #[test]
+    fn exact_correlations_of_hann() {
+        let w = Window::Hann.samples(64);
+        assert_close(overlap_correlation(&w, 32), 1.0 / 36.0, 1e-13);
+        assert_eq!(overlap_correlation(&w, 64), 0.0);
+        assert!((line_correlation(&w, 1) + 2.0 / 3.0).norm() < 1e-14);
+        assert!((line_correlation(&w, 2) - 1.0 / 6.0).norm() < 1e-14);
+        assert!(line_correlation(&w, 3).norm() < 1e-14);
+    }
+
+    #[test]
+    fn exact_words_there_and_back() {
+        for word in [
+            "rectangular",
+            "hann",
+            "hamming",
+            "flat-top",
+            "blackman-harris",
+            "kaiser:8.6",
+            "force:0.1",
+            "exponential:0.01",
+        ] {
+            assert_eq!(Window::parse(word).unwrap().name(), word);
+        }
+    }
+
+    #[test]
+    fn refuses_words_and_numbers() {
+        for (word, code) in [
+            ("hanning", Code::Usage),
+            ("hann:3", Code::Usage),
+            ("kaiser", Code::Usage),
+            ("kaiser:-1", Code::OutOfRange),
+            ("kaiser:nan", Code::OutOfRange),
+            ("force:0", Code::OutOfRange),
+            ("exponential:1.5", Code::OutOfRange),
+        ] {
+            assert_eq!(Window::parse(word).unwrap_err().code, code, "{word}");
+        }
+    }
+}

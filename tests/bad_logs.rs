@@ -1,0 +1,177 @@
+//! Logs that cannot be used: each is refused with a word, a place where there is one, and exit code 2; nothing panics.
+#![cfg(feature = "cli")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail")]
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::Value;
+
+/// Runs `command` on a file with these bytes and returns code, message and line of its first error.
+fn refused(name: &str, bytes: &[u8], command: &[&str]) -> (String, String, Option<u64>) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(name);
+    fs::write(&path, bytes).unwrap();
+    refused_at(&path, command)
+}
+
+fn refused_at(path: &Path, command: &[&str]) -> (String, String, Option<u64>) {
+    let output = Command::new(env!("CARGO_BIN_EXE_geardyn"))
+        .arg(command[0])
+        .arg(path)
+        .args(&command[1..])
+        .arg("--json")
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert_eq!(
+        output.status.code(),
+        Some(2),
+        "{command:?}: {said}{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let found: Value = serde_json::from_str(&said).unwrap();
+    let error = &found["errors"][0];
+    (
+        error["code"].as_str().unwrap().to_string(),
+        error["message"].as_str().unwrap().to_string(),
+        error["line"].as_u64(),
+    )
+}
+
+/// `time,force,a` at 1 kHz, with whatever a test makes of row `at`.
+fn rows(count: usize, at: usize, wrong: &str) -> String {
+    let mut text = String::from("time [s],force [N],a [m/s²]\n");
+    for k in 0..count {
+        if k == at {
+            text += wrong;
+            text.push('\n');
+        } else {
+            let t = k as f64 * 1e-3;
+            writeln!(
+                text,
+                "{t:.3},{:.4},{:.4}",
+                (91.0 * t).sin(),
+                (77.0 * t).cos()
+            )
+            .unwrap();
+        }
+    }
+    text
+}
+
+const IDENTIFY: &[&str] = &["identify", "--input", "force", "--output", "a"];
+
+#[test]
+fn refuses_what_holds_no_samples() {
+    for (bytes, code) in [
+        (&b""[..], "empty-log"),
+        (b"\n\n\n", "empty-log"),
+        (b"time,force,a\n", "empty-log"),
+        (b"\x00\x01\x02\xff\xfe\xfd junk \x00\x00", "unknown-format"),
+    ] {
+        let (found, message, _) = refused("log.csv", bytes, &["check"]);
+        assert_eq!(found, code, "{message}");
+    }
+    let (code, message, _) = refused("log.csv.gz", b"", &["check"]);
+    assert!(
+        ["broken-file", "empty-log"].contains(&code.as_str()),
+        "{message}"
+    );
+    let (code, message, _) = refused("log.csv.gz", b"\x1f\x8b\x08\x00", &["check"]);
+    assert_eq!(code, "broken-file", "{message}");
+}
+
+#[test]
+fn refuses_rows_that_do_not_fit() {
+    let (code, message, line) =
+        refused("log.csv", rows(60, 30, "0.030,1.0").as_bytes(), &["check"]);
+    assert_eq!((code.as_str(), line), ("ragged-row", Some(32)), "{message}");
+    let (code, message, line) = refused(
+        "log.csv",
+        rows(60, 30, "0.030,1.0,2.0,3.0").as_bytes(),
+        &["check"],
+    );
+    assert_eq!((code.as_str(), line), ("ragged-row", Some(32)), "{message}");
+    let (code, message, line) = refused(
+        "log.csv",
+        rows(60, 30, "0.030,twelve,2.0").as_bytes(),
+        &["check"],
+    );
+    assert_eq!(
+        (code.as_str(), line),
+        ("not-a-number", Some(32)),
+        "{message}"
+    );
+}
+
+#[test]
+fn refuses_time_that_does_not_run_on() {
+    for wrong in ["0.029,1.0,2.0", "0.010,1.0,2.0"] {
+        let (code, message, _) = refused("log.csv", rows(60, 30, wrong).as_bytes(), &["check"]);
+        assert_eq!(code, "bad-time");
+        assert!(message.contains("line 32"), "{message}");
+    }
+}
+
+#[test]
+fn refuses_too_little() {
+    let (code, message, _) = refused("log.csv", rows(1, 9, "").as_bytes(), &["check"]);
+    assert!(
+        ["too-short", "rate-unknown"].contains(&code.as_str()),
+        "{message}"
+    );
+    let (code, message, _) = refused("log.csv", rows(5, 9, "").as_bytes(), IDENTIFY);
+    assert_eq!(code, "too-short", "{message}");
+    let (code, message, _) = refused("log.csv", b"1.0\n2.0\n3.0\n1.5\n", &["check"]);
+    assert_eq!(code, "rate-unknown", "{message}");
+}
+
+#[test]
+fn refuses_channels_without_signal() {
+    let constant = |text: &str| -> String {
+        let mut all = String::from("time [s],force [N],a [m/s²]\n");
+        for k in 0..4000 {
+            let t = f64::from(k) * 1e-3;
+            writeln!(all, "{t:.3},{text},{:.4}", (77.0 * t).cos()).unwrap();
+        }
+        all
+    };
+    for silent in ["0", "2.5", "NaN", ""] {
+        let (code, message, _) = refused("log.csv", constant(silent).as_bytes(), IDENTIFY);
+        assert_eq!(code, "no-signal", "force \"{silent}\": {message}");
+    }
+}
+
+#[test]
+fn refuses_names_that_are_not_there() {
+    let text = rows(4000, 9000, "");
+    let (code, message, _) = refused(
+        "log.csv",
+        text.as_bytes(),
+        &["identify", "--input", "forse", "--output", "a"],
+    );
+    assert_eq!(code, "no-channel", "{message}");
+    let (code, message, _) = refused(
+        "log.csv",
+        text.as_bytes(),
+        &["identify", "--input", "force", "--output", "force"],
+    );
+    assert!(["conflict", "usage"].contains(&code.as_str()), "{message}");
+    let (code, _, _) = refused_at(Path::new("nowhere/at/all.csv"), &["check"]);
+    assert_eq!(code, "file-missing");
+}
+
+#[test]
+fn refuses_an_input_that_is_the_output() {
+    let mut text = String::from("time [s],force [N],a [m/s²]\n");
+    let mut random = fastrand::Rng::with_seed(1);
+    for k in 0..4000 {
+        let x = random.f64() - 0.5;
+        writeln!(text, "{:.3},{x},{x}", f64::from(k) * 1e-3).unwrap();
+    }
+    let (code, message, _) = refused("log.csv", text.as_bytes(), IDENTIFY);
+    assert_eq!(code, "conflict", "{message}");
+}

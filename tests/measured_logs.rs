@@ -1,0 +1,253 @@
+//! Measured logs with known answers, from the command line with default settings. The folder of logs is no part of the project:
+//! GEARDYN_RECORDINGS names it, and without it these tests show as ignored.
+#![cfg(feature = "cli")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail")]
+
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+fn log(name: &str) -> String {
+    let folder = std::env::var("GEARDYN_RECORDINGS").unwrap();
+    PathBuf::from(folder).join(name).display().to_string()
+}
+
+fn geardyn(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_geardyn"))
+        .args(arguments)
+        .env("NO_COLOR", "1")
+        .output()
+        .unwrap()
+}
+
+fn document(arguments: &[&str]) -> Value {
+    let output = geardyn(arguments);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}\n{said}");
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn near(found: f64, expected: f64, tolerance: f64, what: &str) {
+    let off = (found / expected - 1.0).abs();
+    assert!(
+        off <= tolerance,
+        "{what}: {found} where {expected} is known, {off:.2e} off"
+    );
+}
+
+/// Frequency and damping of the identified mode nearest to `frequency_hz`.
+fn mode(found: &Value, frequency_hz: f64) -> (f64, f64) {
+    let modes = found["modes"].as_array().unwrap();
+    let pair = |m: &Value| {
+        (
+            m["frequency_hz"].as_f64().unwrap(),
+            m["damping_ratio"].as_f64().unwrap(),
+        )
+    };
+    let off = |m: &(f64, f64)| (m.0 - frequency_hz).abs();
+    modes
+        .iter()
+        .map(pair)
+        .min_by(|a, b| off(a).total_cmp(&off(b)))
+        .unwrap_or_else(|| panic!("no modes"))
+}
+
+/// Stamps of a drifting, jittered clock: the mean rate, not the median step; the jitter is said.
+#[test]
+#[cfg_attr(
+    not(recordings),
+    ignore = "set GEARDYN_RECORDINGS to the folder of measured logs"
+)]
+fn ref_spindle_tap_has_its_mean_rate() {
+    let found = document(&[
+        "check",
+        &log("pimodal_cnc_tap/tap_20260622_163222.csv"),
+        "--json",
+    ]);
+    near(found["rate_hz"].as_f64().unwrap(), 331.416, 1e-3, "rate");
+    assert_eq!(found["repairs"][0]["kind"], "resampled");
+    assert!(
+        found["repairs"][0]["message"]
+            .as_str()
+            .unwrap()
+            .contains("2.90 ms to 3.50 ms")
+    );
+}
+
+#[test]
+#[cfg_attr(
+    not(recordings),
+    ignore = "set GEARDYN_RECORDINGS to the folder of measured logs"
+)]
+fn ref_rates_and_rows() {
+    let known = [
+        (
+            "cessipy_smartphone/Example02_Smartphone_Data.csv",
+            425.08,
+            25_291,
+        ),
+        ("dropbear/slow_10steps_test8.txt", 5000.0, 70_000),
+        ("dropbear/random_set0_test0.txt", 5000.0, 60_000),
+        ("munich_bridge/AllM100Hz.csv.zip", 100.0, 72_000),
+        (
+            "munich_bridge/ReferenceStateINCAt100Hz.csv.zip",
+            100.0,
+            60_000,
+        ),
+        ("echeynet_bridge/BridgeData.mat", 15.0, 54_000),
+        ("ladisk_beam_camera/acceleration.lvm", 50_000.0, 50_030),
+        (
+            "pyuff_samples/MPSTD#Set001_2024_10_08_10_27_07.uff",
+            3200.0,
+            222_400,
+        ),
+        ("pyuff_samples/Sample_UFF58_ascii.uff", 0.0, 79_292),
+        ("pyuff_samples/Sample_UFF58b_bin.uff", 0.0, 79_292),
+    ];
+    for (name, rate, rows) in known {
+        let found = document(&["check", &log(name), "--json"]);
+        if rate > 0.0 {
+            near(found["rate_hz"].as_f64().unwrap(), rate, 1e-4, name);
+        }
+        assert_eq!(found["samples"].as_u64(), Some(rows), "{name}");
+    }
+    let stamped = document(&[
+        "check",
+        &log("munich_bridge/ReferenceStateINCAt100Hz.csv.zip"),
+        "--json",
+    ]);
+    assert!(
+        stamped["repairs"][0]["message"]
+            .as_str()
+            .unwrap()
+            .contains("rounded to 1.00 ms")
+    );
+}
+
+/// A header that no longer holds is not believed, and neither is a guess.
+#[test]
+#[cfg_attr(
+    not(recordings),
+    ignore = "set GEARDYN_RECORDINGS to the folder of measured logs"
+)]
+fn refuses_rates_that_disagree_or_lack() {
+    let stale = log("arts_beam_lvm/data_set_1_downsampled_by_16.lvm");
+    let refused = geardyn(&["check", &stale]);
+    assert_eq!(refused.status.code(), Some(2));
+    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(said.contains("51200 Hz") && said.contains("3200"), "{said}");
+    assert!(said.contains("--rate-from time"), "{said}");
+    let taken = document(&["check", &stale, "--rate-from", "time", "--json"]);
+    near(taken["rate_hz"].as_f64().unwrap(), 3200.0, 1e-6, "rate");
+    let bare = geardyn(&["check", &log("f16_vibration/f-16.txt")]);
+    assert_eq!(bare.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&bare.stderr).contains("--rate"));
+}
+
+#[test]
+#[cfg_attr(
+    not(recordings),
+    ignore = "set GEARDYN_RECORDINGS to the folder of measured logs"
+)]
+fn ref_impact_on_a_beam() {
+    let name = log("ladisk_beam_camera/acceleration.lvm");
+    let found = document(&[
+        "identify",
+        &name,
+        "--input",
+        "Force (Trigger)",
+        "--output",
+        "Acceleration (Trigger)",
+        "--json",
+    ]);
+    for (frequency, damping) in [(695.8, 0.0047), (1898.0, 0.0031), (3671.2, 0.0020)] {
+        let (f, zeta) = mode(&found, frequency);
+        near(f, frequency, 2e-3, "frequency");
+        near(zeta, damping, 0.15, &format!("damping at {frequency} Hz"));
+    }
+}
+
+#[test]
+#[cfg_attr(
+    not(recordings),
+    ignore = "set GEARDYN_RECORDINGS to the folder of measured logs"
+)]
+fn ref_six_responses_of_a_beam() {
+    let found = document(&[
+        "identify",
+        &log("sdypy_ema_beam/sdypy_beam_frf_resp1.csv"),
+        "--json",
+    ]);
+    let known = [
+        (177.05, 0.0080),
+        (477.37, 0.0017),
+        (933.10, 0.0015),
+        (1535.48, 0.0020),
+        (2286.86, 0.0028),
+        (3162.52, 0.0018),
+        (4181.87, 0.0015),
+    ];
+    for (frequency, damping) in known {
+        let (f, zeta) = mode(&found, frequency);
+        near(f, frequency, 5e-3, "frequency");
+        near(zeta, damping, 0.15, &format!("damping at {frequency} Hz"));
+    }
+}
+
+#[test]
+#[cfg_attr(
+    not(recordings),
+    ignore = "set GEARDYN_RECORDINGS to the folder of measured logs"
+)]
+fn ref_response_of_an_analyser() {
+    let found = document(&[
+        "identify",
+        &log("vibration_toolbox_frf/case1.mat"),
+        "--json",
+    ]);
+    let (f, zeta) = mode(&found, 212.09);
+    near(f, 212.09, 1e-3, "frequency");
+    near(zeta, 0.00087, 0.15, "damping");
+}
+
+#[test]
+#[cfg_attr(
+    not(recordings),
+    ignore = "set GEARDYN_RECORDINGS to the folder of measured logs"
+)]
+fn ref_frame_from_responses_alone() {
+    let name = log("koma_shearframe/koma_shearframe.csv");
+    let found = document(&[
+        "identify",
+        &name,
+        "--output",
+        "L1,L2,L3,L4,L5",
+        "--rate",
+        "12",
+        "--json",
+    ]);
+    for omega in [1.136, 3.297, 5.149, 6.556, 7.441] {
+        let f = omega / std::f64::consts::TAU;
+        near(mode(&found, f).0, f, 5e-3, "frequency");
+    }
+}
+
+#[test]
+#[cfg_attr(
+    not(recordings),
+    ignore = "set GEARDYN_RECORDINGS to the folder of measured logs"
+)]
+fn ref_bridge_from_responses_alone() {
+    let name = log("echeynet_bridge/BridgeData.mat");
+    let found = document(&[
+        "identify",
+        &name,
+        "--output",
+        "rz 1,rz 2,rz 3,rz 4,rz 5",
+        "--json",
+    ]);
+    for f in [0.2046, 0.3189, 0.4391, 0.5852, 0.8643, 1.1944] {
+        near(mode(&found, f).0, f, 2e-2, "frequency");
+    }
+}
