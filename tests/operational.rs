@@ -339,20 +339,30 @@ fn law_choice_over_records() {
             let y = frame.respond(100 + seed, samples);
             let y = slices(&y);
             let channels = Channels::new(&y, frame.rate).unwrap();
-            let by_data = Settings { block_rows: Some(15), ..Settings::default() };
+            let by_data = Settings {
+                block_rows: Some(15),
+                ..Settings::default()
+            };
             let both = [
                 subspace::from_covariances(&channels, &Settings::default()).unwrap(),
                 subspace::from_data(&channels, &by_data).unwrap(),
             ];
             for (count, found) in counts.iter_mut().zip(&both) {
                 let modes = chosen(found, &channels);
-                let is_at = |m: &OperationalMode, f: f64| (m.mode.frequency_hz() / f - 1.0).abs() < 0.02;
-                let hit = frame.modes.iter().filter(|(f, _)| modes.iter().any(|m| is_at(m, *f))).count();
+                let is_at =
+                    |m: &OperationalMode, f: f64| (m.mode.frequency_hz() / f - 1.0).abs() < 0.02;
+                let hit = frame
+                    .modes
+                    .iter()
+                    .filter(|(f, _)| modes.iter().any(|m| is_at(m, *f)))
+                    .count();
                 count[0] += hit;
                 count[1] += modes.len() - hit;
             }
         }
-        eprintln!("{samples} samples: of 120 modes found, and beside them, [covariances, data]: {counts:?}");
+        eprintln!(
+            "{samples} samples: of 120 modes found, and beside them, [covariances, data]: {counts:?}"
+        );
         assert!(counts[0][0] >= 110, "{counts:?}");
     }
 }
