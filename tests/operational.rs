@@ -71,7 +71,7 @@ fn frame() -> Structure {
 }
 
 fn chosen(found: &Subspace, channels: &Channels) -> Vec<OperationalMode> {
-    physical(found, channels, &default_rule(), None)
+    physical(found, channels, &default_rule(found), None)
 }
 
 /// `R_τ = Σ_m φ_m g_mᵀ Re(c λ_m^τ)` of two modes at three channels.
@@ -316,7 +316,7 @@ fn law_intervals_cover() {
 #[test]
 #[ignore = "study: coverage over 400 records of three lengths"]
 fn law_intervals_cover_often() {
-    for samples in [4_000, 10_000, 40_000] {
+    for samples in [4_000, 10_000, 30_000] {
         let found = coverage(400, samples);
         eprintln!(
             "{samples} samples: frequency {:.3}, damping {:.3}",
@@ -326,6 +326,44 @@ fn law_intervals_cover_often() {
             found.iter().all(|c| (0.88..0.99).contains(c)),
             "{samples}: {found:?}"
         );
+    }
+}
+
+#[test]
+#[ignore = "study: how many modes of the frame are found or made up, over 30 records of two lengths"]
+fn law_choice_over_records() {
+    let frame = frame();
+    for samples in [5_000, 20_000] {
+        let mut counts = [[0; 2]; 2];
+        for seed in 0..30 {
+            let y = frame.respond(100 + seed, samples);
+            let y = slices(&y);
+            let channels = Channels::new(&y, frame.rate).unwrap();
+            let by_data = Settings {
+                block_rows: Some(15),
+                ..Settings::default()
+            };
+            let both = [
+                subspace::from_covariances(&channels, &Settings::default()).unwrap(),
+                subspace::from_data(&channels, &by_data).unwrap(),
+            ];
+            for (count, found) in counts.iter_mut().zip(&both) {
+                let modes = chosen(found, &channels);
+                let is_at =
+                    |m: &OperationalMode, f: f64| (m.mode.frequency_hz() / f - 1.0).abs() < 0.02;
+                let hit = frame
+                    .modes
+                    .iter()
+                    .filter(|(f, _)| modes.iter().any(|m| is_at(m, *f)))
+                    .count();
+                count[0] += hit;
+                count[1] += modes.len() - hit;
+            }
+        }
+        eprintln!(
+            "{samples} samples: of 120 modes found, and beside them, [covariances, data]: {counts:?}"
+        );
+        assert!(counts[0][0] >= 110, "{counts:?}");
     }
 }
 

@@ -67,11 +67,16 @@ pub fn physical(
         .collect()
 }
 
-/// The rule for responses alone. The share of orders is lower than for frequency responses: noise poles crowd the high orders, where
-/// they split modes, but few of them are certain (see [`physical`]).
-pub fn default_rule() -> SelectionRule {
+/// The rule for responses alone. Where poles come with their uncertainty, a lower share of the orders is asked for: noise poles crowd the
+/// high orders, where they split modes, but few of them are certain (see [`physical`]).
+pub fn default_rule(found: &Subspace) -> SelectionRule {
+    const CERTAIN: f64 = 0.15; // share of the orders
+    let mut modes = found.orders.iter().flat_map(|o| &o.modes);
+    if modes.all(|m| m.pole_covariance.is_none()) {
+        return SelectionRule::default();
+    }
     SelectionRule {
-        presence: 0.15,
+        presence: CERTAIN,
         ..SelectionRule::default()
     }
 }
