@@ -42,6 +42,7 @@ pub fn run(args: &SpectrumArgs) -> Result<u8, Errors> {
     output::check(&outputs, &inputs)?;
     study.expected = expected_lines(args, &study)?;
     settings.only = study.channels.iter().chain(&study.tacho).cloned().collect();
+    once(&settings.only)?;
     let raw = open::open(&args.file.display().to_string(), &settings)?;
     for word in study.channels.iter_mut().chain(&mut study.tacho) {
         *word = full_name(&raw, word);
@@ -77,10 +78,11 @@ fn full_name(raw: &Raw, word: &str) -> String {
 fn once(list: &[String]) -> Result<(), Error> {
     let twice = (1..list.len()).find(|&k| list[..k].contains(&list[k]));
     match twice {
-        Some(k) => Err(
-            Error::new(Code::Usage, format!("the channel {} is named twice", list[k]))
-                .hint("name each channel once"),
-        ),
+        Some(k) => Err(Error::new(
+            Code::Usage,
+            format!("the channel {} is named twice", list[k]),
+        )
+        .hint("name each channel once")),
         None => Ok(()),
     }
 }
@@ -165,7 +167,11 @@ fn kind(word: SpectrumWord) -> SpectrumKind {
 
 /// `linear`, `exponential:N` or `peak-hold`.
 fn averaging(word: &str) -> Result<Averaging, Error> {
-    let blocks = |text: &str| text.parse().ok().filter(|n: &f64| *n >= 1.0 && n.is_finite());
+    let blocks = |text: &str| {
+        text.parse()
+            .ok()
+            .filter(|n: &f64| *n >= 1.0 && n.is_finite())
+    };
     match (word, word.strip_prefix("exponential:").and_then(blocks)) {
         ("linear", _) => Ok(Averaging::Linear),
         ("peak-hold", _) => Ok(Averaging::PeakHold),

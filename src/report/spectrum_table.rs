@@ -33,7 +33,9 @@ fn nothing(found: &Spectrum, curve: &Curve) -> String {
     let (low, high) = curve
         .value
         .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &v| (l.min(v), h.max(v)));
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &v| {
+            (l.min(v), h.max(v))
+        });
     match found.kind {
         SpectrumKind::Average => format!("  {} … {} {}\n", brief(low), brief(high), curve.unit),
         _ => "  no line\n".to_string(),

@@ -94,7 +94,8 @@ pub fn of_machine(
 
 /// Each name once, with the element it belongs to.
 fn put(all: &mut Vec<(String, Family)>, source: &Source, family: Family) {
-    let is_same = |(of, known): &(String, Family)| *of == source.element && known.name == family.name;
+    let is_same =
+        |(of, known): &(String, Family)| *of == source.element && known.name == family.name;
     if !all.iter().any(is_same) {
         all.push((source.element.clone(), family));
     }

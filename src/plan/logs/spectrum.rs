@@ -15,6 +15,7 @@ use crate::spectrum::integrate::Motion;
 use crate::spectrum::label::{self, label};
 use crate::spectrum::peaks::{PeakOptions, peaks};
 use crate::spectrum::spectra::Spectra;
+use crate::spectrum::window::Window;
 
 /// Lines next to 0 Hz in which a mean or a drift shows under a window.
 const NEAR_ZERO: usize = 3;
@@ -61,9 +62,8 @@ fn check_band(recording: &Recording, study: &SpectrumStudy) -> Result<(), Error>
     let half = 0.5 * recording.rate_hz;
     match study.band {
         Some((low, high)) if study.kind != SpectrumKind::Order && low >= half => {
-            let message = format!(
-                "the band {low} … {high} Hz lies above half the sample rate, {half} Hz"
-            );
+            let message =
+                format!("the band {low} … {high} Hz lies above half the sample rate, {half} Hz");
             Err(Error::new(Code::OutOfRange, message)
                 .hint(format!("choose a band below {half} Hz")))
         }
@@ -82,7 +82,10 @@ fn check_signal(recording: &Recording, channels: &[&Channel]) -> Result<(), Erro
             }
         }
     })?;
-    let still = ranges.iter().zip(channels).find(|((low, high), _)| low >= high);
+    let still = ranges
+        .iter()
+        .zip(channels)
+        .find(|((low, high), _)| low >= high);
     match still {
         Some(((low, _), channel)) => {
             let message = format!("the channel {} is {low} throughout", channel.name);
@@ -131,8 +134,10 @@ fn conversion(
             "the unit \"{}\" of {} is not that of a motion",
             channel.unit, channel.name
         );
-        Error::new(Code::WrongUnit, message)
-            .hint(format!("say what it is in: --unit \"{}=m/s²\"", channel.name))
+        Error::new(Code::WrongUnit, message).hint(format!(
+            "say what it is in: --unit \"{}=m/s²\"",
+            channel.name
+        ))
     };
     let quantity = quantity::of(&channel.unit).ok_or_else(unknown)?;
     let times = quantity.sensed.derivative().ok_or_else(unknown)?;
@@ -182,9 +187,7 @@ fn shown(found: Found, channels: &[&Channel], study: &SpectrumStudy) -> Result<S
         return Err(Error::new(Code::OutOfRange, message)
             .hint(format!("lines are {spacing} apart; choose a wider band")));
     }
-    let low_hz = band
-        .map_or(0.0, |b| b.0)
-        .max(NEAR_ZERO as f64 * spacing);
+    let low_hz = band.map_or(0.0, |b| b.0).max(NEAR_ZERO as f64 * spacing);
     let mut curves = Vec::new();
     for (c, channel) in channels.iter().enumerate() {
         let (conversion, unit) = conversion(channel, study.motion, low_hz)?;
@@ -208,7 +211,8 @@ fn shown(found: Found, channels: &[&Channel], study: &SpectrumStudy) -> Result<S
         };
         let at = |&k: &usize| value(spectra.frequency_hz[k], spectra.psd[c][k], edge(k));
         let rms = study.kind == SpectrumKind::Rms;
-        let mut lines = lines(&spectra, c, band);
+        let flat = study.window == Some(Window::FlatTop);
+        let mut lines = lines(&spectra, c, band, flat);
         for line in &mut lines {
             let tone = conversion.at(line.position) * (spectra.bandwidth_hz * line.value).sqrt();
             line.amplitude = if rms { tone } else { 2f64.sqrt() * tone };
@@ -234,10 +238,15 @@ fn shown(found: Found, channels: &[&Channel], study: &SpectrumStudy) -> Result<S
             rows: of_channel,
         });
     }
-    if curves.iter().all(|c| c.lines.iter().all(|l| !l.significant)) {
+    if curves
+        .iter()
+        .all(|c| c.lines.iter().all(|l| !l.significant))
+    {
         warnings.push(Warning {
             code: "no-line",
-            message: "no line stands clear of the floor and of what is beside it: the strongest is shown".into(),
+            message:
+                "no line stands clear of the floor and of what is beside it: the strongest is shown"
+                    .into(),
             hint: Some("average more blocks by a coarser --resolution, or choose a --band".into()),
         });
     }
@@ -284,8 +293,9 @@ fn units(kind: SpectrumKind, unit: &str) -> (String, String) {
     }
 }
 
-/// The lines in the band, their values densities: those that stand clear, and in any case the strongest.
-fn lines(spectra: &Spectra, channel: usize, band: Option<(f64, f64)>) -> Vec<Line> {
+/// The lines in the band, their values densities: those that stand clear, and in any case the strongest. Under a `flat` window the
+/// highest line is the height of a tone.
+fn lines(spectra: &Spectra, channel: usize, band: Option<(f64, f64)>, flat: bool) -> Vec<Line> {
     let inside = |f: f64| is_inside(band, f);
     let line = |position: f64, density: f64, ratio: Option<f64>, significant: bool| Line {
         position,
@@ -295,13 +305,16 @@ fn lines(spectra: &Spectra, channel: usize, band: Option<(f64, f64)>) -> Vec<Lin
         significant,
         names: Vec::new(),
     };
+    let (psd, f) = (&spectra.psd[channel], &spectra.frequency_hz);
     let found = peaks(spectra, channel, &PeakOptions::default());
     let mut all: Vec<Line> = found
         .iter()
         .filter(|p| inside(p.frequency_hz))
-        .map(|p| line(p.frequency_hz, p.psd, Some(p.signal_to_noise), true))
+        .map(|p| {
+            let height = if flat { psd[p.line] } else { p.psd };
+            line(p.frequency_hz, height, Some(p.signal_to_noise), true)
+        })
         .collect();
-    let (psd, f) = (&spectra.psd[channel], &spectra.frequency_hz);
     let top = |&k: &usize| psd[k] > psd[k - 1] && psd[k] >= psd[k + 1] && inside(f[k]);
     let strongest = (NEAR_ZERO..psd.len().saturating_sub(1))
         .filter(top)
@@ -318,7 +331,10 @@ fn lines(spectra: &Spectra, channel: usize, band: Option<(f64, f64)>) -> Vec<Lin
         } else {
             0.0
         };
-        let height = (here - 0.25 * (before - after) * shift).exp();
+        let height = match flat {
+            true => psd[k],
+            false => (here - 0.25 * (before - after) * shift).exp(),
+        };
         all.push(line(f[k] + shift * (f[k] - f[k - 1]), height, None, false));
     }
     all

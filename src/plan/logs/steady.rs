@@ -313,7 +313,9 @@ pub fn by_time(
             .collect()
     };
     let (mut running, mut rows) = (fresh()?, vec![Vec::<Row>::new(); channels.len()]);
-    let frequency_hz = running.first().map_or(Vec::new(), Spectrogram::frequency_hz);
+    let frequency_hz = running
+        .first()
+        .map_or(Vec::new(), Spectrogram::frequency_hz);
     let mut stretches = recording.stretches.iter().map(|s| s.start);
     let mut start_s = stretches.next().unwrap_or(0) as f64 / recording.rate_hz;
     let mut failed = None;
@@ -396,10 +398,7 @@ pub fn check_flags(study: &SpectrumStudy) -> Result<(), Error> {
     if study.overlap.is_some() && !blocks && study.kind != Spectrogram {
         return refuse("--overlap", "--kind psd, amplitude, rms and spectrogram");
     }
-    if study.resolution_hz.is_some()
-        && !blocks
-        && !matches!(study.kind, Spectrogram | Multitaper)
-    {
+    if study.resolution_hz.is_some() && !blocks && !matches!(study.kind, Spectrogram | Multitaper) {
         return refuse(
             "--resolution",
             "--kind psd, amplitude, rms, multitaper and spectrogram",

@@ -94,7 +94,12 @@ fn angle(
             separate: false,
             ..study.clone()
         };
-        let tacho = longest_parts(recording, &[channel(recording, name)?], &plain, &mut unheard)?;
+        let tacho = longest_parts(
+            recording,
+            &[channel(recording, name)?],
+            &plain,
+            &mut unheard,
+        )?;
         let samples = tacho.first().map_or(&[][..], Vec::as_slice);
         let found = pulses(samples, recording.rate_hz, Slope::Rising, None)?;
         let missing: usize = found.missing.iter().map(|m| m.number).sum();
@@ -211,13 +216,15 @@ pub fn means(
         .map(TurnAverage::new)
         .collect::<Result<Vec<TurnAverage>, Error>>()?;
     let turns = all.iter().map(|a| a.turns).min().unwrap_or(0);
-    let noise = all
-        .first()
-        .map_or(0.0, TurnAverage::noise_reduction_db);
+    let noise = all.first().map_or(0.0, TurnAverage::noise_reduction_db);
     let errors: Vec<String> = all
         .iter()
         .zip(channels)
-        .map(|(a, c)| format!("{} ± {:.4e} {}", c.name, a.standard_error, c.unit).trim_end().to_string())
+        .map(|(a, c)| {
+            format!("{} ± {:.4e} {}", c.name, a.standard_error, c.unit)
+                .trim_end()
+                .to_string()
+        })
         .collect();
     let per_turn = signals.first().map_or(1, |s| s.per_turn);
     Ok(TurnMeans {
