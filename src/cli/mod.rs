@@ -36,6 +36,9 @@ pub mod modes;
 /// `identify`.
 pub mod identify;
 
+/// `spectrum`.
+pub mod spectrum;
+
 /// `completions` and `man`.
 pub mod manual;
 
@@ -98,6 +101,7 @@ fn carry_out(command: &Command) -> Result<u8, Errors> {
         Command::Plan(args) => plan::run(args)?,
         Command::Modes(args) => modes::run(args)?,
         Command::Identify(args) => identify::run(args)?,
+        Command::Spectrum(args) => spectrum::run(args)?,
         Command::Completions { shell } => manual::completions(*shell)?,
         Command::Man { folder } => manual::pages(folder)?,
     })
@@ -109,6 +113,7 @@ fn wants_json(command: &Command) -> bool {
         Command::Plan(args) => args.json,
         Command::Modes(args) => args.json,
         Command::Identify(args) => args.json,
+        Command::Spectrum(args) => args.json,
         _ => false,
     }
 }

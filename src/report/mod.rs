@@ -39,6 +39,9 @@ pub mod recording;
 /// What was identified from a log.
 pub mod identified;
 
+/// Spectra of a log.
+pub mod spectra;
+
 /// CSV files.
 pub mod csv;
 
@@ -49,6 +52,10 @@ pub mod table;
 /// Tables of logs.
 #[cfg(feature = "cli")]
 pub mod log_tables;
+
+/// Tables of spectra.
+#[cfg(feature = "cli")]
+pub mod spectrum_table;
 
 /// Tables of state-space forms and reduced machines.
 #[cfg(feature = "cli")]

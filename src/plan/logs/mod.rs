@@ -11,3 +11,18 @@ pub mod doubts;
 
 /// The run of an identification.
 pub mod identification;
+
+/// What is asked of a spectrum, and what comes back.
+pub mod spectrum_study;
+
+/// Lines that a machine may show.
+pub mod expected;
+
+/// Spectra over frequency.
+pub mod steady;
+
+/// Spectra over the angle of a shaft.
+pub mod turning;
+
+/// The run of a spectrum.
+pub mod spectrum;

@@ -1,0 +1,136 @@
+//! Lines that a machine may show: shafts, meshes with sidebands, rolling bearings.
+
+use std::f64::consts::TAU;
+
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::base::words::{listed, suggestion};
+use crate::machine::kinematics::mean_speeds;
+use crate::modes::orders::{Cause, OrderOptions, Source, orders, reference};
+use crate::plan::prepared::Prepared;
+use crate::scene::model::Axis;
+use crate::spectrum::label::{Expected, Family, RollingBearing};
+
+/// How exactly a stated speed is known, relative: slip of motors and readings of hand-held tachometers.
+const SPEED_KNOWN: f64 = 2e-3;
+
+/// How exactly the kinematic frequencies of a rolling bearing are known, relative: one or two per cent of slip.
+const BEARING_KNOWN: f64 = 0.02;
+
+/// Harmonics of rotations and bearings, of meshes, and sidebands to either side of a mesh.
+const HARMONICS: (usize, usize, usize) = (5, 4, 3);
+
+/// Lines of every shaft and mesh of a machine, Hz, whose node `at` turns at `speed`, rad/s; in turns of that node where `in_orders`.
+///
+/// # Errors
+/// A node that is not there or does not turn, speeds that do not follow from one.
+pub fn of_machine(
+    prepared: &Prepared,
+    at: &str,
+    speed: f64,
+    in_orders: bool,
+) -> Result<Vec<Expected>, Error> {
+    let (machine, kinematics) = (&prepared.machine, &prepared.kinematics);
+    let freedom = (0..machine.freedoms.len()).find(|&i| {
+        let found = &machine.freedoms[i];
+        machine.nodes[found.node].name == at && found.axis == Axis::Theta
+    });
+    let Some(freedom) = freedom else {
+        let names = || machine.nodes.iter().map(|n| n.name.as_str());
+        let hint = match suggestion(at, names()) {
+            Some(near) => format!("did you mean \"{near}\"?"),
+            None => format!("it has {}", listed(names())),
+        };
+        let message = format!("the model has no node \"{at}\" that turns");
+        return Err(Error::new(Code::UnknownNode, message).hint(hint));
+    };
+    let unit = mean_speeds(machine, kinematics, Some(1.0))?;
+    let ratio = (unit[freedom] / unit[reference(machine)?]).abs();
+    if !(ratio > 0.0 && ratio.is_finite()) {
+        let message = format!("{at} stands still while the machine turns");
+        return Err(Error::new(Code::NoSpeed, message).hint("name a node that turns"));
+    }
+    let scale = match in_orders {
+        true => 1.0 / ratio,
+        false => speed.abs() / TAU / ratio,
+    };
+    let options = OrderOptions {
+        rotation_multiples: 1,
+        mesh_multiples: 1,
+    };
+    let (mut rotations, mut meshes) = (Vec::new(), Vec::new());
+    for order in orders(machine, kinematics, &options)? {
+        let family = |name: String, harmonics| Family {
+            name,
+            fundamental: order.value * scale,
+            relative_tolerance: SPEED_KNOWN,
+            harmonics,
+        };
+        for source in &order.sources {
+            match source.cause {
+                Cause::Rotation => {
+                    let name = format!("rotation of {}", source.member);
+                    put(&mut rotations, source, family(name, HARMONICS.0));
+                }
+                Cause::Mesh => {
+                    let name = format!("mesh {}", source.element);
+                    put(&mut meshes, source, family(name, HARMONICS.1));
+                }
+            }
+        }
+    }
+    let mut all: Vec<Expected> = rotations.iter().flat_map(|(_, f)| f.lines()).collect();
+    for (element, mesh) in &meshes {
+        all.extend(mesh.lines());
+        for (_, rotation) in rotations.iter().filter(|(of, _)| of == element) {
+            all.extend(mesh.sidebands(&Family {
+                harmonics: HARMONICS.2,
+                ..rotation.clone()
+            }));
+        }
+    }
+    Ok(all)
+}
+
+/// Each name once, with the element it belongs to.
+fn put(all: &mut Vec<(String, Family)>, source: &Source, family: Family) {
+    let is_same =
+        |(of, known): &(String, Family)| *of == source.element && known.name == family.name;
+    if !all.iter().any(is_same) {
+        all.push((source.element.clone(), family));
+    }
+}
+
+/// Harmonics of a shaft, Hz or orders.
+pub fn of_shaft(turns_per_s: f64) -> Vec<Expected> {
+    Family {
+        name: "rotation".into(),
+        fundamental: turns_per_s,
+        relative_tolerance: SPEED_KNOWN,
+        harmonics: HARMONICS.0,
+    }
+    .lines()
+}
+
+/// Lines of a rolling bearing on a shaft that turns so often a second (1 for orders).
+///
+/// # Errors
+/// Dimensions that make no bearing.
+pub fn of_bearing(bearing: &RollingBearing, turns_per_s: f64) -> Result<Vec<Expected>, Error> {
+    let orders = bearing.orders()?;
+    let family = |name: &str, order: f64| Family {
+        name: name.into(),
+        fundamental: order * turns_per_s,
+        relative_tolerance: BEARING_KNOWN,
+        harmonics: HARMONICS.0,
+    };
+    Ok([
+        family("BPFO", orders.outer_ring),
+        family("BPFI", orders.inner_ring),
+        family("BSF", orders.roller),
+        family("FTF", orders.cage),
+    ]
+    .iter()
+    .flat_map(Family::lines)
+    .collect())
+}

@@ -1,0 +1,454 @@
+//! From a log to spectra with named lines.
+
+use std::f64::consts::TAU;
+use std::time::Instant;
+
+use super::spectrum_study::{
+    Across, Curve, Found, Line, Spectrum, SpectrumKind, SpectrumStudy, channel,
+};
+use super::{blocks, steady, turning};
+use crate::base::code::Code;
+use crate::base::error::{Error, Warning};
+use crate::recording::quantity::{self, Sensed};
+use crate::recording::signals::{Channel, Recording};
+use crate::spectrum::integrate::Motion;
+use crate::spectrum::label::{self, label};
+use crate::spectrum::peaks::{PeakOptions, peaks};
+use crate::spectrum::spectra::Spectra;
+use crate::spectrum::window::Window;
+
+/// Lines next to 0 Hz in which a mean or a drift shows under a window.
+const NEAR_ZERO: usize = 3;
+
+/// The spectra a study asks for.
+///
+/// # Errors
+/// Channels that are not there or hold no signal, flags that do not fit, whatever the method refuses.
+pub fn spectrum(recording: &Recording, study: &SpectrumStudy) -> Result<Spectrum, Error> {
+    steady::check_flags(study)?;
+    let channels = study
+        .channels
+        .iter()
+        .map(|name| channel(recording, name))
+        .collect::<Result<Vec<&Channel>, Error>>()?;
+    check_band(recording, study)?;
+    check_signal(recording, &channels)?;
+    let start = Instant::now();
+    let mut answer = match study.kind {
+        SpectrumKind::Cepstrum => cepstrum(recording, &channels, study)?,
+        SpectrumKind::Average => average(recording, &channels, study)?,
+        _ => {
+            let found = match study.kind {
+                SpectrumKind::Multitaper => steady::tapered(recording, &channels, study)?,
+                SpectrumKind::Envelope => steady::enveloped(recording, &channels, study)?,
+                SpectrumKind::Spectrogram => steady::by_time(recording, &channels, study)?,
+                SpectrumKind::Order => turning::orders(recording, &channels, study)?,
+                _ => steady::averaged(recording, &channels, study)?,
+            };
+            shown(found, &channels, study)?
+        }
+    };
+    let stage = match study.kind {
+        SpectrumKind::Cepstrum => "cepstrum",
+        SpectrumKind::Average => "average over turns",
+        SpectrumKind::Order => "order spectrum",
+        _ => "spectrum",
+    };
+    answer.trace.push((stage, start.elapsed().as_secs_f64()));
+    Ok(answer)
+}
+
+fn check_band(recording: &Recording, study: &SpectrumStudy) -> Result<(), Error> {
+    let half = 0.5 * recording.rate_hz;
+    match study.band {
+        Some((low, high)) if study.kind != SpectrumKind::Order && low >= half => {
+            let message =
+                format!("the band {low} … {high} Hz lies above half the sample rate, {half} Hz");
+            Err(Error::new(Code::OutOfRange, message)
+                .hint(format!("choose a band below {half} Hz")))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Refuses channels that never change.
+fn check_signal(recording: &Recording, channels: &[&Channel]) -> Result<(), Error> {
+    let mut ranges = vec![(f64::INFINITY, f64::NEG_INFINITY); channels.len()];
+    blocks::each(recording, channels, |block, _| {
+        for ((low, high), samples) in ranges.iter_mut().zip(block) {
+            for &x in *samples {
+                *low = low.min(x);
+                *high = high.max(x);
+            }
+        }
+    })?;
+    let still = ranges
+        .iter()
+        .zip(channels)
+        .find(|((low, high), _)| low >= high);
+    match still {
+        Some(((low, _), channel)) => {
+            let message = format!("the channel {} is {low} throughout", channel.name);
+            Err(Error::new(Code::NoSignal, message)
+                .hint("look whether the sensor was connected, and whether this is its channel"))
+        }
+        None => Ok(()),
+    }
+}
+
+/// How a measured density becomes the one wanted: `scale² ω^(2 power)`.
+#[derive(Clone, Copy)]
+struct Conversion {
+    scale: f64,
+    power: i32,
+    low_hz: f64,
+}
+
+impl Conversion {
+    /// On an amplitude at a frequency; nothing below the low cut.
+    fn at(self, frequency_hz: f64) -> f64 {
+        match self.power {
+            _ if frequency_hz < self.low_hz => 0.0,
+            0 => self.scale,
+            p => self.scale * (TAU * frequency_hz).powi(p),
+        }
+    }
+}
+
+/// The conversion of a channel and the unit that comes out.
+fn conversion(
+    channel: &Channel,
+    motion: Option<Motion>,
+    low_hz: f64,
+) -> Result<(Conversion, String), Error> {
+    let unchanged = Conversion {
+        scale: 1.0,
+        power: 0,
+        low_hz: 0.0,
+    };
+    let Some(motion) = motion else {
+        return Ok((unchanged, channel.unit.clone()));
+    };
+    let unknown = || {
+        let message = format!(
+            "the unit \"{}\" of {} is not that of a motion",
+            channel.unit, channel.name
+        );
+        Error::new(Code::WrongUnit, message).hint(format!(
+            "say what it is in: --unit \"{}=m/s²\"",
+            channel.name
+        ))
+    };
+    let quantity = quantity::of(&channel.unit).ok_or_else(unknown)?;
+    let times = quantity.sensed.derivative().ok_or_else(unknown)?;
+    let turns = matches!(
+        quantity.sensed,
+        Sensed::Angle | Sensed::AngularVelocity | Sensed::AngularAcceleration
+    );
+    let (wanted, unit) = match (motion, turns) {
+        (Motion::Displacement, false) => (0, "m"),
+        (Motion::Velocity, false) => (1, "m/s"),
+        (Motion::Acceleration, false) => (2, "m/s²"),
+        (Motion::Displacement, true) => (0, "rad"),
+        (Motion::Velocity, true) => (1, "rad/s"),
+        (Motion::Acceleration, true) => (2, "rad/s²"),
+    };
+    let power = wanted - i32::from(times);
+    let conversion = Conversion {
+        scale: quantity.factor,
+        power,
+        low_hz: if power < 0 { low_hz } else { 0.0 },
+    };
+    Ok((conversion, unit.to_string()))
+}
+
+/// The answer of what was found: converted, cut to the band, its lines named.
+fn shown(found: Found, channels: &[&Channel], study: &SpectrumStudy) -> Result<Spectrum, Error> {
+    let Found {
+        mut how,
+        across,
+        spectra,
+        mut rows,
+        mut warnings,
+    } = found;
+    let band = match study.kind {
+        SpectrumKind::Envelope => None,
+        _ => study.band,
+    };
+    let inside: Vec<usize> = (0..spectra.frequency_hz.len())
+        .filter(|&k| is_inside(band, spectra.frequency_hz[k]))
+        .collect();
+    let spacing = spacing(&spectra);
+    if inside.is_empty() {
+        let message = match band {
+            Some((low, high)) => format!("no line lies in the band {low} … {high}"),
+            None => "the spectrum has no line".to_string(),
+        };
+        return Err(Error::new(Code::OutOfRange, message)
+            .hint(format!("lines are {spacing} apart; choose a wider band")));
+    }
+    let low_hz = band.map_or(0.0, |b| b.0).max(NEAR_ZERO as f64 * spacing);
+    let mut curves = Vec::new();
+    for (c, channel) in channels.iter().enumerate() {
+        let (conversion, unit) = conversion(channel, study.motion, low_hz)?;
+        if conversion.low_hz > 0.0 && c == 0 {
+            how += &format!("; nothing below {low_hz:.6} Hz");
+        }
+        let (value_unit, amplitude_unit) = units(study.kind, &unit);
+        let value = |f: f64, density: f64, edge: f64| -> f64 {
+            let converted = conversion.at(f).powi(2) * density;
+            match study.kind {
+                SpectrumKind::Amplitude | SpectrumKind::Envelope | SpectrumKind::Order => {
+                    (edge * converted * spectra.bandwidth_hz).sqrt()
+                }
+                SpectrumKind::Rms => (converted * spectra.bandwidth_hz).sqrt(),
+                _ => converted,
+            }
+        };
+        let edge = |k: usize| {
+            let once = spectra.is_edge(k) && study.kind == SpectrumKind::Amplitude;
+            if once { 1.0 } else { 2.0 }
+        };
+        let at = |&k: &usize| value(spectra.frequency_hz[k], spectra.psd[c][k], edge(k));
+        let rms = study.kind == SpectrumKind::Rms;
+        let flat = study.window == Some(Window::FlatTop);
+        let mut lines = lines(&spectra, c, band, flat);
+        for line in &mut lines {
+            let tone = conversion.at(line.position) * (spectra.bandwidth_hz * line.value).sqrt();
+            line.amplitude = if rms { tone } else { 2f64.sqrt() * tone };
+            line.value = value(line.position, line.value, 2.0);
+        }
+        lines.retain(|line| line.amplitude > 0.0);
+        lines.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
+        name(&mut lines, study, spacing);
+        let mut of_channel = if rows.is_empty() {
+            Vec::new()
+        } else {
+            std::mem::take(&mut rows[c])
+        };
+        for row in &mut of_channel {
+            row.density = inside.iter().map(|&k| row.density[k]).collect();
+        }
+        curves.push(Curve {
+            channel: channel.name.clone(),
+            unit: value_unit,
+            amplitude_unit,
+            value: inside.iter().map(at).collect(),
+            lines,
+            rows: of_channel,
+        });
+    }
+    if curves
+        .iter()
+        .all(|c| c.lines.iter().all(|l| !l.significant))
+    {
+        warnings.push(Warning {
+            code: "no-line",
+            message:
+                "no line stands clear of the floor and of what is beside it: the strongest is shown"
+                    .into(),
+            hint: Some("average more blocks by a coarser --resolution, or choose a --band".into()),
+        });
+    }
+    let inner = 1.min(spectra.frequency_hz.len() - 1);
+    Ok(Spectrum {
+        trace: Vec::new(),
+        how,
+        kind: study.kind,
+        across,
+        places: inside.iter().map(|&k| spectra.frequency_hz[k]).collect(),
+        curves,
+        averages: spectra.averages,
+        interval: spectra.interval(inner, 0.95),
+        warnings,
+    })
+}
+
+fn is_inside(band: Option<(f64, f64)>, place: f64) -> bool {
+    band.is_none_or(|(low, high)| (low..=high).contains(&place))
+}
+
+/// Between lines.
+fn spacing(spectra: &Spectra) -> f64 {
+    match spectra.frequency_hz[..] {
+        [first, second, ..] => second - first,
+        _ => 0.0,
+    }
+}
+
+/// Units of the curve and of the amplitudes of its lines.
+fn units(kind: SpectrumKind, unit: &str) -> (String, String) {
+    let square = match unit {
+        "" => String::new(),
+        unit if unit.contains(['/', '·', ' ', '²']) => format!("({unit})²"),
+        unit => format!("{unit}²"),
+    };
+    match kind {
+        SpectrumKind::Envelope => (square.clone(), square),
+        SpectrumKind::Amplitude | SpectrumKind::Rms | SpectrumKind::Order => {
+            (unit.to_string(), unit.to_string())
+        }
+        _ if unit.is_empty() => ("1/Hz".to_string(), String::new()),
+        _ => (format!("{square}/Hz"), unit.to_string()),
+    }
+}
+
+/// The lines in the band, their values densities: those that stand clear, and in any case the strongest. Under a `flat` window the
+/// highest line is the height of a tone.
+fn lines(spectra: &Spectra, channel: usize, band: Option<(f64, f64)>, flat: bool) -> Vec<Line> {
+    let inside = |f: f64| is_inside(band, f);
+    let line = |position: f64, density: f64, ratio: Option<f64>, significant: bool| Line {
+        position,
+        value: density,
+        amplitude: 0.0,
+        signal_to_noise: ratio,
+        significant,
+        names: Vec::new(),
+    };
+    let (psd, f) = (&spectra.psd[channel], &spectra.frequency_hz);
+    let found = peaks(spectra, channel, &PeakOptions::default());
+    let mut all: Vec<Line> = found
+        .iter()
+        .filter(|p| inside(p.frequency_hz))
+        .map(|p| {
+            let height = if flat { psd[p.line] } else { p.psd };
+            line(p.frequency_hz, height, Some(p.signal_to_noise), true)
+        })
+        .collect();
+    let top = |&k: &usize| psd[k] > psd[k - 1] && psd[k] >= psd[k + 1] && inside(f[k]);
+    let strongest = (NEAR_ZERO..psd.len().saturating_sub(1))
+        .filter(top)
+        .max_by(|&a, &b| psd[a].total_cmp(&psd[b]));
+    if let Some(k) = strongest
+        && psd[k] > 0.0
+        && !found.iter().any(|p| p.line == k)
+    {
+        let ln = |k: usize| psd[k].max(f64::MIN_POSITIVE).ln();
+        let (before, here, after) = (ln(k - 1), ln(k), ln(k + 1));
+        let bend = before - 2.0 * here + after;
+        let shift = if bend < 0.0 {
+            0.5 * (before - after) / bend
+        } else {
+            0.0
+        };
+        let height = match flat {
+            true => psd[k],
+            false => (here - 0.25 * (before - after) * shift).exp(),
+        };
+        all.push(line(f[k] + shift * (f[k] - f[k - 1]), height, None, false));
+    }
+    all
+}
+
+/// Gives lines the names of what was expected within reach.
+fn name(lines: &mut [Line], study: &SpectrumStudy, spacing: f64) {
+    let measured: Vec<label::Peak> = lines
+        .iter()
+        .map(|line| label::Peak {
+            position: line.position,
+            amplitude: line.amplitude,
+            uncertainty: 0.5 * spacing,
+        })
+        .collect();
+    for (line, found) in lines.iter_mut().zip(label(&measured, &study.expected)) {
+        for &candidate in found.candidates.iter().take(found.alike) {
+            let name = &study.expected[candidate].name;
+            if !line.names.contains(name) {
+                line.names.push(name.clone());
+            }
+        }
+    }
+}
+
+/// Real cepstra with their strongest family.
+fn cepstrum(
+    recording: &Recording,
+    channels: &[&Channel],
+    study: &SpectrumStudy,
+) -> Result<Spectrum, Error> {
+    const RAHMONICS: usize = 8;
+    // A family of lines closer than eight to the record's spectrum is not told from its slope, nor one of the first samples.
+    const ENDS: (f64, f64) = (8.0, 0.125);
+    let mut warnings = Vec::new();
+    let all = steady::cepstra(recording, channels, study, &mut warnings)?;
+    let places = all.first().map_or(Vec::new(), |c| c.quefrency_s());
+    let longest = places.last().copied().unwrap_or(0.0);
+    let (low_s, high_s) = match study.band {
+        Some((low, high)) => (1.0 / high, (1.0 / low).min(longest)),
+        None => (ENDS.0 / recording.rate_hz, 2.0 * ENDS.1 * longest),
+    };
+    let curves = all
+        .into_iter()
+        .zip(channels)
+        .map(|(cepstrum, channel)| {
+            let family = cepstrum.rahmonics(low_s, high_s, RAHMONICS);
+            let line = |(k, height): (usize, &f64), first: f64| Line {
+                position: (k + 1) as f64 * first,
+                value: *height,
+                amplitude: *height,
+                signal_to_noise: None,
+                significant: true,
+                names: vec![match k {
+                    0 => format!("lines {:.6} Hz apart", 1.0 / first),
+                    _ => format!("{}th rahmonic", k + 1)
+                        .replace("2th", "2nd")
+                        .replace("3th", "3rd"),
+                }],
+            };
+            Curve {
+                channel: channel.name.clone(),
+                unit: "Np".into(),
+                amplitude_unit: "Np".into(),
+                lines: family.map_or(Vec::new(), |family| {
+                    let heights = family.height.iter().enumerate();
+                    heights.map(|h| line(h, family.quefrency_s)).collect()
+                }),
+                value: cepstrum.real,
+                rows: Vec::new(),
+            }
+        })
+        .collect();
+    Ok(Spectrum {
+        trace: Vec::new(),
+        how: format!(
+            "real cepstrum of {:.4} s; families sought between {low_s:.6} and {high_s:.6} s{}",
+            steady::longest(recording).len() as f64 / recording.rate_hz,
+            steady::part(study)
+        ),
+        kind: study.kind,
+        across: Across::Quefrency,
+        places,
+        curves,
+        averages: None,
+        interval: None,
+        warnings,
+    })
+}
+
+/// The mean over turns.
+fn average(
+    recording: &Recording,
+    channels: &[&Channel],
+    study: &SpectrumStudy,
+) -> Result<Spectrum, Error> {
+    let found = turning::means(recording, channels, study)?;
+    let curve = |(value, channel): (Vec<f64>, &&Channel)| Curve {
+        channel: channel.name.clone(),
+        unit: channel.unit.clone(),
+        amplitude_unit: channel.unit.clone(),
+        value,
+        lines: Vec::new(),
+        rows: Vec::new(),
+    };
+    Ok(Spectrum {
+        trace: Vec::new(),
+        how: found.how,
+        kind: study.kind,
+        across: Across::Angle,
+        places: found.angle_deg,
+        curves: found.turn.into_iter().zip(channels).map(curve).collect(),
+        averages: Some(found.turns as f64),
+        interval: None,
+        warnings: found.warnings,
+    })
+}

@@ -1,0 +1,177 @@
+//! What is asked of a log's spectrum, and what comes back.
+
+use crate::base::error::{Error, Warning};
+use crate::recording::settle::no_channel;
+use crate::recording::signals::{Channel, Recording};
+use crate::spectrum::integrate::Motion;
+use crate::spectrum::label::Expected;
+use crate::spectrum::spectra::Spectra;
+use crate::spectrum::spectrogram::Row;
+use crate::spectrum::welch::{Averaging, Detrend};
+use crate::spectrum::window::Window;
+
+/// What kind of spectrum.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum SpectrumKind {
+    /// Power spectral density, unit²/Hz.
+    #[default]
+    Density,
+    /// Amplitude of tones, zero to peak.
+    Amplitude,
+    /// Root mean square of tones.
+    Rms,
+    /// Power spectral density by several tapers of the whole record.
+    Multitaper,
+    /// Lines of the squared envelope of a band.
+    Envelope,
+    /// Real cepstrum.
+    Cepstrum,
+    /// Power spectral density by time.
+    Spectrogram,
+    /// Amplitude over orders of a shaft.
+    Order,
+    /// Mean over the turns of a shaft.
+    Average,
+}
+
+/// The study; what is `None` is chosen from the data.
+#[derive(Debug, Clone, Default)]
+pub struct SpectrumStudy {
+    /// Channels analysed.
+    pub channels: Vec<String>,
+    /// What kind.
+    pub kind: SpectrumKind,
+    /// Between lines, Hz.
+    pub resolution_hz: Option<f64>,
+    /// On each block.
+    pub window: Option<Window>,
+    /// Share of a block that the next has in common with it.
+    pub overlap: Option<f64>,
+    /// Over the blocks.
+    pub averaging: Averaging,
+    /// Off each block.
+    pub detrend: Detrend,
+    /// Lines shown, Hz or order; the band-pass of an envelope, Hz.
+    pub band: Option<(f64, f64)>,
+    /// The motion wanted instead of the one measured.
+    pub motion: Option<Motion>,
+    /// The channel of the tacho.
+    pub tacho: Option<String>,
+    /// Its pulses a turn.
+    pub pulses: usize,
+    /// A steady speed, rad/s.
+    pub speed: Option<f64>,
+    /// Turns in a block of an order spectrum.
+    pub turns: Option<usize>,
+    /// Only what does not repeat is analysed.
+    pub separate: bool,
+    /// Lines that may be there, Hz; orders where the spectrum is one of orders.
+    pub expected: Vec<Expected>,
+}
+
+/// What a spectrum is over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Across {
+    /// Hz.
+    Frequency,
+    /// Cycles a turn.
+    Order,
+    /// s.
+    Quefrency,
+    /// Degrees of a turn.
+    Angle,
+}
+
+impl Across {
+    /// What it is called and its unit.
+    pub fn words(self) -> (&'static str, &'static str) {
+        match self {
+            Across::Frequency => ("frequency", "Hz"),
+            Across::Order => ("order", ""),
+            Across::Quefrency => ("quefrency", "s"),
+            Across::Angle => ("angle", "deg"),
+        }
+    }
+}
+
+/// A line of a spectrum.
+#[derive(Debug, Clone)]
+pub struct Line {
+    /// Between the lines: Hz, order or s.
+    pub position: f64,
+    /// Height of the curve there, in its unit.
+    pub value: f64,
+    /// Size of a tone that would make it, zero to peak (root mean square where that is asked for).
+    pub amplitude: f64,
+    /// Power over that of the floor; `None` for cepstra.
+    pub signal_to_noise: Option<f64>,
+    /// It stands above what noise would show.
+    pub significant: bool,
+    /// What it may be, the nearest first; more than one where the measurement cannot tell them apart.
+    pub names: Vec<String>,
+}
+
+/// The spectrum of one channel.
+#[derive(Debug, Clone)]
+pub struct Curve {
+    /// The channel.
+    pub channel: String,
+    /// Unit of the values.
+    pub unit: String,
+    /// Unit of amplitudes of its lines.
+    pub amplitude_unit: String,
+    /// One for each place.
+    pub value: Vec<f64>,
+    /// Its lines, the strongest first.
+    pub lines: Vec<Line>,
+    /// By time, for spectrograms; over the places of the answer.
+    pub rows: Vec<Row>,
+}
+
+/// Spectra and how they were had.
+#[derive(Debug)]
+pub struct Spectrum {
+    /// Stages that ran, with seconds.
+    pub trace: Vec<(&'static str, f64)>,
+    /// In words.
+    pub how: String,
+    /// What was asked for.
+    pub kind: SpectrumKind,
+    /// What it is over.
+    pub across: Across,
+    /// Places, rising.
+    pub places: Vec<f64>,
+    /// One for each channel.
+    pub curves: Vec<Curve>,
+    /// Independent averages.
+    pub averages: Option<f64>,
+    /// Between which multiples of a density the true one lies with 95 %.
+    pub interval: Option<(f64, f64)>,
+    /// Doubts.
+    pub warnings: Vec<Warning>,
+}
+
+/// The spectrum of a channel before it is shown: density, or half the square of an amplitude with a bandwidth of one.
+pub struct Found {
+    /// In words.
+    pub how: String,
+    /// What it is over.
+    pub across: Across,
+    /// One channel's density each.
+    pub spectra: Spectra,
+    /// By time, for spectrograms.
+    pub rows: Vec<Vec<Row>>,
+    /// Doubts.
+    pub warnings: Vec<Warning>,
+}
+
+/// A channel by its name.
+///
+/// # Errors
+/// There is none of that name.
+pub fn channel<'r>(recording: &'r Recording, name: &str) -> Result<&'r Channel, Error> {
+    recording.channel(name).ok_or_else(|| {
+        let known: Vec<String> = recording.channels.iter().map(|c| c.name.clone()).collect();
+        no_channel(name, &known)
+    })
+}

@@ -1,0 +1,453 @@
+//! `geardyn spectrum` as a person uses it: lines of known tones, levels of noise, orders of a run-up, wrong input.
+#![cfg(feature = "cli")]
+
+use std::f64::consts::TAU;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+fn geardyn(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_geardyn"))
+        .args(arguments)
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .env("NO_COLOR", "1")
+        .output()
+        .unwrap()
+}
+
+fn document(arguments: &[&str]) -> Value {
+    let output = geardyn(arguments);
+    let text = String::from_utf8(output.stdout).unwrap();
+    let errors = String::from_utf8_lossy(&output.stderr).to_string();
+    assert_eq!(
+        output.status.code(),
+        Some(0),
+        "{arguments:?}\n{text}{errors}"
+    );
+    serde_json::from_str(&text).unwrap()
+}
+
+/// The code of the first error, which must end the command with 2 and carry a hint.
+fn refusal(arguments: &[&str]) -> String {
+    let output = geardyn(&[arguments, &["--json"]].concat());
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}\n{text}");
+    let found: Value = serde_json::from_str(&text).unwrap();
+    let first = &found["errors"][0];
+    assert!(first["hint"].is_string(), "{first}");
+    first["code"].as_str().unwrap().to_string()
+}
+
+/// A log of some columns at a rate, each a function of time.
+fn log(
+    folder: &Path,
+    heads: &str,
+    rate: f64,
+    samples: usize,
+    row: impl FnMut(f64) -> Vec<f64>,
+) -> PathBuf {
+    let mut row = row;
+    let mut text = format!("time [s],{heads}\n");
+    for j in 0..samples {
+        let t = j as f64 / rate;
+        text += &format!("{t:.9}");
+        row(t).iter().for_each(|x| text += &format!(",{x:.9e}"));
+        text.push('\n');
+    }
+    let path = folder.join("log.csv");
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+fn normal(rng: &mut fastrand::Rng) -> f64 {
+    (-2.0 * (1.0 - rng.f64()).ln()).sqrt() * (TAU * rng.f64()).cos()
+}
+
+fn numbers(value: &Value) -> Vec<f64> {
+    value
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|x| x.as_f64().unwrap())
+        .collect()
+}
+
+/// A tone between two lines in weak noise: its frequency to a part of a line, its amplitude, and its velocity by 1/ω.
+#[test]
+fn exact_tone() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut rng = fastrand::Rng::with_seed(1);
+    let path = log(folder.path(), "ax [m/s²],ay [g]", 1000.0, 20_000, |t| {
+        let tone = 3.0 * (TAU * 123.4 * t).sin();
+        vec![
+            tone + 0.01 * normal(&mut rng),
+            2.0 * (TAU * 50.0 * t).cos() + 0.01 * normal(&mut rng),
+        ]
+    });
+    let file = path.to_str().unwrap();
+    let found = document(&[
+        "spectrum",
+        file,
+        "--channel",
+        "ax,ay [g]",
+        "--kind",
+        "amplitude",
+        "--window",
+        "flat-top",
+        "--json",
+    ]);
+    let peak = &found["channels"][0]["peaks"][0];
+    assert!(
+        (peak["frequency_hz"].as_f64().unwrap() - 123.4).abs() < 0.05,
+        "{peak}"
+    );
+    assert!(
+        (peak["amplitude"].as_f64().unwrap() - 3.0).abs() < 0.02,
+        "{peak}"
+    );
+    assert_eq!(peak["amplitude_unit"], "m/s²");
+    assert_eq!(found["channels"][1]["channel"], "ay");
+    let rms = document(&[
+        "spectrum",
+        file,
+        "--channel",
+        "ay",
+        "--kind",
+        "rms",
+        "--window",
+        "flat-top",
+        "--json",
+    ]);
+    let peak = &rms["channels"][0]["peaks"][0];
+    assert!(
+        (peak["amplitude"].as_f64().unwrap() - 2f64.sqrt()).abs() < 0.01,
+        "{peak}"
+    );
+    let speed = document(&[
+        "spectrum",
+        file,
+        "--channel",
+        "ay",
+        "--kind",
+        "amplitude",
+        "--window",
+        "flat-top",
+        "--as",
+        "velocity",
+        "--json",
+    ]);
+    let channel = &speed["channels"][0];
+    let expected = 2.0 * 9.80665 / (TAU * 50.0);
+    let amplitude = channel["peaks"][0]["amplitude"].as_f64().unwrap();
+    assert!(
+        (amplitude / expected - 1.0).abs() < 0.01,
+        "{amplitude} {expected}"
+    );
+    assert_eq!(channel["unit"], "m/s");
+    assert!(speed["how"].as_str().unwrap().contains("nothing below"));
+}
+
+/// White noise of variance σ² at rate f has the density 2σ²/f; its χ² interval holds 1.
+#[test]
+fn law_level_of_white_noise() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut rng = fastrand::Rng::with_seed(2);
+    let path = log(folder.path(), "v [V]", 500.0, 40_000, |_| {
+        vec![3.0 * normal(&mut rng)]
+    });
+    let file = path.to_str().unwrap();
+    for flags in [
+        &["--resolution", "1"][..],
+        &["--kind", "multitaper"],
+        &["--kind", "spectrogram"],
+    ] {
+        let found = document(&[&["spectrum", file, "--channel", "v", "--json"], flags].concat());
+        let density = numbers(&found["channels"][0]["value"]);
+        let inner = &density[5..density.len() - 5];
+        let mean = inner.iter().sum::<f64>() / inner.len() as f64;
+        assert!(
+            (mean / (2.0 * 9.0 / 500.0) - 1.0).abs() < 0.03,
+            "{flags:?}: {mean}"
+        );
+        assert_eq!(found["channels"][0]["unit"], "V²/Hz");
+        let interval = &found["interval"];
+        assert!(
+            interval["lower"].as_f64().unwrap() < 1.0 && interval["upper"].as_f64().unwrap() > 1.0
+        );
+    }
+    let held = document(&[
+        "spectrum",
+        file,
+        "--channel",
+        "v",
+        "--resolution",
+        "1",
+        "--average",
+        "peak-hold",
+        "--json",
+    ]);
+    assert!(held["averages"].is_null() && held["interval"].is_null());
+}
+
+/// A run-up with a tacho of two pulses a turn: 3.5 orders of amplitude 2 come out as one line, its name that of a bearing.
+#[test]
+fn exact_orders_of_a_run_up() {
+    let folder = tempfile::tempdir().unwrap();
+    // 5 to 25 turns a second in 20 s
+    let turns = |t: f64| 5.0 * t + 0.5 * t * t;
+    let path = log(folder.path(), "ax [g],tacho [V]", 2000.0, 40_000, |t| {
+        let angle = TAU * turns(t);
+        let pulse = (0.5 + 4.0 * (2.0 * angle).sin()).clamp(0.0, 1.0);
+        vec![
+            2.0 * (3.5 * angle + 0.4).cos() + 0.02 * (8.0 * angle).cos(),
+            pulse,
+        ]
+    });
+    let file = path.to_str().unwrap();
+    let base = [
+        "spectrum",
+        file,
+        "--channel",
+        "ax",
+        "--kind",
+        "order",
+        "--tacho",
+        "tacho",
+        "--pulses",
+        "2",
+        "--turns",
+        "20",
+        "--json",
+    ];
+    let found = document(&base);
+    let peak = &found["channels"][0]["peaks"][0];
+    assert!(
+        (peak["order"].as_f64().unwrap() - 3.5).abs() < 0.02,
+        "{peak}"
+    );
+    assert!(
+        (peak["amplitude"].as_f64().unwrap() - 2.0).abs() < 0.1,
+        "{peak}"
+    );
+    let order = numbers(&found["order"]);
+    assert!((order[1] - 0.05).abs() < 1e-12);
+    // n/2 (1 − d/D) = 3.5 for eight balls, d/D = 1/8
+    let named = document(&[&base[..], &["--bearing", "8,1,8,0"]].concat());
+    let names = named["channels"][0]["peaks"][0]["names"].to_string();
+    assert!(names.contains("BPFO"), "{names}");
+}
+
+/// A shaft at a steady speed, named by a machine; its mean over turns repeats the wave.
+#[test]
+fn exact_steady_shaft() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = log(folder.path(), "ax [g]", 1000.0, 10_000, |t| {
+        vec![(TAU * 20.0 * t).cos() + 0.3 * (TAU * 40.0 * t).sin() + 0.1 * (TAU * 27.3 * t).cos()]
+    });
+    let file = path.to_str().unwrap();
+    let found = document(&[
+        "spectrum",
+        file,
+        "--channel",
+        "ax",
+        "--speed",
+        "1200",
+        "--json",
+    ]);
+    let peaks = found["channels"][0]["peaks"].as_array().unwrap();
+    assert_eq!(peaks[0]["names"][0], "rotation");
+    assert_eq!(peaks[1]["names"][0], "2 × rotation");
+    assert!(peaks[2]["names"].as_array().unwrap().is_empty());
+    let mean = document(&[
+        "spectrum",
+        file,
+        "--channel",
+        "ax",
+        "--speed",
+        "1200",
+        "--kind",
+        "average",
+        "--json",
+    ]);
+    let (angle, turn) = (
+        numbers(&mean["angle_deg"]),
+        numbers(&mean["channels"][0]["value"]),
+    );
+    for (a, x) in angle.iter().zip(turn) {
+        let a = a.to_radians();
+        assert!(
+            (x - a.cos() - 0.3 * (2.0 * a).sin()).abs() < 0.01,
+            "{a} {x}"
+        );
+    }
+}
+
+/// Bursts at 13 Hz that ring at 300 Hz: the envelope of the band shows 13 Hz.
+#[test]
+fn exact_envelope_of_bursts() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut rng = fastrand::Rng::with_seed(4);
+    let path = log(folder.path(), "ax [g]", 1000.0, 8000, |t| {
+        let since = (t * 13.0).fract() / 13.0;
+        vec![(-80.0 * since).exp() * (TAU * 300.0 * since).sin() + 0.02 * normal(&mut rng)]
+    });
+    let file = path.to_str().unwrap();
+    let found = document(&[
+        "spectrum",
+        file,
+        "--channel",
+        "ax",
+        "--kind",
+        "envelope",
+        "--band",
+        "200:400",
+        "--json",
+    ]);
+    let peak = &found["channels"][0]["peaks"][0];
+    assert!(
+        (peak["frequency_hz"].as_f64().unwrap() - 13.0).abs() < 0.1,
+        "{peak}"
+    );
+    let cepstrum = document(&[
+        "spectrum",
+        file,
+        "--channel",
+        "ax",
+        "--kind",
+        "cepstrum",
+        "--band",
+        "5:50",
+        "--json",
+    ]);
+    let peak = &cepstrum["channels"][0]["peaks"][0];
+    assert!(
+        (peak["quefrency_s"].as_f64().unwrap() * 13.0 - 1.0).abs() < 0.02,
+        "{peak}"
+    );
+}
+
+#[test]
+fn refuses_wrong_input() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = log(
+        folder.path(),
+        "ax [g],nothing [g],p [Pa]",
+        1000.0,
+        4000,
+        |t| vec![(TAU * 20.0 * t).cos(), 0.0, (TAU * 30.0 * t).sin()],
+    );
+    let file = path.to_str().unwrap();
+    let code = |flags: &[&str]| refusal(&[&["spectrum", file], flags].concat());
+    assert_eq!(code(&["--channel", "az"]), "no-channel");
+    assert_eq!(code(&["--channel", "ax,ax"]), "usage");
+    assert_eq!(code(&["--channel", "nothing"]), "no-signal");
+    assert_eq!(code(&["--channel", "ax", "--kind", "order"]), "usage");
+    assert_eq!(
+        code(&["--channel", "ax", "--band", "600:700"]),
+        "out-of-range"
+    );
+    assert_eq!(
+        code(&["--channel", "ax", "--band", "20.01:20.02"]),
+        "out-of-range"
+    );
+    assert_eq!(code(&["--channel", "ax", "--overlap", "1"]), "out-of-range");
+    assert_eq!(
+        code(&["--channel", "ax", "--resolution", "0.01"]),
+        "out-of-range"
+    );
+    assert_eq!(code(&["--channel", "ax", "--average", "median"]), "usage");
+    assert_eq!(
+        code(&["--channel", "ax", "--kind", "envelope", "--window", "hann"]),
+        "usage"
+    );
+    assert_eq!(code(&["--channel", "ax", "--bearing", "9,8,40,0"]), "usage");
+    assert_eq!(
+        code(&["--channel", "ax", "--kind", "order", "--speed", "1e6"]),
+        "out-of-range"
+    );
+    assert_eq!(code(&["--channel", "p", "--as", "velocity"]), "wrong-unit");
+}
+
+/// Files are written and say so; a picture is one.
+#[test]
+fn survives_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = log(folder.path(), "ax [g]", 1000.0, 9000, |t| {
+        vec![(TAU * 20.0 * t).cos()]
+    });
+    let (csv, svg) = (folder.path().join("out.csv"), folder.path().join("out.svg"));
+    let output = geardyn(&[
+        "spectrum",
+        path.to_str().unwrap(),
+        "--channel",
+        "ax",
+        "--csv",
+        csv.to_str().unwrap(),
+        "--svg",
+        svg.to_str().unwrap(),
+    ]);
+    assert_eq!(output.status.code(), Some(0));
+    let table = String::from_utf8(output.stdout).unwrap();
+    assert!(table.contains("20.0") && table.contains("Hz"), "{table}");
+    let csv = std::fs::read_to_string(csv).unwrap();
+    assert!(
+        csv.starts_with("frequency_hz,\"ax [g²/Hz]\"\n"),
+        "{csv:.60}"
+    );
+    assert!(std::fs::read_to_string(svg).unwrap().contains("<svg"));
+}
+
+/// Strongest lines of measured logs, as established tools find them.
+#[test]
+#[cfg_attr(
+    not(recordings),
+    ignore = "set GEARDYN_RECORDINGS to the folder of measured logs"
+)]
+fn ref_measured_logs() {
+    let folder = PathBuf::from(std::env::var("GEARDYN_RECORDINGS").unwrap());
+    let lines = |file: &str, flags: &[&str]| -> Vec<Vec<f64>> {
+        let path = folder.join(file);
+        let found = document(&[&["spectrum", path.to_str().unwrap(), "--json"], flags].concat());
+        let channels = found["channels"].as_array().unwrap().iter();
+        channels
+            .map(|c| {
+                let peaks = c["peaks"].as_array().unwrap().iter();
+                peaks.map(|p| p["frequency_hz"].as_f64().unwrap()).collect()
+            })
+            .collect()
+    };
+    // The taps repeat every half second: below 5 Hz stands their own comb.
+    let tap = lines(
+        "pimodal_cnc_tap/tap_20260622_163222.csv",
+        &[
+            "--channel",
+            "accel_x_g,accel_y_g,accel_z_g",
+            "--band",
+            "5:160",
+        ],
+    );
+    for (found, expected) in tap.iter().zip([26.6, 64.35, 82.0]) {
+        assert!(
+            (found[0] / expected - 1.0).abs() < 5e-3,
+            "{found:?} {expected}"
+        );
+    }
+    let beam = lines(
+        "arts_beam_lvm/data_set_1_downsampled_by_16.lvm",
+        &["--channel", "Acceleratio", "--rate-from", "time"],
+    );
+    for expected in [100.0, 120.0, 150.0] {
+        assert!(
+            beam[0].iter().any(|f| (f / expected - 1.0).abs() < 5e-3),
+            "{beam:?}"
+        );
+    }
+    let bridge = lines("munich_bridge/AllM100Hz.csv.zip", &["--channel", "ACC01_z"]);
+    for expected in [10.79, 12.65, 13.62, 16.26] {
+        assert!(
+            bridge[0].iter().any(|f| (f / expected - 1.0).abs() < 5e-3),
+            "{bridge:?}"
+        );
+    }
+}
