@@ -142,7 +142,7 @@ fn struck() -> Outcome<()> {
     const RATE: f64 = 5000.0;
     const FINER: usize = 8;
     const LIMIT: f64 = 2000.0;
-    const NOISE: [f64; 3] = [0.4, 0.02, 0.02]; // N, m/s², m/s²
+    const NOISE: [f64; 3] = [0.3, 0.01, 0.01]; // N, m/s², m/s²
     const SECONDS: f64 = 3.55;
     let hits = [
         (0.2513, 1420.0),
