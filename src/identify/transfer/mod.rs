@@ -3,14 +3,14 @@
 /// `H(s)` by poles, residues and direct terms.
 pub mod function;
 
+/// Real block-diagonal state space of many functions.
+pub mod realisation;
+
 /// Zeros and gain.
-mod zeros;
+pub mod zeros;
 
 /// Numerator and denominator by powers of s.
 pub mod polynomials;
-
-/// Real block-diagonal state space of many functions.
-pub mod realisation;
 
 /// The same at a sample time.
 pub mod sampled;
