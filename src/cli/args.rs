@@ -57,8 +57,12 @@ pub enum Command {
     /// Frequency responses, transfer functions and modes from a measured log
     #[command(after_help = "Examples:
   geardyn identify data/spindle_impact.csv --input force --output ax,ay
-  geardyn identify data/spindle_impact.csv --input force --output ax --band 20:800 --svg bode.svg --export model.mat")]
+  geardyn identify data/spindle_impact.csv --input force --output ax --band 20:800 --svg bode.svg --export model.mat
+  geardyn identify data/spindle_impact.csv --input force --output ax,ay --method plscf")]
     Identify(IdentifyArgs),
+    /// A log in another format: CSV, UFF 58 or JSON
+    #[command(after_help = "Example:\n  geardyn convert data/spindle_impact.csv --to spindle.uff")]
+    Convert(ConvertArgs),
     /// Print completions for a shell
     #[command(after_help = "Example:\n  geardyn completions bash > geardyn.bash")]
     Completions {
@@ -95,13 +99,19 @@ pub struct CheckArgs {
 pub struct IdentifyArgs {
     /// A log of signals, or a file of frequency responses
     pub file: PathBuf,
-    /// Channels that drive: the force
+    /// Channels that drive: the force; left out, modes are found from the responses alone
     #[arg(long, value_name = "CHANNELS", value_delimiter = ',')]
     pub input: Vec<String>,
     /// Channels that answer; all responses of a file that holds responses
     #[arg(long, value_name = "CHANNELS", value_delimiter = ',')]
     pub output: Vec<String>,
-    /// Lines used, LOW:HIGH (Hz where bare); where the input has power, where left out
+    /// How modes are found; where left out: rational with an input, ssi-cov without
+    #[arg(long, value_enum, value_name = "METHOD")]
+    pub method: Option<MethodWord>,
+    /// Speed of what turns while nothing drives but noise (rpm where bare): its orders are told from modes
+    #[arg(long, value_name = "SPEED", conflicts_with = "input")]
+    pub speed: Option<String>,
+    /// Lines used, LOW:HIGH (Hz where bare); where the input has power, where left out. Signals are decimated to it where nothing drives
     #[arg(long, value_name = "A:B")]
     pub band: Option<String>,
     /// Where the noise is: on the outputs (h1), on the input (h2), on both (hv)
@@ -152,7 +162,7 @@ pub struct IdentifyArgs {
     /// Write the table of modes with their shapes
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub csv: Option<PathBuf>,
-    /// Draw the responses, measured and fitted, with coherence; the complex plane and the poles beside (FILE-nyquist.svg, FILE-poles.svg)
+    /// Draw the responses, measured and fitted, with coherence; the complex plane and the poles beside (FILE-nyquist.svg, FILE-poles.svg, FILE-stabilisation.svg); without input what the modes were chosen from
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub svg: Option<PathBuf>,
     /// One JSON document on standard output, nothing else there
@@ -161,6 +171,65 @@ pub struct IdentifyArgs {
     /// No warnings, no word about what was done
     #[arg(long, help_heading = "Output")]
     pub quiet: bool,
+}
+
+/// Arguments of `convert`.
+#[derive(Debug, Args)]
+pub struct ConvertArgs {
+    /// A log of signals, or a file of frequency responses
+    pub file: PathBuf,
+    /// The file to write (.csv, .uff or .json)
+    #[arg(long, value_name = "FILE")]
+    pub to: PathBuf,
+    /// Only these channels, in this order
+    #[arg(long, value_name = "CHANNELS", value_delimiter = ',')]
+    pub channel: Vec<String>,
+    /// UFF 58 in bytes, which keeps every bit
+    #[arg(long)]
+    pub binary: bool,
+    /// What may be said of the log.
+    #[command(flatten)]
+    pub log: LogArgs,
+    /// No warnings, no word about what was done
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+/// Words for methods.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum MethodWord {
+    /// Common poles by maximum likelihood, with uncertainty
+    Rational,
+    /// Least-squares complex frequency domain over rising orders
+    Plscf,
+    /// Least-squares complex exponential over rising orders
+    Lsce,
+    /// Rational fraction polynomials over rising orders
+    Rfp,
+    /// A circle through each peak, half power beside it
+    Circle,
+    /// Vector fitting over rising orders
+    VectorFitting,
+    /// Barycentric interpolation over rising orders
+    Aaa,
+    /// No input: stochastic subspace from covariances, with uncertainty
+    SsiCov,
+    /// No input: stochastic subspace from data
+    SsiData,
+    /// No input: peaks of the spectral matrix, no damping
+    Fdd,
+    /// No input: peaks of the spectral matrix, damping from their bells
+    Efdd,
+    /// One output, no input: autoregressive
+    Ar,
+    /// One output, no input: autoregressive, moving average
+    Arma,
+    /// One input, one output: autoregressive
+    Arx,
+    /// One input, one output: autoregressive, moving average
+    Armax,
+    /// One input, one output: noise on the output only
+    OutputError,
 }
 
 /// Words for estimators.

@@ -36,6 +36,9 @@ pub mod modes;
 /// `identify`.
 pub mod identify;
 
+/// `convert`.
+pub mod convert;
+
 /// `completions` and `man`.
 pub mod manual;
 
@@ -98,6 +101,7 @@ fn carry_out(command: &Command) -> Result<u8, Errors> {
         Command::Plan(args) => plan::run(args)?,
         Command::Modes(args) => modes::run(args)?,
         Command::Identify(args) => identify::run(args)?,
+        Command::Convert(args) => convert::run(args)?,
         Command::Completions { shell } => manual::completions(*shell)?,
         Command::Man { folder } => manual::pages(folder)?,
     })
