@@ -24,7 +24,6 @@ pub struct Arguments {
 
 /// The commands.
 #[derive(Debug, Subcommand)]
-#[allow(clippy::large_enum_variant, reason = "made once")]
 pub enum Command {
     /// Write an annotated model to start from
     #[command(after_help = "Example:\n  geardyn new my_machine.toml")]
@@ -58,13 +57,12 @@ pub enum Command {
     /// Frequency responses, transfer functions and modes from a measured log
     #[command(after_help = "Examples:
   geardyn identify data/spindle_impact.csv --input force --output ax,ay
-  geardyn identify data/spindle_impact.csv --input force --output ax --band 20:800 --svg bode.svg --export model.mat")]
+  geardyn identify data/spindle_impact.csv --input force --output ax --band 20:800 --svg bode.svg --export model.mat
+  geardyn identify data/spindle_impact.csv --input force --output ax,ay --method plscf")]
     Identify(IdentifyArgs),
-    /// Spectra, orders, envelopes and cepstra of a measured log, their lines named
-    #[command(after_help = "Examples:
-  geardyn spectrum data/spindle_impact.csv --channel ax
-  geardyn spectrum data/spindle_impact.csv --channel ax,ay --kind amplitude --band 20:800 --svg lines.svg")]
-    Spectrum(SpectrumArgs),
+    /// A log in another format: CSV, UFF 58 or JSON
+    #[command(after_help = "Example:\n  geardyn convert data/spindle_impact.csv --to spindle.uff")]
+    Convert(ConvertArgs),
     /// Print completions for a shell
     #[command(after_help = "Example:\n  geardyn completions bash > geardyn.bash")]
     Completions {
@@ -101,13 +99,19 @@ pub struct CheckArgs {
 pub struct IdentifyArgs {
     /// A log of signals, or a file of frequency responses
     pub file: PathBuf,
-    /// Channels that drive: the force
+    /// Channels that drive: the force; left out, modes are found from the responses alone
     #[arg(long, value_name = "CHANNELS", value_delimiter = ',')]
     pub input: Vec<String>,
     /// Channels that answer; all responses of a file that holds responses
     #[arg(long, value_name = "CHANNELS", value_delimiter = ',')]
     pub output: Vec<String>,
-    /// Lines used, LOW:HIGH (Hz where bare); where the input has power, where left out
+    /// How modes are found; where left out: rational with an input, ssi-cov without
+    #[arg(long, value_enum, value_name = "METHOD")]
+    pub method: Option<MethodWord>,
+    /// Speed of what turns while nothing drives but noise (rpm where bare): its orders are told from modes
+    #[arg(long, value_name = "SPEED", conflicts_with = "input")]
+    pub speed: Option<String>,
+    /// Lines used, LOW:HIGH (Hz where bare); where the input has power, where left out. Signals are decimated to it where nothing drives
     #[arg(long, value_name = "A:B")]
     pub band: Option<String>,
     /// Where the noise is: on the outputs (h1), on the input (h2), on both (hv)
@@ -147,12 +151,7 @@ pub struct IdentifyArgs {
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub export: Option<PathBuf>,
     /// Sample the exported state space (s where bare)
-    #[arg(
-        long,
-        value_name = "TIME",
-        requires = "export",
-        help_heading = "Output"
-    )]
+    #[arg(long, value_name = "TIME", requires = "export", help_heading = "Output")]
     pub sample_time: Option<String>,
     /// How it is sampled
     #[arg(long, value_enum, requires = "sample_time", default_value_t = MapWord::ZeroOrderHold, help_heading = "Output")]
@@ -163,7 +162,7 @@ pub struct IdentifyArgs {
     /// Write the table of modes with their shapes
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub csv: Option<PathBuf>,
-    /// Draw the responses, measured and fitted, with coherence; the complex plane and the poles beside (FILE-nyquist.svg, FILE-poles.svg)
+    /// Draw the responses, measured and fitted, with coherence; the complex plane and the poles beside (FILE-nyquist.svg, FILE-poles.svg, FILE-stabilisation.svg); without input what the modes were chosen from
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub svg: Option<PathBuf>,
     /// One JSON document on standard output, nothing else there
@@ -174,122 +173,63 @@ pub struct IdentifyArgs {
     pub quiet: bool,
 }
 
-/// Arguments of `spectrum`.
+/// Arguments of `convert`.
 #[derive(Debug, Args)]
-pub struct SpectrumArgs {
-    /// A log of signals
+pub struct ConvertArgs {
+    /// A log of signals, or a file of frequency responses
     pub file: PathBuf,
-    /// Channels analysed
-    #[arg(long, value_name = "CHANNELS", value_delimiter = ',', required = true)]
+    /// The file to write (.csv, .uff or .json)
+    #[arg(long, value_name = "FILE")]
+    pub to: PathBuf,
+    /// Only these channels, in this order
+    #[arg(long, value_name = "CHANNELS", value_delimiter = ',')]
     pub channel: Vec<String>,
-    /// What kind of spectrum
-    #[arg(long, value_enum, default_value_t = SpectrumWord::Psd)]
-    pub kind: SpectrumWord,
-    /// Lines shown, LOW:HIGH (Hz where bare; orders with --kind order); with --kind envelope the band whose envelope is taken
-    #[arg(long, value_name = "A:B")]
-    pub band: Option<String>,
-    /// Between lines (Hz where bare); chosen from the length of the record where left out
-    #[arg(long, value_name = "FREQUENCY")]
-    pub resolution: Option<String>,
-    /// Window on each block: rectangular, hann, hamming, flat-top, blackman-harris, kaiser:BETA; hann where left out
-    #[arg(long, value_name = "WINDOW")]
-    pub window: Option<String>,
-    /// Share of a block that the next has in common with it
-    #[arg(long, value_name = "SHARE")]
-    pub overlap: Option<f64>,
-    /// Over the blocks: linear, exponential:N (N blocks), peak-hold
-    #[arg(long, value_name = "WAY", default_value = "linear")]
-    pub average: String,
-    /// What is taken off each block
-    #[arg(long, value_enum, default_value_t = DetrendWord::Mean)]
-    pub detrend: DetrendWord,
-    /// The motion shown, from the one that the unit of the channel tells
-    #[arg(long = "as", value_enum, value_name = "MOTION")]
-    pub motion: Option<MotionWord>,
-    /// Only what does not repeat: tones are predicted and taken off first
+    /// UFF 58 in bytes, which keeps every bit
     #[arg(long)]
-    pub separate: bool,
-    /// The channel of a tacho, for orders
-    #[arg(long, value_name = "CHANNEL", conflicts_with = "speed", help_heading = "The shaft")]
-    pub tacho: Option<String>,
-    /// Pulses of it a turn
-    #[arg(long, value_name = "N", default_value_t = 1, requires = "tacho", help_heading = "The shaft")]
-    pub pulses: usize,
-    /// Steady speed of the shaft (rpm where bare)
-    #[arg(long, value_name = "SPEED", help_heading = "The shaft")]
-    pub speed: Option<String>,
-    /// Turns in a block of an order spectrum
-    #[arg(long, value_name = "N", help_heading = "The shaft")]
-    pub turns: Option<usize>,
-    /// A machine whose shafts and meshes give lines their names
-    #[arg(long, value_name = "MODEL", requires = "at", help_heading = "The shaft")]
-    pub model: Option<PathBuf>,
-    /// The node of it that turns at --speed, or that the tacho is on
-    #[arg(long, value_name = "NODE", requires = "model", help_heading = "The shaft")]
-    pub at: Option<String>,
-    /// A rolling bearing on the shaft: rolling elements, their diameter and that of the pitch circle (mm where bare), contact angle (deg where bare)
-    #[arg(long, value_name = "n,d,D,angle", help_heading = "The shaft")]
-    pub bearing: Option<String>,
+    pub binary: bool,
     /// What may be said of the log.
     #[command(flatten)]
     pub log: LogArgs,
-    /// Write the spectra, one column a channel
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
-    pub csv: Option<PathBuf>,
-    /// Draw the spectra with their lines named
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
-    pub svg: Option<PathBuf>,
-    /// One JSON document on standard output, nothing else there
-    #[arg(long, help_heading = "Output")]
-    pub json: bool,
     /// No warnings, no word about what was done
-    #[arg(long, help_heading = "Output")]
+    #[arg(long)]
     pub quiet: bool,
 }
 
-/// Words for kinds of spectra.
+/// Words for methods.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub enum SpectrumWord {
-    /// Power spectral density
-    Psd,
-    /// Amplitude of tones, zero to peak
-    Amplitude,
-    /// Root mean square of tones
-    Rms,
-    /// Power spectral density of the whole record by several tapers
-    Multitaper,
-    /// Lines of the squared envelope of --band
-    Envelope,
-    /// Real cepstrum
-    Cepstrum,
-    /// Power spectral density by time
-    Spectrogram,
-    /// Amplitude over orders of a shaft
-    Order,
-    /// Mean over the turns of a shaft
-    Average,
-}
-
-/// Words for what is taken off a block.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub enum DetrendWord {
-    /// Nothing
-    None,
-    /// Its mean
-    Mean,
-    /// Its straight line
-    Linear,
-}
-
-/// Words for motions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub enum MotionWord {
-    /// m/s² or rad/s²
-    Acceleration,
-    /// m/s or rad/s
-    Velocity,
-    /// m or rad
-    Displacement,
+pub enum MethodWord {
+    /// Common poles by maximum likelihood, with uncertainty
+    Rational,
+    /// Least-squares complex frequency domain over rising orders
+    Plscf,
+    /// Least-squares complex exponential over rising orders
+    Lsce,
+    /// Rational fraction polynomials over rising orders
+    Rfp,
+    /// A circle through each peak, half power beside it
+    Circle,
+    /// Vector fitting over rising orders
+    VectorFitting,
+    /// Barycentric interpolation over rising orders
+    Aaa,
+    /// No input: stochastic subspace from covariances, with uncertainty
+    SsiCov,
+    /// No input: stochastic subspace from data
+    SsiData,
+    /// No input: peaks of the spectral matrix, no damping
+    Fdd,
+    /// No input: peaks of the spectral matrix, damping from their bells
+    Efdd,
+    /// One output, no input: autoregressive
+    Ar,
+    /// One output, no input: autoregressive, moving average
+    Arma,
+    /// One input, one output: autoregressive
+    Arx,
+    /// One input, one output: autoregressive, moving average
+    Armax,
+    /// One input, one output: noise on the output only
+    OutputError,
 }
 
 /// Words for estimators.

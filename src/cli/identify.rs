@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::args::{DelayWord, EstimatorWord, IdentifyArgs, KindWord, MapWord};
+use super::args::{DelayWord, EstimatorWord, IdentifyArgs, KindWord, MapWord, MethodWord};
 use super::{diagnostic, output};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
@@ -12,8 +12,12 @@ use crate::identify::rational::Delay;
 use crate::identify::transfer::export::{to_mat, write_csv};
 use crate::identify::transfer::realisation::{Map, Realisation};
 use crate::plan::logs::acquire::EstimateStudy;
-use crate::plan::logs::identification::{self, Identification, IdentifyStudy, Source};
+use crate::plan::logs::found::Identification;
+use crate::plan::logs::identification::{self, IdentifyStudy, Source};
+use crate::plan::logs::method::{Method, Needs};
+use crate::recording::names;
 use crate::recording::raw::Repair;
+use crate::recording::responses::FrequencyResponses;
 use crate::recording::write::uff::Form;
 use crate::recording::{open, settle, write};
 use crate::report;
@@ -25,20 +29,31 @@ use crate::spectrum::window::Window;
 /// # Errors
 /// Whatever is wrong with the log, the flags or the solution.
 pub fn run(args: &IdentifyArgs) -> Result<u8, Errors> {
-    let study = study(args)?;
+    let mut study = study(args)?;
     let outputs = outputs(args)?;
     let (mut settings, sidecar) = args.log.settings(&args.file)?;
     let inputs: Vec<PathBuf> = sidecar.iter().cloned().chain([args.file.clone()]).collect();
     output::check(&outputs, &inputs)?;
-    settings.only = study.inputs.iter().chain(&study.outputs).cloned().collect();
-    let raw = open::open(&args.file.display().to_string(), &settings)?;
-    let (found, repairs) = match raw.responses {
-        Some(responses) if raw.groups.is_empty() => (
+    let mut raw = open::open(&args.file.display().to_string(), &settings)?;
+    let responses = raw.responses.take().filter(|r| raw.groups.is_empty() || are_meant(r, &study));
+    let (found, repairs) = match responses {
+        Some(responses) => (
             identification::identify(Source::Responses(responses), &study)?,
             raw.repairs,
         ),
-        _ => {
+        None => {
+            // Without outputs all channels are settled, to be named in the error.
+            if !study.outputs.is_empty() {
+                refuse_twice(&study)?;
+                settings.only = study.inputs.iter().chain(&study.outputs).cloned().collect();
+            }
             let recording = settle::settle(raw, &settings)?;
+            if !settings.only.is_empty() {
+                // The sidecar may have given channels other names; they stand in the order asked for.
+                let names: Vec<String> = recording.channels.iter().map(|c| c.name.clone()).collect();
+                let (drive, answer) = names.split_at(study.inputs.len().min(names.len()));
+                (study.inputs, study.outputs) = (drive.to_vec(), answer.to_vec());
+            }
             let mut found = identification::identify(Source::Signals(&recording), &study)?;
             found
                 .warnings
@@ -59,6 +74,30 @@ pub fn run(args: &IdentifyArgs) -> Result<u8, Errors> {
         output::tell(&epilogue(&found, &repairs, &written));
     }
     Ok(0)
+}
+
+/// Whether what is asked for are the responses of a file that holds signals too.
+fn are_meant(responses: &FrequencyResponses, study: &IdentifyStudy) -> bool {
+    let known: Vec<String> = (responses.functions.iter())
+        .map(|f| f.output.name.clone())
+        .collect();
+    let takes = study.method.is_none_or(|m| m.needs() == Needs::Responses);
+    takes && study.outputs.iter().all(|word| names::find(word, &known).is_some())
+}
+
+/// Refuses a channel named twice, before channels are taken out of the log one by one.
+fn refuse_twice(study: &IdentifyStudy) -> Result<(), Error> {
+    let all: Vec<&String> = study.inputs.iter().chain(&study.outputs).collect();
+    for (k, word) in all.iter().enumerate() {
+        let same = |other: &&&String| names::means(word, other) || names::means(other, word);
+        if all[..k].iter().any(|other| same(&other)) {
+            let both = study.inputs.contains(word) && study.outputs.contains(word);
+            let how = if both { "as input and as output" } else { "twice" };
+            return Err(Error::new(Code::Conflict, format!("{word} is named {how}"))
+                .hint("name each channel once, as what drives or as what answers"));
+        }
+    }
+    Ok(())
 }
 
 fn study(args: &IdentifyArgs) -> Result<IdentifyStudy, Error> {
@@ -118,7 +157,39 @@ fn study(args: &IdentifyArgs) -> Result<IdentifyStudy, Error> {
             KindWord::Mobility => 1,
             KindWord::Accelerance => 2,
         }),
+        method: args.method.map(method_of),
+        speed_hz: args.speed.as_deref().map(speed).transpose()?,
     })
+}
+
+/// A speed above zero, Hz.
+fn speed(text: &str) -> Result<f64, Error> {
+    let omega = units::parse_or_bare(text, Kind::Speed, "rpm", "--speed")?;
+    match omega > 0.0 {
+        true => Ok(omega / std::f64::consts::TAU),
+        false => Err(Error::new(Code::OutOfRange, "--speed takes a speed above zero")),
+    }
+}
+
+fn method_of(word: MethodWord) -> Method {
+    match word {
+        MethodWord::Rational => Method::Rational,
+        MethodWord::Plscf => Method::Plscf,
+        MethodWord::Lsce => Method::Lsce,
+        MethodWord::Rfp => Method::Rfp,
+        MethodWord::Circle => Method::Circle,
+        MethodWord::VectorFitting => Method::VectorFitting,
+        MethodWord::Aaa => Method::Aaa,
+        MethodWord::SsiCov => Method::SsiCov,
+        MethodWord::SsiData => Method::SsiData,
+        MethodWord::Fdd => Method::Fdd,
+        MethodWord::Efdd => Method::Efdd,
+        MethodWord::Ar => Method::Ar,
+        MethodWord::Arma => Method::Arma,
+        MethodWord::Arx => Method::Arx,
+        MethodWord::Armax => Method::Armax,
+        MethodWord::OutputError => Method::OutputError,
+    }
 }
 
 /// `A:B`, frequencies, Hz where bare.
@@ -159,8 +230,8 @@ fn outputs(args: &IdentifyArgs) -> Result<Vec<PathBuf>, Error> {
     Ok(all)
 }
 
-/// The pictures: Bode at the name given, the others beside it.
-fn pictures(path: &Path) -> [PathBuf; 3] {
+/// The pictures: the first at the name given, the others beside it.
+fn pictures(path: &Path) -> [PathBuf; 4] {
     let beside = |what: &str| {
         let mut name = path.file_stem().unwrap_or_default().to_os_string();
         name.push(what);
@@ -170,7 +241,39 @@ fn pictures(path: &Path) -> [PathBuf; 3] {
         path.to_path_buf(),
         beside("-nyquist.svg"),
         beside("-poles.svg"),
+        beside("-stabilisation.svg"),
     ]
+}
+
+/// What the method has to show.
+fn drawn(path: &Path, log: &Path, found: &Identification) -> Result<Vec<(PathBuf, String)>, Error> {
+    let name = log.file_name().unwrap_or_default().to_string_lossy();
+    let [first, nyquist, poles, stabilisation] = pictures(path);
+    let diagram = report::identified::diagram(found, &name).map(|d| report::poles_picture::stabilisation(&d));
+    let Some(shown) = report::identified::curves(found, &name) else {
+        // Without responses the first picture is what the modes were chosen from.
+        let picture = diagram
+            .or_else(|| report::identified::peaks(found, &name).map(|p| report::lines_picture::lines(&p)))
+            .unwrap_or_else(|| {
+                let poles: Vec<_> = found.modes.iter().map(|m| m.mode.pole).collect();
+                report::poles_picture::pole_zero(&format!("{name}: poles"), &poles, &[])
+            });
+        return Ok(vec![(first, picture)]);
+    };
+    let transfer = found.functions.first();
+    let crosses = transfer.map_or(Vec::new(), |f| f.poles().to_vec());
+    let zeros = transfer.map(|f| f.zeros()).transpose()?.map_or(Vec::new(), |z| z.zeros);
+    let title = match found.outputs.first() {
+        Some(output) => format!("{name}: poles of all responses, zeros of {}", output.name),
+        None => name.to_string(),
+    };
+    let mut all = vec![
+        (first, report::bode::bode(&shown)),
+        (nyquist, report::bode::nyquist(&shown)),
+        (poles, report::poles_picture::pole_zero(&title, &crosses, &zeros)),
+    ];
+    all.extend(diagram.map(|d| (stabilisation, d)));
+    Ok(all)
 }
 
 /// Writes what was asked for and says what.
@@ -180,44 +283,26 @@ fn files(args: &IdentifyArgs, found: &Identification) -> Result<Vec<String>, Err
         all.push((path.clone(), report::identified::csv(found).into_bytes()));
     }
     if let Some(path) = &args.svg {
-        let name = args.file.file_name().unwrap_or_default().to_string_lossy();
-        let shown = report::identified::curves(found, &name);
-        let poles: Vec<_> = found
-            .functions
-            .first()
-            .map_or(Vec::new(), |f| f.poles().to_vec());
-        let zeros = match found.functions.first() {
-            Some(first) => first.zeros()?.zeros,
-            None => Vec::new(),
-        };
-        let title = match found.responses.functions.first() {
-            Some(first) => format!(
-                "{name}: poles of all responses, zeros of {}",
-                first.output.name
-            ),
-            None => name.to_string(),
-        };
-        let [bode, nyquist, pole_zero] = pictures(path);
-        all.push((bode, report::bode::bode(&shown).into_bytes()));
-        all.push((nyquist, report::bode::nyquist(&shown).into_bytes()));
-        all.push((
-            pole_zero,
-            report::poles_picture::pole_zero(&title, &poles, &zeros).into_bytes(),
-        ));
+        let drawn = drawn(path, &args.file, found)?;
+        all.extend(drawn.into_iter().map(|(path, text)| (path, text.into_bytes())));
+    }
+    let none = |flag: &str, what: &str| {
+        let message = format!("{flag} has nothing to write: {} gives no {what}", found.method.word());
+        Error::new(Code::Usage, message).hint("name what drives: --input, and a method from responses such as rational")
+    };
+    if args.export.is_some() && found.functions.is_empty() {
+        return Err(none("--export", "transfer functions"));
     }
     if let Some(path) = &args.export {
         all.push((path.clone(), export(path, args, found)?));
     }
     if let Some(path) = &args.frf {
+        let responses = found.responses.as_ref().ok_or_else(|| none("--frf", "frequency responses"))?;
         let mut bytes = Vec::new();
         match path.extension().and_then(|e| e.to_str()) {
-            Some("csv") => write::csv::responses(&found.responses, &mut bytes)?,
-            Some("uff") => write::uff::responses(&found.responses, Form::Text, &mut bytes)?,
-            _ => write::json::responses(
-                &found.responses,
-                &report::json::log_header(&[]),
-                &mut bytes,
-            )?,
+            Some("csv") => write::csv::responses(responses, &mut bytes)?,
+            Some("uff") => write::uff::responses(responses, Form::Text, &mut bytes)?,
+            _ => write::json::responses(responses, &report::json::log_header(&[]), &mut bytes)?,
         }
         all.push((path.clone(), bytes));
     }

@@ -39,6 +39,9 @@ pub mod identify;
 /// `spectrum`.
 pub mod spectrum;
 
+/// `convert`.
+pub mod convert;
+
 /// `completions` and `man`.
 pub mod manual;
 
@@ -102,6 +105,8 @@ fn carry_out(command: &Command) -> Result<u8, Errors> {
         Command::Modes(args) => modes::run(args)?,
         Command::Identify(args) => identify::run(args)?,
         Command::Spectrum(args) => spectrum::run(args)?,
+
+        Command::Convert(args) => convert::run(args)?,
         Command::Completions { shell } => manual::completions(*shell)?,
         Command::Man { folder } => manual::pages(folder)?,
     })

@@ -1,7 +1,7 @@
 //! Where answers go: standard output, and files that appear whole or not at all.
 
 use std::fs::OpenOptions;
-use std::io::{self, ErrorKind, Write};
+use std::io::{self, BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use crate::base::code::Code;
@@ -77,30 +77,46 @@ fn is_replaced(path: &Path) -> bool {
 /// # Errors
 /// The folder or the file cannot be written.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
-    let whole = || -> io::Result<()> {
-        if !is_replaced(path) {
-            return OpenOptions::new().write(true).open(path)?.write_all(bytes);
-        }
-        let target = path.canonicalize().unwrap_or(path.to_path_buf());
-        let folder = target
-            .parent()
-            .filter(|p| !p.as_os_str().is_empty())
-            .unwrap_or(Path::new("."));
-        let mut file = builder().tempfile_in(folder)?;
-        file.write_all(bytes)?;
+    write_with(path, |to| to.write_all(bytes).map_err(|e| failed(path, &e)))
+}
+
+/// As [`write`], with `fill` to write what is in it, so that it need not be in memory.
+///
+/// # Errors
+/// The folder or the file cannot be written; those of `fill`.
+pub fn write_with(
+    path: &Path,
+    fill: impl FnOnce(&mut dyn Write) -> Result<(), Error>,
+) -> Result<(), Error> {
+    let wrong = |e: io::Error| failed(path, &e);
+    if !is_replaced(path) {
+        let file = OpenOptions::new().write(true).open(path).map_err(wrong)?;
+        let mut to = BufWriter::new(file);
+        fill(&mut to)?;
+        return to.flush().map_err(wrong);
+    }
+    let target = path.canonicalize().unwrap_or(path.to_path_buf());
+    let folder = target
+        .parent()
+        .filter(|p| !p.as_os_str().is_empty())
+        .unwrap_or(Path::new("."));
+    let mut to = BufWriter::new(builder().tempfile_in(folder).map_err(wrong)?);
+    fill(&mut to)?;
+    let file = to.into_inner().map_err(|e| wrong(e.into_error()))?;
+    let settled = || -> io::Result<()> {
         if let Ok(old) = target.metadata() {
             file.as_file().set_permissions(old.permissions())?;
         }
-        file.as_file().sync_all()?;
-        file.persist(&target).map_err(|e| e.error)?;
-        Ok(())
+        file.as_file().sync_all()
     };
-    whole().map_err(|e| {
-        Error::new(
-            Code::OutputFailed,
-            format!("{} could not be written: {e}", path.display()),
-        )
-    })
+    settled().map_err(wrong)?;
+    file.persist(&target).map_err(|e| wrong(e.error))?;
+    Ok(())
+}
+
+fn failed(path: &Path, error: &io::Error) -> Error {
+    let message = format!("{} could not be written: {error}", path.display());
+    Error::new(Code::OutputFailed, message)
 }
 
 /// Temporary files are made for their owner alone; an answer has the rights of any new file.

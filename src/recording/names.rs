@@ -233,6 +233,19 @@ pub fn means(word: &str, name: &str) -> bool {
     word == name || split(word).0 == name
 }
 
+/// The place of the channel a user's word means: by its name as it stands, by its name with the unit, else by its name in other
+/// letters, where only one has it.
+pub fn find(word: &str, known: &[String]) -> Option<usize> {
+    let exact = known.iter().position(|name| name == word.trim());
+    let meant = || known.iter().position(|name| means(word, name));
+    let folded = || {
+        let plain = split(word).0.to_lowercase();
+        let mut alike = (0..known.len()).filter(|&k| split(&known[k]).0.to_lowercase() == plain);
+        alike.next().filter(|_| alike.next().is_none())
+    };
+    exact.or_else(meant).or_else(folded)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

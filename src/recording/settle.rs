@@ -4,9 +4,10 @@ use std::ops::Range;
 
 use super::calibrate::{self, Calibration};
 use super::column::Column;
+use super::names;
 use super::raw::{Clock, Group, Raw, RawChannel, Repair};
 use super::resample::{self, Grid};
-use super::settings::{Gaps, RateSource, Settings};
+use super::settings::{ChannelSettings, Gaps, RateSource, Settings};
 use super::signals::{Channel, Recording};
 use super::time_base::{self, Spacing, TimeBase};
 use crate::base::code::Code;
@@ -83,15 +84,19 @@ fn choose(raw: &mut Raw, settings: &Settings) -> Result<Group, Error> {
             (0..raw.groups.len()).max_by_key(|&g| (samples(&raw.groups[g]), usize::MAX - g));
         return Ok(raw.groups.swap_remove(largest.unwrap_or(0)));
     }
-    let mut at = Vec::new();
-    for name in &settings.only {
-        let Some(group) = raw
-            .groups
-            .iter()
-            .position(|g| g.channels.iter().any(|c| c.name == *name))
-        else {
-            return Err(no_channel(name, &known));
+    let (mut at, mut wanted) = (Vec::new(), Vec::new());
+    for word in &settings.only {
+        let named = |s: &&ChannelSettings| s.rename.as_ref().is_some_and(|r| r == word);
+        let word = (settings.channels.iter()).find(named).map_or(word, |s| &s.name);
+        let name = names::find(word, &known).map(|k| &known[k]);
+        let group = name.and_then(|name| {
+            let holds = |g: &Group| g.channels.iter().any(|c| c.name == *name);
+            raw.groups.iter().position(holds)
+        });
+        let (Some(name), Some(group)) = (name, group) else {
+            return Err(no_channel(word, &known));
         };
+        wanted.push(name);
         at.push(group);
     }
     let first = at.first().copied().unwrap_or(0);
@@ -110,12 +115,16 @@ fn choose(raw: &mut Raw, settings: &Settings) -> Result<Group, Error> {
     }
     let clock = std::mem::take(&mut raw.groups[first].clock);
     let mut channels = Vec::new();
-    for (name, &group) in settings.only.iter().zip(&at) {
+    for (name, &group) in wanted.into_iter().zip(&at) {
         let place = raw.groups[group]
             .channels
             .iter()
             .position(|c| c.name == *name);
-        channels.extend(place.map(|p| raw.groups[group].channels.remove(p)));
+        let Some(place) = place else {
+            return Err(Error::new(Code::Conflict, format!("{name} is named twice"))
+                .hint("name each channel once"));
+        };
+        channels.push(raw.groups[group].channels.remove(place));
     }
     Ok(Group { clock, channels })
 }
@@ -158,7 +167,7 @@ fn calibrations(channels: &[RawChannel], settings: &Settings) -> Result<Vec<Cali
     let known: Vec<String> = channels.iter().map(|c| c.name.clone()).collect();
     if settings.only.is_empty() {
         for said in &settings.channels {
-            if !known.contains(&said.name) {
+            if names::find(&said.name, &known).is_none() {
                 return Err(no_channel(&said.name, &known));
             }
         }
@@ -166,7 +175,9 @@ fn calibrations(channels: &[RawChannel], settings: &Settings) -> Result<Vec<Cali
     channels
         .iter()
         .map(|channel| {
-            let said = settings.channels.iter().find(|s| s.name == channel.name);
+            let own = std::slice::from_ref(&channel.name);
+            let exact = settings.channels.iter().find(|s| s.name == channel.name);
+            let said = exact.or_else(|| settings.channels.iter().find(|s| names::find(&s.name, own).is_some()));
             calibrate::of(&channel.name, &channel.unit, said)
         })
         .collect()

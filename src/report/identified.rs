@@ -3,13 +3,17 @@
 use serde_json::{Value, json};
 
 use super::bode::{Bode, Curve};
+use super::lines_picture::Lines;
+use super::poles_picture::{Stabilisation, Steadiness};
 use super::json::{complex, log_header, warnings};
 use super::recording::repairs;
 use crate::base::error::Error;
-use crate::identify::mode::IdentifiedMode;
+use crate::identify::modal::stabilisation::Stability;
 use crate::identify::transfer::function::TransferFunction;
 use crate::plan::logs::doubts::{coherence_at, window_damping};
-use crate::plan::logs::identification::Identification;
+use crate::numeric::Complex;
+use crate::plan::logs::found::{Evidence, FoundMode, Identification};
+use crate::plan::logs::method::family;
 use crate::recording::raw::Repair;
 use crate::recording::responses::FrequencyResponse;
 
@@ -19,25 +23,31 @@ use crate::recording::responses::FrequencyResponse;
 /// A transfer function without polynomial form.
 pub fn json(found: &Identification, done: &[Repair]) -> Result<Value, Error> {
     let trace: Vec<&str> = found.trace.iter().map(|t| t.0).collect();
-    let functions = found
-        .functions
-        .iter()
+    let functions = (found.functions.iter())
         .map(TransferFunction::to_json)
         .collect::<Result<Vec<Value>, Error>>()?;
+    let fit = found.fit();
+    let hits = found.hits.iter().map(|h| json!({ "time_s": h.time_s, "peak": h.peak, "used": h.fault.is_none(), "fault": h.fault.map(|f| f.words()) }));
+    let omitted = fit.map_or(&[][..], |f| &f.omitted).iter();
+    let spread = fit.map_or(&[][..], |f| &f.spread).iter();
     Ok(json!({
         "geardyn": log_header(&trace),
+        "method": found.method.word(),
+        "rule": found.rule,
         "how": found.how,
         "band_hz": [found.band_hz.0, found.band_hz.1],
-        "hits": found.hits.iter().map(|h| json!({ "time_s": h.time_s, "peak": h.peak, "used": h.fault.is_none(), "fault": h.fault.map(|f| f.words()) })).collect::<Vec<_>>(),
-        "averages": found.responses.averages,
-        "window_decay_1_s": found.responses.window_decay,
+        "hits": hits.collect::<Vec<_>>(),
+        "averages": found.responses.as_ref().and_then(|r| r.averages),
+        "window_decay_1_s": found.window_decay(),
         "modes": found.modes.iter().enumerate().map(|(k, m)| mode(found, k, m)).collect::<Vec<_>>(),
-        "omitted": found.fit.omitted.iter().map(|o| json!({ "pole_rad_s": complex(o.pole), "reason": o.reason })).collect::<Vec<_>>(),
-        "spread": found.fit.spread.iter().map(|s| json!({ "frequency_hz": s.frequency_hz, "frequency_spread_hz": s.frequency_spread_hz, "damping_spread": s.damping_spread })).collect::<Vec<_>>(),
-        "evidence": found.fit.evidence.iter().map(|s| json!({ "pole_pairs_before": s.poles_before, "pole_pairs": s.poles_after, "chi2_before": s.chi2_before, "chi2": s.chi2_after, "probability": s.probability, "accepted": s.accepted, "reason": s.reason })).collect::<Vec<_>>(),
-        "chi2": found.fit.chi2,
-        "degrees_of_freedom": found.fit.dof,
-        "delay_s": found.fit.delay_s,
+        "omitted": omitted.map(|o| json!({ "pole_rad_s": complex(o.pole), "reason": o.reason })).collect::<Vec<_>>(),
+        "spread": spread.map(|s| json!({ "frequency_hz": s.frequency_hz, "frequency_spread_hz": s.frequency_spread_hz, "damping_spread": s.damping_spread })).collect::<Vec<_>>(),
+        "evidence": evidence(&found.evidence),
+        "tests": tests(&found.evidence),
+        "chi2": fit.map(|f| f.chi2),
+        "degrees_of_freedom": fit.map(|f| f.dof),
+        "delay_s": fit.map_or(&[][..], |f| &f.delay_s),
+        "fit_error": found.fit_error,
         "transfer_functions": functions,
         "effort": found.trace.iter().map(|t| json!({ "stage": t.0, "time_s": t.1 })).collect::<Vec<_>>(),
         "repairs": repairs(done),
@@ -45,96 +55,166 @@ pub fn json(found: &Identification, done: &[Repair]) -> Result<Value, Error> {
     }))
 }
 
-fn mode(found: &Identification, k: usize, mode: &IdentifiedMode) -> Value {
+fn mode(found: &Identification, k: usize, mode: &FoundMode) -> Value {
     let f = mode.frequency_hz();
-    let names = found
-        .responses
-        .functions
-        .iter()
-        .map(|f| f.output.name.clone());
-    let shape: serde_json::Map<String, Value> =
-        names.zip(mode.shape.iter().map(|&z| complex(z))).collect();
+    let names = found.outputs.iter().map(|t| t.name.clone());
+    let shape: serde_json::Map<String, Value> = names.zip(mode.mode.shape.iter().map(|&z| complex(z))).collect();
+    let decay = found.window_decay();
+    let harmonic = mode.harmonic.as_ref().map(|h| json!({ "is_harmonic": h.is_harmonic(), "order": h.order, "envelope_kurtosis": h.envelope_kurtosis }));
     json!({
         "mode": k + 1,
         "frequency_hz": f,
-        "frequency_std_hz": mode.frequency_std_hz(),
-        "damped_frequency_hz": mode.damped_frequency_hz(),
+        "frequency_std_hz": mode.mode.frequency_std_hz(),
+        "damped_frequency_hz": mode.has_damping.then(|| mode.mode.damped_frequency_hz()),
         "damping_ratio": mode.damping_ratio(),
-        "damping_std": mode.damping_std(),
-        "window_damping": (found.responses.window_decay > 0.0).then(|| window_damping(found.responses.window_decay, f)),
-        "pole_rad_s": complex(mode.pole),
-        "coherence": coherence_at(&found.responses, f),
+        "damping_std": mode.mode.damping_std(),
+        "window_damping": (decay > 0.0).then(|| window_damping(decay, f)),
+        "pole_rad_s": mode.has_damping.then(|| complex(mode.mode.pole)),
+        "coherence": found.responses.as_ref().and_then(|r| coherence_at(r, f)),
+        "presence": mode.presence,
+        "scatter_hz": mode.scatter_hz,
+        "harmonic": harmonic,
         "shape": shape,
     })
 }
 
+/// What the modes rest on, one entry for each thing that was tried.
+fn evidence(evidence: &Evidence) -> Value {
+    match evidence {
+        Evidence::Rational(fit) => fit.evidence.iter().map(|s| json!({ "pole_pairs_before": s.poles_before, "pole_pairs": s.poles_after, "chi2_before": s.chi2_before, "chi2": s.chi2_after, "probability": s.probability, "accepted": s.accepted, "reason": s.reason })).collect(),
+        Evidence::Diagram(diagram) => diagram.poles.iter().map(|p| json!({ "order": p.order, "frequency_hz": p.frequency_hz, "damping_ratio": p.damping_ratio, "stability": stability_word(p.stability) })).collect(),
+        Evidence::Peaks(peaks) => peaks.peaks.iter().map(|p| json!({ "frequency_hz": p.frequency_hz, "prominence": p.prominence, "half_power": p.half_power.map(|(f, d)| json!({ "frequency_hz": f, "damping_ratio": d })), "reason": p.reason })).collect(),
+        Evidence::Orders(orders) => orders.candidates.iter().map(|c| json!({ "model": family(c.family), "error_variance": c.error_variance, "aic": c.aic, "bic": c.bic, "mdl": c.mdl, "accepted": c.family == orders.chosen })).collect(),
+    }
+}
+
+fn tests(evidence: &Evidence) -> Value {
+    match evidence {
+        Evidence::Orders(orders) => orders.tests.iter().map(|(what, t)| json!({ "residuals": what, "statistic": t.statistic, "degrees_of_freedom": t.freedoms, "probability": t.probability })).collect(),
+        _ => Value::Array(Vec::new()),
+    }
+}
+
+fn stability_word(stability: Stability) -> &'static str {
+    match stability {
+        Stability::New => "new",
+        Stability::Frequency => "frequency",
+        Stability::Damping => "damping",
+        Stability::Shape => "shape",
+        Stability::Stable => "stable",
+    }
+}
+
 /// The modes as CSV.
 pub fn csv(found: &Identification) -> String {
-    let mut text =
-        String::from("mode,frequency_hz,frequency_std_hz,damping_ratio,damping_std,coherence");
+    let mut text = String::from("mode,frequency_hz,frequency_std_hz,damping_ratio,damping_std,coherence");
     let quoted = |name: &str| name.replace('"', "\"\"");
-    for f in &found.responses.functions {
-        text += &format!(",\"{0} re\",\"{0} im\"", quoted(&f.output.name));
+    for output in &found.outputs {
+        text += &format!(",\"{0} re\",\"{0} im\"", quoted(&output.name));
     }
     text.push('\n');
     let or_empty = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x:?}"));
     for (k, m) in found.modes.iter().enumerate() {
         text += &format!(
-            "{},{:?},{},{:?},{},{}",
+            "{},{:?},{},{},{},{}",
             k + 1,
             m.frequency_hz(),
-            or_empty(m.frequency_std_hz()),
-            m.damping_ratio(),
-            or_empty(m.damping_std()),
-            or_empty(coherence_at(&found.responses, m.frequency_hz()))
+            or_empty(m.mode.frequency_std_hz()),
+            or_empty(m.damping_ratio()),
+            or_empty(m.mode.damping_std()),
+            or_empty(found.responses.as_ref().and_then(|r| coherence_at(r, m.frequency_hz())))
         );
-        for z in &m.shape {
-            text += &format!(",{:?},{:?}", z.re, z.im);
+        // A method without shapes leaves their cells blank.
+        for k in 0..found.outputs.len() {
+            let part = m.mode.shape.get(k);
+            text += &format!(",{},{}", or_empty(part.map(|z| z.re)), or_empty(part.map(|z| z.im)));
         }
         text.push('\n');
     }
     text
 }
 
-/// The responses, measured and fitted, inside the band.
-pub fn curves(found: &Identification, title: &str) -> Bode {
+/// The responses, measured and fitted, inside the band; nothing where the method starts from signals.
+pub fn curves(found: &Identification, title: &str) -> Option<Bode> {
+    let responses = found.responses.as_ref()?;
     let (low, high) = found.band_hz;
-    let lines: Vec<usize> = (0..found.responses.frequency_hz.len())
-        .filter(|&k| (low..=high).contains(&found.responses.frequency_hz[k]))
+    let lines: Vec<usize> = (0..responses.frequency_hz.len())
+        .filter(|&k| (low..=high).contains(&responses.frequency_hz[k]))
         .collect();
-    let synthesised: Vec<Vec<_>> = lines
-        .iter()
-        .map(|&k| found.fit.synthesise(found.responses.frequency_hz[k]))
-        .collect();
+    let at = |&k: &usize| responses.frequency_hz[k];
+    let synthesised: Vec<Vec<Complex>> = lines.iter().map(|k| fitted(found, at(k))).collect();
+    let fitted = |i: usize| -> Option<Vec<Complex>> {
+        synthesised.iter().map(|all| all.get(i).copied()).collect()
+    };
     let curve = |(i, f): (usize, &FrequencyResponse)| Curve {
         label: label(f),
         unit: unit(f),
         measured: lines.iter().map(|&k| f.value[k]).collect(),
-        fitted: Some(synthesised.iter().map(|all| all[i]).collect()),
-        coherence: f
-            .coherence
-            .as_ref()
-            .map(|c| lines.iter().map(|&k| c[k]).collect()),
+        fitted: fitted(i),
+        coherence: f.coherence.as_ref().map(|c| lines.iter().map(|&k| c[k]).collect()),
     };
-    Bode {
+    Some(Bode {
         title: title.to_string(),
-        frequency_hz: lines
-            .iter()
-            .map(|&k| found.responses.frequency_hz[k])
-            .collect(),
-        curves: found
-            .responses
-            .functions
-            .iter()
-            .enumerate()
-            .map(curve)
-            .collect(),
-        modes_hz: found
-            .modes
-            .iter()
-            .map(IdentifiedMode::frequency_hz)
-            .collect(),
+        frequency_hz: lines.iter().map(at).collect(),
+        curves: responses.functions.iter().enumerate().map(curve).collect(),
+        modes_hz: found.modes.iter().map(FoundMode::frequency_hz).collect(),
+    })
+}
+
+/// Fitted responses at a frequency, with the exponential window that lay on the measured ones; empty without a fit.
+fn fitted(found: &Identification, frequency_hz: f64) -> Vec<Complex> {
+    match found.fit() {
+        Some(fit) => fit.synthesise(frequency_hz),
+        None => {
+            let s = Complex::new(found.window_decay(), std::f64::consts::TAU * frequency_hz);
+            found.functions.iter().map(|f| f.value(s)).collect()
+        }
     }
+}
+
+/// Poles over the orders, where the method looked over orders.
+pub fn diagram(found: &Identification, name: &str) -> Option<Stabilisation> {
+    let Evidence::Diagram(diagram) = &found.evidence else {
+        return None;
+    };
+    let steadiness = |s: Stability| match s {
+        Stability::Stable => Steadiness::Stable,
+        Stability::New => Steadiness::New,
+        _ => Steadiness::Frequency,
+    };
+    let inside = |f: &f64| (found.band_hz.0..=found.band_hz.1).contains(f);
+    let level = diagram.level.0.iter().zip(&diagram.level.1).filter(|(f, _)| inside(f));
+    Some(Stabilisation {
+        title: format!("{name}: poles by {}", found.method.word()),
+        poles: diagram.poles.iter().map(|p| (p.order, p.frequency_hz, steadiness(p.stability))).collect(),
+        selected_hz: found.modes.iter().map(FoundMode::frequency_hz).collect(),
+        level: level.map(|(f, l)| (*f, *l)).unzip(),
+        band_hz: found.band_hz,
+    })
+}
+
+/// The level that peaks were looked for on, where the method looked for peaks.
+pub fn peaks(found: &Identification, name: &str) -> Option<Lines> {
+    let Evidence::Peaks(peaks) = &found.evidence else {
+        return None;
+    };
+    let inside = |f: &f64| (found.band_hz.0..=found.band_hz.1).contains(f);
+    let (places, values): (Vec<f64>, Vec<f64>) = (peaks.level.0.iter().zip(&peaks.level.1))
+        .filter(|(f, _)| inside(f))
+        .map(|(f, l)| (*f, *l))
+        .unzip();
+    let label = |m: &FoundMode| {
+        let at = places.partition_point(|&f| f < m.frequency_hz()).min(places.len().checked_sub(1)?);
+        Some((places[at], values[at], format!("{:.4} Hz", m.frequency_hz())))
+    };
+    Some(Lines {
+        title: format!("{name}: peaks by {}", found.method.word()),
+        across: "frequency, Hz".to_string(),
+        up: "largest singular value".to_string(),
+        labels: found.modes.iter().filter_map(label).collect(),
+        curves: vec![(found.method.word().to_string(), places.clone(), values.clone())],
+        logarithmic: true,
+    })
 }
 
 /// What a response is called in pictures.
@@ -147,14 +227,12 @@ fn label(f: &FrequencyResponse) -> String {
 
 fn unit(f: &FrequencyResponse) -> String {
     match &f.input {
-        Some(input) if !input.unit.is_empty() && !f.output.unit.is_empty() => {
-            format!("({})/({})", f.output.unit, input.unit)
-        }
+        Some(input) if !input.unit.is_empty() && !f.output.unit.is_empty() => format!("({})/({})", f.output.unit, input.unit),
         _ => f.output.unit.clone(),
     }
 }
 
-/// How far the fit is from each response, relative: the worst.
-pub fn worst_error(found: &Identification) -> f64 {
-    found.fit.fit_error.iter().copied().fold(0.0, f64::max)
+/// How far the fit is from each response, relative: the worst; nothing where no response was fitted.
+pub fn worst_error(found: &Identification) -> Option<f64> {
+    found.fit_error.iter().copied().reduce(f64::max)
 }

@@ -3,9 +3,10 @@
 use super::number::{brief, with_deviation};
 use super::recording::note;
 use super::table::{finish, plain};
-use crate::identify::mode::IdentifiedMode;
+use crate::identify::modal::stabilisation::Stability;
 use crate::plan::logs::doubts::{coherence_at, window_damping};
-use crate::plan::logs::identification::Identification;
+use crate::plan::logs::found::{Evidence, FoundMode, Identification, Orders, Peak};
+use crate::plan::logs::method::family;
 use crate::recording::responses::FrequencyResponses;
 use crate::recording::signals::Recording;
 use crate::recording::survey::Survey;
@@ -93,16 +94,13 @@ pub fn responses(path: &str, dialect: &str, found: &FrequencyResponses) -> Strin
 
 /// Identified modes.
 pub fn identified(found: &Identification) -> String {
-    let mut text = format!("{}\n\n", found.how);
+    let mut text = format!("{}\n{}: {}\n\n", found.how, found.method.word(), found.rule);
     if found.modes.is_empty() {
         text += "no mode is significant in the band\n";
-        return text;
+        return text + &evidence(found);
     }
-    let coherent = found
-        .responses
-        .functions
-        .iter()
-        .any(|f| f.coherence.is_some());
+    let responses = found.responses.as_ref();
+    let coherent = responses.is_some_and(|r| r.functions.iter().any(|f| f.coherence.is_some()));
     let mut table = plain();
     let mut heads = vec!["mode", "frequency", "damping"];
     let mut units = vec!["", "Hz", "%"];
@@ -115,56 +113,100 @@ pub fn identified(found: &Identification) -> String {
     table.add_row(heads);
     table.add_row(units);
     for (k, mode) in found.modes.iter().enumerate() {
-        let frequency = with_deviation(mode.frequency_hz(), mode.frequency_std_hz().unwrap_or(0.0));
-        let damping = with_deviation(
-            100.0 * mode.damping_ratio(),
-            100.0 * mode.damping_std().unwrap_or(0.0),
-        );
+        let deviation = |x: Option<f64>| x.unwrap_or(0.0);
+        let frequency = with_deviation(mode.frequency_hz(), deviation(mode.mode.frequency_std_hz()));
+        let damping = mode.damping_ratio().map_or("–".to_string(), |d| {
+            with_deviation(100.0 * d, 100.0 * deviation(mode.mode.damping_std()))
+        });
         let mut row = vec![(k + 1).to_string(), frequency, damping];
         if coherent {
-            row.push(
-                coherence_at(&found.responses, mode.frequency_hz())
-                    .map_or("–".to_string(), |c| format!("{c:.3}")),
-            );
+            let coherence = responses.and_then(|r| coherence_at(r, mode.frequency_hz()));
+            row.push(coherence.map_or("–".to_string(), |c| format!("{c:.3}")));
         }
         row.push(note_of(found, mode));
         table.add_row(row);
     }
     super::table::right_but_last(&mut table);
     text += &finish(&table);
-    text += &format!(
-        "± one standard deviation; fit error {} %\n",
-        super::number::percent(super::identified::worst_error(found))
-    );
-    if let Some(last) = found.fit.evidence.iter().rev().find(|s| !s.accepted) {
-        text += &format!("{}\n", last.words());
+    if found.modes.iter().any(|m| m.mode.pole_covariance.is_some()) {
+        text += "± one standard deviation\n";
     }
-    let decay = found.responses.window_decay;
-    if decay > 0.0
-        && let (Some(first), Some(last)) = (found.modes.first(), found.modes.last())
-    {
-        let shift = |m: &IdentifiedMode| {
-            format!(
-                "{} % at {} Hz",
-                super::number::percent(window_damping(decay, m.frequency_hz())),
-                brief(m.frequency_hz())
-            )
-        };
-        text += &format!(
-            "exponential window: taken off the damping, {} … {}\n",
-            shift(first),
-            shift(last)
-        );
+    if let Some(error) = super::identified::worst_error(found) {
+        text += &format!("fit error {} %\n", super::number::percent(error));
+    }
+    text += &evidence(found);
+    let decay = found.window_decay();
+    if decay > 0.0 && let (Some(first), Some(last)) = (found.modes.first(), found.modes.last()) {
+        let shift = |m: &FoundMode| format!("{} % at {} Hz", super::number::percent(window_damping(decay, m.frequency_hz())), brief(m.frequency_hz()));
+        text += &format!("exponential window: taken off the damping, {} … {}\n", shift(first), shift(last));
     }
     text
 }
 
+/// What decided, in a few lines.
+fn evidence(found: &Identification) -> String {
+    match &found.evidence {
+        Evidence::Rational(fit) => match fit.evidence.iter().rev().find(|s| !s.accepted) {
+            Some(last) => format!("{}\n", last.words()),
+            None => String::new(),
+        },
+        Evidence::Diagram(diagram) => {
+            let stable = diagram.poles.iter().filter(|p| p.stability == Stability::Stable).count();
+            format!("{stable} of {} poles of all orders repeat the order before\n", diagram.poles.len())
+        }
+        Evidence::Peaks(peaks) => peaks.peaks.iter().filter_map(peak).collect(),
+        Evidence::Orders(orders) => order_table(orders),
+    }
+}
+
+/// What half power makes of a peak, or why it is no mode.
+fn peak(peak: &Peak) -> Option<String> {
+    let at = brief(peak.frequency_hz);
+    match peak.half_power {
+        _ if !peak.reason.is_empty() => Some(format!("peak at {at} Hz left out: {}\n", peak.reason)),
+        Some((f, d)) => Some(format!("peak at {at} Hz by half power: {} Hz, {} %\n", super::number::significant(f), super::number::percent(d))),
+        None => None,
+    }
+}
+
+/// Orders near the chosen one, and what the residuals tell.
+fn order_table(orders: &Orders) -> String {
+    let mut table = plain();
+    table.add_row(vec!["model", "BIC", "AIC", "note"]);
+    let chosen = orders.candidates.iter().position(|c| c.family == orders.chosen).unwrap_or(0);
+    let shown = chosen.saturating_sub(NEIGHBOURS)..(chosen + NEIGHBOURS + 1).min(orders.candidates.len());
+    for candidate in &orders.candidates[shown] {
+        let note = if candidate.family == orders.chosen { "taken" } else { "" };
+        table.add_row(vec![family(candidate.family), format!("{:.1}", candidate.bic), format!("{:.1}", candidate.aic), note.to_string()]);
+    }
+    let mut text = String::new();
+    if !orders.candidates.is_empty() {
+        super::table::right_but_last(&mut table);
+        text = finish(&table);
+    }
+    for (what, test) in &orders.tests {
+        text += &format!("residuals {what}: p = {:.3}\n", test.probability);
+    }
+    text
+}
+
+/// Orders shown on either side of the chosen one.
+const NEIGHBOURS: usize = 3;
+
 /// What is remarkable about a mode.
-fn note_of(found: &Identification, mode: &IdentifiedMode) -> String {
+fn note_of(found: &Identification, mode: &FoundMode) -> String {
+    if let Some(harmonic) = mode.harmonic.as_ref().filter(|h| h.is_harmonic()) {
+        return match harmonic.order {
+            Some(order) => format!("order {order} of the running speed"),
+            None => "a sine: running speed?".to_string(),
+        };
+    }
     let near = |f: f64| (f - mode.frequency_hz()).abs() < 1e-3 * mode.frequency_hz();
-    match found.fit.spread.iter().find(|s| near(s.frequency_hz)) {
-        Some(s) => format!("responses differ by {} Hz", brief(s.frequency_spread_hz)),
-        None => String::new(),
+    let spread = found.fit().map_or(&[][..], |f| &f.spread);
+    match (spread.iter().find(|s| near(s.frequency_hz)), mode.presence) {
+        (Some(s), _) => format!("responses differ by {} Hz", brief(s.frequency_spread_hz)),
+        (None, Some(presence)) => format!("in {:.0} % of the orders", 100.0 * presence),
+        (None, None) => String::new(),
     }
 }
 

@@ -4,17 +4,20 @@ use std::time::Instant;
 
 use super::acquire::{self, Acquired, EstimateStudy};
 use super::doubts;
+use super::found::{Evidence, FoundMode, Identification};
+use super::functions::{Partials, transfer_functions, without_window};
+use super::method::{Method, Needs};
+use super::modal::{self, Modal};
+use super::{operational, record, series};
 use crate::base::code::Code;
-use crate::base::error::{Error, Warning};
-use crate::identify::mode::IdentifiedMode;
+use crate::base::error::Error;
 use crate::identify::rational::{self, Delay, Measured, RationalFit, RationalOptions};
-use crate::identify::transfer::function::{Direct, TransferFunction};
 use crate::numeric::Complex;
 use crate::recording::quantity::ResponseKind;
-use crate::recording::responses::{FrequencyResponse, FrequencyResponses};
+use crate::recording::names;
+use crate::recording::responses::{FrequencyResponse, FrequencyResponses, Terminal};
 use crate::recording::settle::no_channel;
 use crate::recording::signals::Recording;
-use crate::spectrum::impact::Hit;
 
 /// What is asked of a log.
 #[derive(Debug, Clone, Default)]
@@ -35,29 +38,10 @@ pub struct IdentifyStudy {
     pub allow_unstable: bool,
     /// How often the motion in every response was differentiated, where the units do not tell.
     pub derivative: Option<u8>,
-}
-
-/// Modes and transfer functions, and how they were had.
-#[derive(Debug)]
-pub struct Identification {
-    /// Stages that ran, with seconds.
-    pub trace: Vec<(&'static str, f64)>,
-    /// How the responses were had, in words.
-    pub how: String,
-    /// Hits of an impact test.
-    pub hits: Vec<Hit>,
-    /// The responses that were fitted.
-    pub responses: FrequencyResponses,
-    /// Lines that were fitted, Hz.
-    pub band_hz: (f64, f64),
-    /// The fit as it came out, an exponential window still on it.
-    pub fit: RationalFit,
-    /// Modes, the window taken off.
-    pub modes: Vec<IdentifiedMode>,
-    /// One transfer function for each response, the window taken off.
-    pub functions: Vec<TransferFunction>,
-    /// Doubts.
-    pub warnings: Vec<Warning>,
+    /// The method; by what is named where `None`.
+    pub method: Option<Method>,
+    /// Speed of what turns, Hz.
+    pub speed_hz: Option<f64>,
 }
 
 /// What is identified from.
@@ -68,60 +52,201 @@ pub enum Source<'a> {
     Responses(FrequencyResponses),
 }
 
+/// The method asked for; else by what drives: a rational fit with an input, subspace identification without.
+pub fn method(study: &IdentifyStudy, has_responses: bool) -> Method {
+    match study.method {
+        Some(method) => method,
+        None if has_responses || !study.inputs.is_empty() => Method::Rational,
+        None => Method::SsiCov,
+    }
+}
+
 /// Identifies.
 ///
 /// # Errors
-/// Those of the stages: channels that are not there, nothing to fit, a band without lines.
+/// Those of the stages: channels that are not there or hold nothing, nothing to fit, a band without lines; `usage` where the method does
+/// not go with what is named.
 pub fn identify(source: Source, study: &IdentifyStudy) -> Result<Identification, Error> {
-    let mut trace = Vec::new();
-    let (responses, acquired) = match source {
-        Source::Responses(responses) => (chosen(responses, study)?, None),
+    match source {
+        Source::Responses(responses) => {
+            let method = method(study, true);
+            if method.needs() != Needs::Responses {
+                let message = format!(
+                    "{} starts from signals; the file holds frequency responses",
+                    method.word()
+                );
+                return Err(Error::new(Code::Usage, message)
+                    .hint("take a method from responses, such as --method plscf"));
+            }
+            from_responses(method, chosen(responses, study)?, None, Vec::new(), study)
+        }
         Source::Signals(recording) => {
+            let method = method(study, false);
+            let inputs = record::places(recording, &study.inputs)?;
+            let outputs = record::places(recording, &study.outputs)?;
+            check_roles(method, &inputs, &outputs, recording)?;
+            record::check(recording, &inputs, &outputs)?;
+            if method.needs() != Needs::Responses {
+                return from_signals(method, recording, &inputs, &outputs, study);
+            }
             let start = Instant::now();
-            let acquired = estimate(recording, study)?;
-            trace.push(("frequency responses", start.elapsed().as_secs_f64()));
-            (acquired.responses.clone(), Some(acquired))
+            let acquired = acquire::acquire(recording, &inputs, &outputs, &study.estimate)?;
+            let trace = vec![("frequency responses", start.elapsed().as_secs_f64())];
+            from_responses(method, acquired.responses.clone(), Some(acquired), trace, study)
+        }
+    }
+}
+
+/// Refuses inputs and outputs that the method cannot use.
+fn check_roles(
+    method: Method,
+    inputs: &[usize],
+    outputs: &[usize],
+    recording: &Recording,
+) -> Result<(), Error> {
+    let word = method.word();
+    if outputs.is_empty() {
+        let names: Vec<&str> = recording.channels.iter().map(|c| c.name.as_str()).collect();
+        let message = format!("no channel is named as --output; the log has {}", names.join(", "));
+        return Err(Error::new(Code::Usage, message)
+            .hint("name what answers: --output, and what drives, if it was measured: --input"));
+    }
+    let (message, hint) = match (method.needs(), inputs.len(), outputs.len()) {
+        (Needs::Responses, 0, _) => (
+            format!("{word} needs the channel that drives"),
+            "name it: --input; or take a method from responses alone, such as --method ssi-cov",
+        ),
+        (Needs::Outputs | Needs::OneOutput, 1.., _) => (
+            format!("{word} takes no input"),
+            "leave --input out, or take a method that uses it, such as --method rational",
+        ),
+        (Needs::OneOutput, _, 2..) => (
+            format!("{word} takes one output, of {} named", outputs.len()),
+            "name one, or take --method ssi-cov for all of them",
+        ),
+        (Needs::InputAndOutput, i, o) if i != 1 || o != 1 => (
+            format!("{word} takes one input and one output, of {i} and {o} named"),
+            "name one of each, or take --method rational for several",
+        ),
+        _ => return Ok(()),
+    };
+    Err(Error::new(Code::Usage, message).hint(hint))
+}
+
+fn from_signals(
+    method: Method,
+    recording: &Recording,
+    inputs: &[usize],
+    outputs: &[usize],
+    study: &IdentifyStudy,
+) -> Result<Identification, Error> {
+    let start = Instant::now();
+    let places: Vec<usize> = inputs.iter().chain(outputs).copied().collect();
+    let record = record::of(recording, &places, study.band_hz, method.word())?;
+    let mut trace = vec![("samples", start.elapsed().as_secs_f64())];
+    let band_hz = study.band_hz.unwrap_or((0.0, record.rate_hz / 2.0));
+    let start = Instant::now();
+    let (modes, rule, evidence, warnings) = match method.needs() {
+        Needs::OneOutput | Needs::InputAndOutput => {
+            let found = series::identify(method, &record, band_hz, study)?;
+            (found.modes, found.rule, found.evidence, found.warnings)
+        }
+        _ => {
+            let found = operational::identify(method, &record, band_hz, study)?;
+            (found.modes, found.rule, found.evidence, found.warnings)
         }
     };
-    let band = band(&responses, acquired.as_ref(), study)?;
-    let start = Instant::now();
-    let fit = fitted(&responses, acquired.as_ref(), band, study)?;
-    trace.push(("rational fit", start.elapsed().as_secs_f64()));
-    let decay = responses.window_decay;
-    let modes: Vec<IdentifiedMode> = fit
-        .modes
-        .iter()
-        .map(|mode| without_window(mode, decay))
-        .collect();
-    let start = Instant::now();
-    let functions = transfer_functions(&responses, &fit, decay)?;
-    trace.push(("transfer functions", start.elapsed().as_secs_f64()));
-    let mut warnings = acquired.as_ref().map_or(Vec::new(), |a| a.warnings.clone());
-    warnings.extend(doubts::of_kinds(&responses));
-    warnings.extend(fit.warnings.iter().cloned());
-    warnings.extend(doubts::of_modes(&responses, acquired.as_ref(), &fit.modes));
-    let (how, hits) = match acquired {
-        Some(acquired) => (acquired.how, acquired.hits),
-        None => (
-            format!(
-                "{} responses over {} lines, as read",
-                responses.functions.len(),
-                responses.frequency_hz.len()
-            ),
-            Vec::new(),
-        ),
+    trace.push((method.word(), start.elapsed().as_secs_f64()));
+    let terminal = |&at: &usize| Terminal {
+        name: recording.channels[at].name.clone(),
+        unit: recording.channels[at].unit.clone(),
     };
     Ok(Identification {
         trace,
-        how,
-        hits,
-        responses,
-        band_hz: band,
-        fit,
+        method,
+        how: record.how,
+        rule,
+        hits: Vec::new(),
+        outputs: outputs.iter().map(terminal).collect(),
+        responses: None,
+        band_hz,
+        evidence,
         modes,
-        functions,
+        functions: Vec::new(),
+        fit_error: Vec::new(),
         warnings,
     })
+}
+
+/// How the rational fit tells modes from other poles.
+const RATIONAL_RULE: &str = "pole pairs are added while each lowers the misfit by more than noise would, somewhere in the band";
+
+fn from_responses(
+    method: Method,
+    responses: FrequencyResponses,
+    acquired: Option<Acquired>,
+    mut trace: Vec<(&'static str, f64)>,
+    study: &IdentifyStudy,
+) -> Result<Identification, Error> {
+    let band_hz = band(&responses, acquired.as_ref(), study)?;
+    let mut warnings = acquired.as_ref().map_or(Vec::new(), |a| a.warnings.clone());
+    warnings.extend(doubts::of_kinds(&responses));
+    let start = Instant::now();
+    let found = match method {
+        Method::Rational => {
+            let fit = fitted(&responses, acquired.as_ref(), band_hz, study)?;
+            let decay = responses.window_decay;
+            Modal {
+                modes: (fit.modes.iter()).map(|m| without_window(m, decay).into()).collect(),
+                rule: RATIONAL_RULE.to_string(),
+                functions: transfer_functions(&responses, &partials(&fit))?,
+                fit_error: fit.fit_error.clone(),
+                warnings: fit.warnings.clone(),
+                evidence: Evidence::Rational(fit),
+            }
+        }
+        _ => modal::identify(method, &responses, band_hz, study)?,
+    };
+    trace.push((method.word(), start.elapsed().as_secs_f64()));
+    warnings.extend(found.warnings);
+    // Doubts go by the bandwidth as measured, an exponential window on it.
+    let on_record = |m: &FoundMode| without_window(&m.mode, -responses.window_decay);
+    let as_measured: Vec<_> = found.modes.iter().map(on_record).collect();
+    warnings.extend(doubts::of_modes(&responses, acquired.as_ref(), &as_measured));
+    let (how, hits) = match acquired {
+        Some(acquired) => (acquired.how, acquired.hits),
+        None => {
+            let (functions, lines) = (responses.functions.len(), responses.frequency_hz.len());
+            let how = format!("{functions} responses over {lines} lines, as read");
+            (how, Vec::new())
+        }
+    };
+    Ok(Identification {
+        trace,
+        method,
+        how,
+        rule: found.rule,
+        hits,
+        outputs: responses.functions.iter().map(|f| f.output.clone()).collect(),
+        band_hz,
+        evidence: found.evidence,
+        modes: found.modes,
+        functions: found.functions,
+        fit_error: found.fit_error,
+        responses: Some(responses),
+        warnings,
+    })
+}
+
+fn partials(fit: &RationalFit) -> Partials<'_> {
+    Partials {
+        poles: &fit.poles,
+        residues: &fit.residues,
+        residual_terms: &fit.residual_terms,
+        derivative: fit.derivative,
+        delay_s: &fit.delay_s,
+        fit_error: &fit.fit_error,
+    }
 }
 
 /// Of the responses in a file those that are asked for.
@@ -134,51 +259,27 @@ fn chosen(
         .iter()
         .map(|f| f.output.name.clone())
         .collect();
-    for name in &study.outputs {
-        if !known.contains(name) {
-            return Err(no_channel(name, &known));
-        }
+    let mut outputs = Vec::new();
+    for word in &study.outputs {
+        let at = names::find(word, &known).ok_or_else(|| no_channel(word, &known))?;
+        outputs.push(known[at].clone());
     }
-    let is_input = |f: &FrequencyResponse| {
-        study.inputs.is_empty()
-            || f.input
-                .as_ref()
-                .is_some_and(|i| study.inputs.contains(&i.name))
+    let drives = |f: &FrequencyResponse| {
+        let driven = |i: &Terminal| {
+            let name = std::slice::from_ref(&i.name);
+            study.inputs.iter().any(|word| names::find(word, name).is_some())
+        };
+        study.inputs.is_empty() || f.input.as_ref().is_some_and(driven)
     };
-    responses.functions.retain(|f| {
-        is_input(f) && (study.outputs.is_empty() || study.outputs.contains(&f.output.name))
-    });
+    responses
+        .functions
+        .retain(|f| drives(f) && (outputs.is_empty() || outputs.contains(&f.output.name)));
     if responses.functions.is_empty() {
         let message = "no response of the file is driven by the inputs asked for";
         return Err(Error::new(Code::NoChannel, message)
             .hint("leave --input out: the file says what drives"));
     }
     Ok(responses)
-}
-
-fn estimate(recording: &Recording, study: &IdentifyStudy) -> Result<Acquired, Error> {
-    let place = |name: &String| {
-        recording
-            .channels
-            .iter()
-            .position(|c| c.name == *name)
-            .ok_or_else(|| {
-                let known: Vec<String> =
-                    recording.channels.iter().map(|c| c.name.clone()).collect();
-                no_channel(name, &known)
-            })
-    };
-    let inputs = study
-        .inputs
-        .iter()
-        .map(place)
-        .collect::<Result<Vec<usize>, Error>>()?;
-    let outputs = study
-        .outputs
-        .iter()
-        .map(place)
-        .collect::<Result<Vec<usize>, Error>>()?;
-    acquire::acquire(recording, &inputs, &outputs, &study.estimate)
 }
 
 /// The lines fitted: as asked, else where the input has power, else all that are not at an edge.
@@ -273,60 +374,4 @@ fn fitted(
 fn cost(fit: &RationalFit) -> f64 {
     let unknowns = fit.poles.len() * 2 * (1 + fit.residues.len());
     fit.chi2 + unknowns as f64 * (fit.dof.max(2.0)).ln()
-}
-
-/// A mode without the exponential window that lay on its record: the pole moves right by its rate.
-fn without_window(mode: &IdentifiedMode, decay: f64) -> IdentifiedMode {
-    IdentifiedMode {
-        pole: mode.pole + decay,
-        ..mode.clone()
-    }
-}
-
-/// Partial fractions of each response: `s^q/(s − p) = p^q/(s − p)` and a polynomial, the window taken off by `H(s) = H_w(s − σ)`.
-fn transfer_functions(
-    responses: &FrequencyResponses,
-    fit: &RationalFit,
-    decay: f64,
-) -> Result<Vec<TransferFunction>, Error> {
-    let mut all = Vec::new();
-    for (i, f) in responses.functions.iter().enumerate() {
-        let mut direct = Direct::default();
-        let [lower, upper] = fit.residual_terms[i];
-        match fit.derivative {
-            0 => (direct.inverse_square, direct.constant) = (lower, upper),
-            1 => (direct.inverse, direct.slope) = (lower, upper),
-            _ => (direct.constant, direct.square) = (lower, upper),
-        }
-        let mut residues = Vec::new();
-        for (&p, &r) in fit.poles.iter().zip(&fit.residues[i]) {
-            let both = |z: Complex| if p.im == 0.0 { z.re } else { 2.0 * z.re };
-            match fit.derivative {
-                0 => residues.push(r),
-                1 => {
-                    residues.push(p * r);
-                    direct.constant += both(r);
-                }
-                _ => {
-                    residues.push(p * p * r);
-                    direct.slope += both(r);
-                    direct.constant += both(p * r);
-                }
-            }
-        }
-        let poles = fit.poles.iter().map(|p| p + decay).collect();
-        let delay = fit
-            .delay_s
-            .get(i.min(fit.delay_s.len().saturating_sub(1)))
-            .copied()
-            .unwrap_or(0.0);
-        let mut function = TransferFunction::new(poles, residues, direct)?
-            .between(f.input.clone(), f.output.clone());
-        if delay > 0.0 {
-            function = function.delayed(delay)?;
-        }
-        function.fit_error = fit.fit_error.get(i).copied();
-        all.push(function);
-    }
-    Ok(all)
 }

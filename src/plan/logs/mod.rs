@@ -9,6 +9,27 @@ pub mod acquire;
 /// What the data cannot tell.
 pub mod doubts;
 
+/// The methods of identification.
+pub mod method;
+
+/// What an identification answers.
+pub mod found;
+
+/// Samples of the channels named, checked and decimated.
+pub mod record;
+
+/// Poles and residues as transfer functions.
+mod functions;
+
+/// Modes from responses to a measured input.
+mod modal;
+
+/// Modes from responses alone.
+mod operational;
+
+/// Modes from difference equations.
+mod series;
+
 /// The run of an identification.
 pub mod identification;
 

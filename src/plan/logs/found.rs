@@ -1,0 +1,159 @@
+//! What an identification answers, whatever the method: modes, and what they rest on.
+
+use super::method::Method;
+use crate::base::error::Warning;
+use crate::identify::modal::stabilisation::DiagramPole;
+use crate::identify::mode::IdentifiedMode;
+use crate::identify::operational::harmonics::Harmonic;
+use crate::identify::rational::RationalFit;
+use crate::identify::series::model::Family;
+use crate::identify::series::order::Candidate;
+use crate::identify::series::residuals::Test;
+use crate::identify::transfer::function::TransferFunction;
+use crate::recording::responses::{FrequencyResponses, Terminal};
+use crate::spectrum::impact::Hit;
+
+/// Modes and transfer functions, and how they were had.
+#[derive(Debug)]
+pub struct Identification {
+    /// Stages that ran, with seconds.
+    pub trace: Vec<(&'static str, f64)>,
+    /// The method.
+    pub method: Method,
+    /// How the data were prepared, in words.
+    pub how: String,
+    /// How modes were told from other poles, one sentence.
+    pub rule: String,
+    /// Hits of an impact test.
+    pub hits: Vec<Hit>,
+    /// What shapes are over.
+    pub outputs: Vec<Terminal>,
+    /// The responses that were fitted; `None` where the method starts from signals.
+    pub responses: Option<FrequencyResponses>,
+    /// The band of the modes, Hz.
+    pub band_hz: (f64, f64),
+    /// What the modes rest on; of a fit as it came out, an exponential window still on it.
+    pub evidence: Evidence,
+    /// Modes by rising frequency, an exponential window taken off.
+    pub modes: Vec<FoundMode>,
+    /// One transfer function for each response, the window taken off.
+    pub functions: Vec<TransferFunction>,
+    /// Root mean square misfit over that of the response, by response.
+    pub fit_error: Vec<f64>,
+    /// Doubts.
+    pub warnings: Vec<Warning>,
+}
+
+impl Identification {
+    /// The rational fit, where that is the method.
+    pub fn fit(&self) -> Option<&RationalFit> {
+        match &self.evidence {
+            Evidence::Rational(fit) => Some(fit),
+            _ => None,
+        }
+    }
+
+    /// Rate of the exponential window on the responses, 1/s.
+    pub fn window_decay(&self) -> f64 {
+        self.responses.as_ref().map_or(0.0, |r| r.window_decay)
+    }
+}
+
+/// A mode with what its method tells beside the pole.
+#[derive(Debug, Clone)]
+pub struct FoundMode {
+    /// Pole, covariance and shape.
+    pub mode: IdentifiedMode,
+    /// The method tells damping; without, the pole lies on the imaginary axis.
+    pub has_damping: bool,
+    /// Share of the orders in which it appears.
+    pub presence: Option<f64>,
+    /// Standard deviation of its frequency over the orders, Hz: an indication, no uncertainty.
+    pub scatter_hz: Option<f64>,
+    /// What it shows of being a line of running speed.
+    pub harmonic: Option<Harmonic>,
+}
+
+impl From<IdentifiedMode> for FoundMode {
+    fn from(mode: IdentifiedMode) -> FoundMode {
+        FoundMode {
+            mode,
+            has_damping: true,
+            presence: None,
+            scatter_hz: None,
+            harmonic: None,
+        }
+    }
+}
+
+impl FoundMode {
+    /// Natural frequency, Hz.
+    pub fn frequency_hz(&self) -> f64 {
+        self.mode.frequency_hz()
+    }
+
+    /// Damping ratio, where the method tells it.
+    pub fn damping_ratio(&self) -> Option<f64> {
+        self.has_damping.then(|| self.mode.damping_ratio())
+    }
+
+    /// Nearer to a line of running speed than to a mode.
+    pub fn is_harmonic(&self) -> bool {
+        self.harmonic.as_ref().is_some_and(Harmonic::is_harmonic)
+    }
+}
+
+/// What modes rest on.
+#[derive(Debug)]
+pub enum Evidence {
+    /// The fit, with every number of poles that was tried.
+    Rational(RationalFit),
+    /// Poles of all orders.
+    Diagram(Diagram),
+    /// Peaks that were looked at one by one.
+    Peaks(Peaks),
+    /// Orders that were tried.
+    Orders(Orders),
+}
+
+/// A stabilisation diagram.
+#[derive(Debug, Default)]
+pub struct Diagram {
+    /// Poles by order, then frequency.
+    pub poles: Vec<DiagramPole>,
+    /// Lines, Hz, and a level over them that peaks at modes.
+    pub level: (Vec<f64>, Vec<f64>),
+}
+
+/// Peaks, and the level they stand on.
+#[derive(Debug, Default)]
+pub struct Peaks {
+    /// One for each peak.
+    pub peaks: Vec<Peak>,
+    /// Lines, Hz, and the level.
+    pub level: (Vec<f64>, Vec<f64>),
+}
+
+/// A peak.
+#[derive(Debug, Clone, Default)]
+pub struct Peak {
+    /// Where it stands, Hz.
+    pub frequency_hz: f64,
+    /// Its power over that of the higher valley beside it.
+    pub prominence: Option<f64>,
+    /// Natural frequency, Hz, and damping ratio by half power.
+    pub half_power: Option<(f64, f64)>,
+    /// Why it is not reported as a mode; empty where it is.
+    pub reason: String,
+}
+
+/// Orders of difference equations, and what the residuals of the chosen one tell.
+#[derive(Debug)]
+pub struct Orders {
+    /// The order taken.
+    pub chosen: Family,
+    /// All that were tried.
+    pub candidates: Vec<Candidate>,
+    /// Tests of the residuals: what was tested, and how often chance gives as much.
+    pub tests: Vec<(&'static str, Test)>,
+}

@@ -1,0 +1,340 @@
+//! Modes from responses to a measured input by the methods that look over rising orders, or at one peak after the other: poles are
+//! chosen, then shapes and residues fitted to them by least squares.
+
+use std::f64::consts::TAU;
+
+use super::found::{Diagram, Evidence, FoundMode, Peak, Peaks};
+use super::functions::{Partials, transfer_functions, without_window};
+use super::identification::IdentifyStudy;
+use super::method::Method;
+use crate::base::error::{Error, Warning};
+use crate::identify::modal::candidates::{CandidatePole, OrderPoles, is_inside, unit_largest};
+use crate::identify::modal::lsfd::{self, ResidueFit};
+use crate::identify::modal::plscf::{PlscfOptions, plscf};
+use crate::identify::modal::responses::{Quantity, Responses};
+use crate::identify::modal::selection::{SelectionRule, select};
+use crate::identify::modal::stabilisation::{Tolerances, stabilisation};
+use crate::identify::modal::{lsce, rfp, single};
+use crate::identify::starts::aaa::aaa;
+use crate::identify::starts::problem::Options;
+use crate::identify::starts::vector_fitting::{Start, vector_fit};
+use crate::identify::transfer::function::TransferFunction;
+use crate::numeric::Complex;
+use crate::recording::quantity::ResponseKind;
+use crate::recording::responses::FrequencyResponses;
+
+/// What such a method answers.
+pub struct Modal {
+    /// Modes, the window taken off.
+    pub modes: Vec<FoundMode>,
+    /// How they were told from other poles.
+    pub rule: String,
+    /// Poles of all orders, or peaks.
+    pub evidence: Evidence,
+    /// Transfer functions, the window taken off.
+    pub functions: Vec<TransferFunction>,
+    /// Misfit by response.
+    pub fit_error: Vec<f64>,
+    /// Doubts.
+    pub warnings: Vec<Warning>,
+}
+
+/// The highest order of the methods that have none of their own: 30 modes.
+const ORDER: usize = 60;
+
+/// The highest order where every order is a fit from the beginning: 20 modes.
+const FITTED_ORDER: usize = 40;
+
+/// Peaks below this share of the largest are not looked at one by one.
+const LEAST_PEAK: f64 = 0.05;
+
+/// Lines a circle is laid through, at least.
+const ARC_LINES: usize = 7;
+
+/// Identifies from lines inside the band.
+///
+/// # Errors
+/// Those of the method; responses without information.
+pub fn identify(
+    method: Method,
+    responses: &FrequencyResponses,
+    band_hz: (f64, f64),
+    study: &IdentifyStudy,
+) -> Result<Modal, Error> {
+    let is_line = |f: f64| f > 0.0 && (band_hz.0..=band_hz.1).contains(&f);
+    let kept: Vec<usize> = (0..responses.frequency_hz.len())
+        .filter(|&k| is_line(responses.frequency_hz[k]))
+        .collect();
+    let lines: Vec<f64> = kept.iter().map(|&k| responses.frequency_hz[k]).collect();
+    let values: Vec<Vec<Complex>> = (responses.functions.iter())
+        .map(|f| kept.iter().map(|&k| f.value[k]).collect())
+        .collect();
+    let measured = Responses::single_input(&lines, &values)?;
+    let level = level(&values);
+    let quantities = quantities(responses, study);
+    let (mut modes, rule, evidence) = match method {
+        Method::Circle => circles(&lines, &values, level, quantities[0]),
+        _ => {
+            let orders = orders(method, &measured, &values)?;
+            let rule = SelectionRule::default();
+            let chosen = select(&orders, measured.spacing_hz(), &rule);
+            let modes = chosen.into_iter().map(|s| FoundMode {
+                presence: Some(s.presence),
+                scatter_hz: Some(s.scatter_hz),
+                ..FoundMode::from(s.mode)
+            });
+            let diagram = Diagram {
+                poles: stabilisation(&orders, &Tolerances::default()),
+                level: (lines.clone(), level),
+            };
+            (
+                modes.collect(),
+                rule.sentence(),
+                Evidence::Diagram(diagram),
+            )
+        }
+    };
+    fewer(&mut modes, study.order);
+    let mut found = Modal {
+        modes,
+        rule,
+        evidence,
+        functions: Vec::new(),
+        fit_error: Vec::new(),
+        warnings: Vec::new(),
+    };
+    found.add_residues(responses, &measured, &quantities)?;
+    Ok(found)
+}
+
+/// Keeps as many modes as were asked for: those most orders agree about.
+fn fewer(modes: &mut Vec<FoundMode>, order: Option<usize>) {
+    let Some(order) = order else { return };
+    modes.sort_by(|a, b| {
+        let of = |m: &FoundMode| m.presence.unwrap_or(0.0);
+        of(b).total_cmp(&of(a))
+    });
+    modes.truncate(order);
+    modes.sort_by(|a, b| a.frequency_hz().total_cmp(&b.frequency_hz()));
+}
+
+/// Root of the sum of squares over the responses, each by its own largest value.
+fn level(values: &[Vec<Complex>]) -> Vec<f64> {
+    let lines = values.first().map_or(0, Vec::len);
+    let mut sum = vec![0.0; lines];
+    for response in values {
+        let largest = response.iter().map(|z| z.norm_sqr()).fold(0.0, f64::max);
+        if largest > 0.0 {
+            (sum.iter_mut().zip(response)).for_each(|(s, z)| *s += z.norm_sqr() / largest);
+        }
+    }
+    sum.iter().map(|s| s.sqrt()).collect()
+}
+
+/// What the responses may be: as said, by their units, else displacement or acceleration.
+fn quantities(responses: &FrequencyResponses, study: &IdentifyStudy) -> Vec<Quantity> {
+    let of = |times: u8| match times {
+        0 => Quantity::Displacement,
+        1 => Quantity::Velocity,
+        _ => Quantity::Acceleration,
+    };
+    let kinds: Vec<ResponseKind> = (responses.functions.iter())
+        .map(|f| ResponseKind::of(f.input.as_ref().map_or("", |i| &i.unit), &f.output.unit))
+        .collect();
+    match (study.derivative, kinds.first()) {
+        (Some(times), _) => vec![of(times)],
+        (None, Some(ResponseKind::Compliance(times))) if kinds.iter().all(|k| k == &kinds[0]) => {
+            vec![of(*times)]
+        }
+        (None, Some(ResponseKind::Unknown)) => vec![Quantity::Displacement, Quantity::Acceleration],
+        _ => vec![Quantity::Displacement],
+    }
+}
+
+/// Poles of all orders.
+fn orders(
+    method: Method,
+    measured: &Responses,
+    values: &[Vec<Complex>],
+) -> Result<Vec<OrderPoles>, Error> {
+    let lines = measured.n_lines();
+    match method {
+        // A fifth of the equations each for an unknown, as the method asks.
+        Method::Lsce => lsce::lsce(measured, ORDER.min(lines * 2 / 5) / 2 * 2),
+        Method::Rfp => rfp::rfp(measured, ORDER.min((lines / 2).saturating_sub(2)) / 2 * 2),
+        Method::VectorFitting | Method::Aaa => fitted_orders(method, measured, values),
+        _ => plscf(measured, &PlscfOptions::default()),
+    }
+}
+
+/// One fit for each order; orders that the lines do not carry are passed over.
+fn fitted_orders(
+    method: Method,
+    measured: &Responses,
+    values: &[Vec<Complex>],
+) -> Result<Vec<OrderPoles>, Error> {
+    let lines = measured.frequency_hz();
+    let (mut all, mut failure) = (Vec::new(), None);
+    for order in (2..=FITTED_ORDER.min(lines.len() / 2)).step_by(2) {
+        let options = Options::default();
+        let fit = match method {
+            Method::Aaa => aaa(lines, values, order, options),
+            _ => vector_fit(lines, values, None, Start::Order(order), options),
+        };
+        match fit {
+            Ok(fit) => {
+                let pole = |(k, &pole): (usize, &Complex)| CandidatePole {
+                    pole,
+                    shape: unit_largest(fit.residues.iter().map(|r| r[k]).collect()),
+                    participation: Vec::new(),
+                };
+                let inside = (fit.poles.iter().enumerate())
+                    .filter(|(_, p)| is_inside(**p, measured.ends_hz()))
+                    .map(pole);
+                all.push(OrderPoles::new(order, inside.collect()));
+            }
+            Err(error) => failure = failure.or(Some(error)),
+        }
+    }
+    match failure {
+        Some(error) if all.is_empty() => Err(error),
+        _ => Ok(all),
+    }
+}
+
+/// One mode for each peak, by a circle through its lines, with half power beside it.
+fn circles(
+    lines: &[f64],
+    values: &[Vec<Complex>],
+    level: Vec<f64>,
+    quantity: Quantity,
+) -> (Vec<FoundMode>, String, Evidence) {
+    let (mut modes, mut looked_at) = (Vec::new(), Vec::new());
+    for (peak, (from, to)) in separate_peaks(&level) {
+        let share = |r: &&Vec<Complex>| {
+            let largest = r.iter().map(|z| z.norm_sqr()).fold(f64::MIN_POSITIVE, f64::max);
+            r[peak].norm_sqr() / largest
+        };
+        let Some(response) = (values.iter()).max_by(|a, b| share(a).total_cmp(&share(b))) else {
+            continue;
+        };
+        let half_power = single::half_power(lines, response, peak, quantity).ok();
+        let fit = single::circle_fit(&lines[from..=to], &response[from..=to], quantity);
+        looked_at.push(Peak {
+            frequency_hz: lines[peak],
+            prominence: None,
+            half_power: half_power.map(|m| (m.frequency_hz(), m.damping_ratio())),
+            reason: fit.as_ref().err().map_or(String::new(), |e| e.message.clone()),
+        });
+        modes.extend(fit.ok().map(FoundMode::from));
+    }
+    let rule = format!(
+        "peaks of the sum of all responses above {} % of its largest value, none inside the half-power band of a higher one; a circle \
+         through the lines within half power of each, and half power itself beside it",
+        100.0 * LEAST_PEAK
+    );
+    let peaks = Peaks {
+        peaks: looked_at,
+        level: (lines.to_vec(), level),
+    };
+    modes.sort_by(|a, b| a.frequency_hz().total_cmp(&b.frequency_hz()));
+    (modes, rule, Evidence::Peaks(peaks))
+}
+
+/// Peaks with the lines within half power, by rising frequency; those inside the lines of a higher one are left out.
+fn separate_peaks(level: &[f64]) -> Vec<(usize, (usize, usize))> {
+    let curve: Vec<Complex> = level.iter().map(|&l| Complex::new(l, 0.0)).collect();
+    let mut by_height = single::peaks(&curve, LEAST_PEAK);
+    by_height.sort_by(|&a, &b| level[b].total_cmp(&level[a]));
+    let mut found: Vec<(usize, (usize, usize))> = Vec::new();
+    for peak in by_height {
+        if found.iter().any(|(_, (a, b))| (*a..=*b).contains(&peak)) {
+            continue;
+        }
+        let least = level[peak] / 2f64.sqrt();
+        let (mut from, mut to) = (peak, peak);
+        while from > 0 && level[from - 1] >= least {
+            from -= 1;
+        }
+        while to + 1 < level.len() && level[to + 1] >= least {
+            to += 1;
+        }
+        while to - from + 1 < ARC_LINES && (from > 0 || to + 1 < level.len()) {
+            from = from.saturating_sub(1);
+            to = (to + 1).min(level.len() - 1);
+        }
+        found.push((peak, (from, to)));
+    }
+    found.sort_by_key(|f| f.0);
+    found
+}
+
+impl Modal {
+    /// Shapes, transfer functions and misfit; the better of several quantities.
+    fn add_residues(
+        &mut self,
+        responses: &FrequencyResponses,
+        measured: &Responses,
+        quantities: &[Quantity],
+    ) -> Result<(), Error> {
+        let poles: Vec<Complex> = self.modes.iter().map(|m| m.mode.pole).collect();
+        if poles.is_empty() {
+            return Ok(());
+        }
+        let mut best: Option<(ResidueFit, Vec<f64>)> = None;
+        for &quantity in quantities {
+            let fit = lsfd::residues(measured, &poles, quantity)?;
+            let errors = misfit(&fit, measured);
+            let size = |e: &[f64]| e.iter().map(|x| x * x).sum::<f64>();
+            if best.as_ref().is_none_or(|b| size(&errors) < size(&b.1)) {
+                best = Some((fit, errors));
+            }
+        }
+        let Some((fit, errors)) = best else {
+            return Ok(());
+        };
+        let outputs = measured.n_outputs();
+        let residues: Vec<Vec<Complex>> = (0..outputs)
+            .map(|o| fit.residues.iter().map(|r| r[(o, 0)]).collect())
+            .collect();
+        let terms: Vec<[f64; 2]> = (0..outputs)
+            .map(|o| [fit.lower[(o, 0)], fit.upper[(o, 0)]])
+            .collect();
+        self.functions = transfer_functions(
+            responses,
+            &Partials {
+                poles: &poles,
+                residues: &residues,
+                residual_terms: &terms,
+                derivative: fit.quantity.power() as u8,
+                delay_s: &[],
+                fit_error: &errors,
+            },
+        )?;
+        for (k, found) in self.modes.iter_mut().enumerate() {
+            found.mode.shape = unit_largest(residues.iter().map(|r| r[k]).collect());
+            found.mode = without_window(&found.mode, responses.window_decay);
+        }
+        self.fit_error = errors;
+        Ok(())
+    }
+}
+
+/// Root mean square misfit over that of the response, by response.
+fn misfit(fit: &ResidueFit, measured: &Responses) -> Vec<f64> {
+    (0..measured.n_outputs())
+        .map(|o| {
+            let value = measured.value(o, 0);
+            let off: f64 = (value.iter().zip(measured.frequency_hz()))
+                .map(|(h, &f)| (h - fit.synthesise(o, 0, f)).norm_sqr())
+                .sum();
+            let size: f64 = value.iter().map(Complex::norm_sqr).sum();
+            (off / size).sqrt()
+        })
+        .collect()
+}
+
+/// Whether a pole lies inside a band, Hz.
+pub fn within(pole: Complex, (low, high): (f64, f64)) -> bool {
+    (low..=high).contains(&(pole.norm() / TAU))
+}

@@ -1,0 +1,198 @@
+//! Modes from responses alone: subspace identification with an automatic choice, or peaks of a decomposition.
+
+use super::found::{Diagram, Evidence, FoundMode, Peak, Peaks};
+use super::identification::IdentifyStudy;
+use super::method::Method;
+use super::modal::within;
+use super::record::Record;
+use crate::base::error::{Error, Warning};
+use crate::identify::modal::candidates::{CandidatePole, OrderPoles};
+use crate::identify::modal::selection::SelectionRule;
+use crate::identify::modal::stabilisation::{Tolerances, stabilisation};
+use crate::identify::mode::IdentifiedMode;
+use crate::identify::operational::channels::Channels;
+use crate::identify::operational::decomposition::{self, Decomposition, decompose};
+use crate::identify::operational::harmonics::Running;
+use crate::identify::operational::selection::{OperationalMode, physical};
+use crate::identify::operational::subspace::{self, Subspace, from_covariances, from_data};
+use crate::numeric::Complex;
+
+/// What such a method answers.
+pub struct Operational {
+    /// Modes, lines of running speed among them.
+    pub modes: Vec<FoundMode>,
+    /// How they were told from other poles.
+    pub rule: String,
+    /// Poles of all orders, or peaks.
+    pub evidence: Evidence,
+    /// Doubts.
+    pub warnings: Vec<Warning>,
+}
+
+/// Orders of the running speed that are looked for: 1 to this; meshes beyond are seen by their distribution.
+const ORDERS: usize = 10;
+
+/// How far the speed is taken to stray, relative: what an unregulated motor slips under load.
+const STRAYS: f64 = 0.005;
+
+/// Identifies from the channels of a record.
+///
+/// # Errors
+/// Those of the method: channels without signal, a record too short.
+pub fn identify(
+    method: Method,
+    record: &Record,
+    band_hz: (f64, f64),
+    study: &IdentifyStudy,
+) -> Result<Operational, Error> {
+    let samples: Vec<&[f64]> = record.samples.iter().map(Vec::as_slice).collect();
+    let channels = Channels::new(&samples, record.rate_hz)?;
+    let running = study.speed_hz.map(|speed_hz| Running {
+        speed_hz,
+        orders: (1..=ORDERS).map(|k| k as f64).collect(),
+        tolerance: STRAYS,
+    });
+    let settings = decomposition::Settings {
+        segment: None,
+        band_hz: study.band_hz,
+        running: running.clone(),
+    };
+    let mut found = match method {
+        Method::Fdd | Method::Efdd => {
+            of_peaks(method, decompose(&channels, &settings)?)
+        }
+        _ => {
+            let settings = subspace::Settings {
+                lowest_hz: study.band_hz.map(|b| b.0).filter(|low| *low > 0.0),
+                ..subspace::Settings::default()
+            };
+            let poles = match method {
+                Method::SsiData => from_data(&channels, &settings)?,
+                _ => from_covariances(&channels, &settings)?,
+            };
+            // Behind the diagram only; a record too short for it still has poles.
+            let level = decompose(&channels, &decomposition::Settings::default()).ok();
+            of_subspace(&channels, poles, running.as_ref(), level, band_hz)
+        }
+    };
+    found.warnings.extend(record.warnings.iter().cloned());
+    found.rule += &match study.speed_hz {
+        Some(speed) => format!(
+            "; a line within {} % of an order 1 to {ORDERS} of {speed:.4} Hz, or distributed like a sine, is no mode",
+            100.0 * STRAYS
+        ),
+        None => "; a line distributed like a sine is no mode".to_string(),
+    };
+    if let Some(order) = study.order {
+        let of = |m: &FoundMode| m.presence.unwrap_or(0.0);
+        found.modes.sort_by(|a, b| of(b).total_cmp(&of(a)));
+        found.modes.truncate(order);
+        let by_frequency = |a: &FoundMode, b: &FoundMode| a.frequency_hz().total_cmp(&b.frequency_hz());
+        found.modes.sort_by(by_frequency);
+    }
+    let harmonics: Vec<String> = (found.modes.iter())
+        .filter(|m| m.is_harmonic())
+        .map(|m| format!("{:.4} Hz", m.frequency_hz()))
+        .collect();
+    if !harmonics.is_empty() {
+        found.warnings.push(Warning {
+            code: "harmonic",
+            message: format!(
+                "{} looks like running speed, not like a mode",
+                harmonics.join(", ")
+            ),
+            hint: Some("repeat at another speed: what moves with it is no mode".to_string()),
+        });
+    }
+    Ok(found)
+}
+
+fn of_subspace(
+    channels: &Channels,
+    poles: Subspace,
+    running: Option<&Running>,
+    level: Option<Decomposition>,
+    band_hz: (f64, f64),
+) -> Operational {
+    let rule = SelectionRule::default();
+    let chosen = physical(&poles, channels, &rule, running);
+    let inside = |m: &OperationalMode| within(m.mode.pole, band_hz);
+    let modes = chosen.into_iter().filter(inside).map(|m| FoundMode {
+        mode: m.mode,
+        has_damping: true,
+        presence: Some(m.presence),
+        scatter_hz: Some(m.scatter_hz),
+        harmonic: Some(m.harmonic),
+    });
+    let of_order = |o: &crate::identify::operational::realisation::OrderModes| {
+        let candidates = o.modes.iter().map(|m| CandidatePole {
+            pole: m.pole,
+            shape: m.shape.clone(),
+            participation: Vec::new(),
+        });
+        OrderPoles::new(o.order, candidates.collect())
+    };
+    let orders: Vec<OrderPoles> = poles.orders.iter().map(of_order).collect();
+    Operational {
+        modes: modes.collect(),
+        rule: format!(
+            "{} block rows, orders 2 to {}: {}",
+            poles.block_rows,
+            orders.last().map_or(0, |o| o.order),
+            rule.sentence()
+        ),
+        evidence: Evidence::Diagram(Diagram {
+            poles: stabilisation(&orders, &Tolerances::default()),
+            level: level.map_or((Vec::new(), Vec::new()), largest_values),
+        }),
+        warnings: poles.warnings,
+    }
+}
+
+/// Lines and the largest singular value of each.
+fn largest_values(found: Decomposition) -> (Vec<f64>, Vec<f64>) {
+    let first = found.singular_values.iter().map(|v| v[0]).collect();
+    (found.frequency_hz, first)
+}
+
+fn of_peaks(method: Method, found: Decomposition) -> Operational {
+    let mut modes = Vec::new();
+    let mut peaks = Vec::new();
+    for peak in &found.peaks {
+        let bell = peak.mode.clone().filter(|_| method == Method::Efdd);
+        peaks.push(Peak {
+            frequency_hz: peak.frequency_hz,
+            prominence: Some(peak.prominence),
+            half_power: None,
+            reason: String::new(),
+        });
+        modes.push(FoundMode {
+            has_damping: bell.is_some(),
+            mode: bell.unwrap_or(IdentifiedMode {
+                pole: Complex::new(0.0, std::f64::consts::TAU * peak.frequency_hz),
+                pole_covariance: None,
+                shape: peak.shape.clone(),
+            }),
+            presence: None,
+            scatter_hz: None,
+            harmonic: Some(peak.harmonic.clone()),
+        });
+    }
+    let rule = match method {
+        Method::Efdd => {
+            "peaks of the largest singular value that stand out of their valleys beyond chance; damping from the decay of each peak's bell"
+        }
+        _ => {
+            "peaks of the largest singular value that stand out of their valleys beyond chance; it tells no damping"
+        }
+    };
+    Operational {
+        modes,
+        rule: rule.to_string(),
+        evidence: Evidence::Peaks(Peaks {
+            peaks,
+            level: largest_values(found),
+        }),
+        warnings: Vec::new(),
+    }
+}

@@ -1,0 +1,160 @@
+//! Samples of the channels named: refused where they hold nothing, decimated where the band asked for lies far below the rate.
+
+use super::blocks;
+use crate::base::code::Code;
+use crate::base::error::{Error, Warning};
+use crate::recording::names;
+use crate::recording::settle::no_channel;
+use crate::recording::signals::{Channel, Recording};
+use crate::spectrum::decimate::{DecimationSettings, decimate};
+
+/// Channels of one stretch, whole in memory.
+#[derive(Debug)]
+pub struct Record {
+    /// Samples by channel.
+    pub samples: Vec<Vec<f64>>,
+    /// Sample rate, Hz.
+    pub rate_hz: f64,
+    /// How it was prepared, in words.
+    pub how: String,
+    /// Doubts.
+    pub warnings: Vec<Warning>,
+}
+
+/// The top of the band as a share of the rate after decimation: the edge of the filter's pass band.
+const TOP: f64 = 0.4;
+
+/// The place of each channel named.
+///
+/// # Errors
+/// `no-channel`.
+pub fn places(recording: &Recording, words: &[String]) -> Result<Vec<usize>, Error> {
+    let known: Vec<String> = recording.channels.iter().map(|c| c.name.clone()).collect();
+    words
+        .iter()
+        .map(|word| names::find(word, &known).ok_or_else(|| no_channel(word, &known)))
+        .collect()
+}
+
+/// Refuses channels named twice, without signal, or with one signal under two names.
+///
+/// # Errors
+/// `conflict`, `no-signal`; samples that cannot be read.
+pub fn check(recording: &Recording, inputs: &[usize], outputs: &[usize]) -> Result<(), Error> {
+    let chosen: Vec<usize> = inputs.iter().chain(outputs).copied().collect();
+    let name = |at: usize| recording.channels[at].name.as_str();
+    for (k, &at) in chosen.iter().enumerate() {
+        if chosen[..k].contains(&at) {
+            let (message, hint) = match inputs.contains(&at) && outputs.contains(&at) {
+                true => (
+                    format!("{} is named as input and as output", name(at)),
+                    "a response of a channel to itself is 1 at every frequency",
+                ),
+                false => (
+                    format!("{} is named twice", name(at)),
+                    "name each channel once",
+                ),
+            };
+            return Err(Error::new(Code::Conflict, message).hint(hint));
+        }
+    }
+    let channels: Vec<&Channel> = chosen.iter().map(|&c| &recording.channels[c]).collect();
+    let mut ranges = vec![(f64::INFINITY, f64::NEG_INFINITY); channels.len()];
+    let pairs: Vec<(usize, usize)> = (0..inputs.len())
+        .flat_map(|i| (inputs.len()..chosen.len()).map(move |o| (i, o)))
+        .collect();
+    let mut is_same = vec![true; pairs.len()];
+    blocks::each(recording, &channels, |block, _| {
+        for (range, samples) in ranges.iter_mut().zip(block) {
+            *range = samples
+                .iter()
+                .fold(*range, |(l, h), &x| (l.min(x), h.max(x)));
+        }
+        for (same, &(i, o)) in is_same.iter_mut().zip(&pairs) {
+            *same = *same && block[i] == block[o];
+        }
+    })?;
+    for (&at, &(low, high)) in chosen.iter().zip(&ranges) {
+        if low >= high {
+            let message = format!("{} is {low} in every sample", name(at));
+            return Err(Error::new(Code::NoSignal, message)
+                .hint("a constant holds no dynamics: look whether the sensor was connected"));
+        }
+    }
+    if let Some(at) = is_same.iter().position(|same| *same) {
+        let (i, o) = (name(chosen[pairs[at].0]), name(chosen[pairs[at].1]));
+        let message = format!("{i} and {o} are equal sample by sample");
+        return Err(Error::new(Code::Conflict, message)
+            .hint("look whether one signal was recorded under two names"));
+    }
+    Ok(())
+}
+
+/// The longest stretch of the channels, decimated where the band asks for it.
+///
+/// # Errors
+/// More samples than can be held at once; a band beyond half the rate.
+pub fn of(
+    recording: &Recording,
+    places: &[usize],
+    band_hz: Option<(f64, f64)>,
+    what: &str,
+) -> Result<Record, Error> {
+    let channels: Vec<&Channel> = places.iter().map(|&c| &recording.channels[c]).collect();
+    let mut samples = blocks::whole(recording, &channels, what)?;
+    let rate = recording.rate_hz;
+    let mut warnings = Vec::new();
+    let longest = recording.stretches.iter().max_by_key(|s| s.len()).cloned();
+    if let Some(stretch) = longest.filter(|s| s.len() < recording.samples) {
+        let message = format!(
+            "{what} takes the longest stretch without a gap: {:.4} s of {:.4} s",
+            stretch.len() as f64 / rate,
+            recording.duration_s()
+        );
+        warnings.push(Warning {
+            code: "one-stretch",
+            message,
+            hint: Some("bridge short gaps: --fill-gaps".to_string()),
+        });
+        samples
+            .iter_mut()
+            .for_each(|s| *s = s[stretch.clone()].to_vec());
+    }
+    let factor = match band_hz {
+        Some((_, top)) if top > rate / 2.0 => {
+            let message = format!(
+                "the band reaches up to {top} Hz; samples at {rate} Hz tell nothing above {} Hz",
+                rate / 2.0
+            );
+            return Err(
+                Error::new(Code::OutOfRange, message).hint("lower the top of the band: --band")
+            );
+        }
+        Some((_, top)) => ((TOP * rate / top).floor() as usize).max(1),
+        None => 1,
+    };
+    let mut how = format!(
+        "{} samples of {} at {rate} Hz",
+        samples.first().map_or(0, Vec::len),
+        match places.len() {
+            1 => "1 channel".to_string(),
+            n => format!("{n} channels"),
+        }
+    );
+    if factor > 1 {
+        samples = samples
+            .iter()
+            .map(|s| decimate(s, factor, DecimationSettings::default()))
+            .collect::<Result<_, Error>>()?;
+        how += &format!(
+            ", decimated by {factor} to {} Hz for the band",
+            rate / factor as f64
+        );
+    }
+    Ok(Record {
+        samples,
+        rate_hz: rate / factor as f64,
+        how,
+        warnings,
+    })
+}

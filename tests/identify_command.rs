@@ -1,0 +1,182 @@
+//! `identify` and `convert` as a person uses them, on a machine of two modes that is known.
+#![cfg(feature = "cli")]
+
+use std::f64::consts::TAU;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+/// Natural frequencies, Hz, and damping ratios.
+const TRUTH: [(f64, f64); 2] = [(60.0, 0.02), (140.0, 0.015)];
+
+const RATE: f64 = 1000.0;
+
+fn geardyn(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_geardyn"))
+        .args(arguments)
+        .current_dir(folder)
+        .env("NO_COLOR", "1")
+        .output()
+        .unwrap()
+}
+
+fn document(folder: &Path, arguments: &[&str]) -> Value {
+    let output = geardyn(folder, arguments);
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}\n{text}");
+    serde_json::from_str(&text).unwrap()
+}
+
+/// The word of the error a call ends in.
+fn refused(folder: &Path, arguments: &[&str]) -> String {
+    let output = geardyn(folder, arguments);
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+    let text = String::from_utf8(output.stderr).unwrap();
+    text.split(['[', ']']).nth(1).unwrap_or(&text).to_string()
+}
+
+/// Normal numbers by Box and Muller.
+fn normal(rng: &mut fastrand::Rng) -> f64 {
+    (-2.0 * (1.0 - rng.f64()).ln()).sqrt() * (TAU * rng.f64()).cos()
+}
+
+/// Two modes driven by a force that stays between samples, exactly sampled: each pole `x ← z x + (z − 1)/p · u`, `y = 2 Re Σ R x`.
+fn log(folder: &Path) -> PathBuf {
+    let mut rng = fastrand::Rng::with_seed(7);
+    let signs = [[1.0, 0.6], [0.7, -1.0]];
+    let mut states = [(0.0, 0.0); 2];
+    let mut text = String::from("time [s],force [N],X1 [m],X2 [m],nothing [m],copy [N]\n");
+    for t in 0..40_000 {
+        let u = normal(&mut rng);
+        let mut y = [0.0; 2];
+        for (m, (re, im)) in states.iter_mut().enumerate() {
+            let (f, d) = TRUTH[m];
+            let omega = TAU * f;
+            let (a, b) = (-d * omega, omega * (1.0 - d * d).sqrt());
+            // The residue of 1/(s² + 2dωs + ω²) is 1/(2ib).
+            for (out, sign) in y.iter_mut().zip(&signs[m]) {
+                *out += sign * *im / b;
+            }
+            let size = (a / RATE).exp();
+            let (zr, zi) = (size * (b / RATE).cos(), size * (b / RATE).sin());
+            let (nr, ni) = (zr - 1.0, zi);
+            let power = a * a + b * b;
+            let (gr, gi) = ((nr * a + ni * b) / power, (ni * a - nr * b) / power);
+            (*re, *im) = (zr * *re - zi * *im + gr * u, zr * *im + zi * *re + gi * u);
+        }
+        let [y1, y2] = y.map(|y| y + 1e-7 * normal(&mut rng));
+        text += &format!("{:.3},{u:.9e},{y1:.9e},{y2:.9e},0,{u:.9e}\n", t as f64 / RATE);
+    }
+    let path = folder.join("two.csv");
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+/// Every true mode is found, within so many stated deviations, or within a share where none is stated.
+fn assert_modes(found: &Value, what: &str, share: f64) {
+    let modes = found["modes"].as_array().unwrap();
+    for (f, d) in TRUTH {
+        let apart = |m: &&Value| (m["frequency_hz"].as_f64().unwrap() - f).abs();
+        let mode = modes.iter().min_by(|a, b| apart(a).total_cmp(&apart(b)));
+        let mode = mode.unwrap_or_else(|| panic!("{what}: no mode"));
+        // Five deviations, and what a hold between samples bends: its rounding alone is far below.
+        let bound = |key: &str, size: f64| mode[key].as_f64().map_or(share * size, |s| 5.0 * s + 1e-4 * size);
+        assert!(apart(&mode) < bound("frequency_std_hz", f), "{what}: {mode}");
+        let damping = mode["damping_ratio"].as_f64().unwrap();
+        assert!((damping - d).abs() < bound("damping_std", 20.0 * d), "{what}: {mode}");
+    }
+}
+
+const KEYS: [&str; 13] = [
+    "mode", "frequency_hz", "frequency_std_hz", "damped_frequency_hz", "damping_ratio", "damping_std", "window_damping",
+    "pole_rad_s", "coherence", "presence", "scatter_hz", "harmonic", "shape",
+];
+
+/// Each method finds both modes and answers with the same keys.
+#[test]
+fn exact_two_modes_by_every_method() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    log(folder);
+    let driven = ["identify", "two.csv", "--input", "force", "--output", "X1", "--json", "--method"];
+    let alone = ["identify", "two.csv", "--output", "X1,X2", "--json", "--method"];
+    let one = ["identify", "two.csv", "--output", "X1", "--json", "--method"];
+    // The hold delays the response by half a sample, which a fit without delay puts into its terms: 1 % at most.
+    let cases: [(&[&str], &str, f64); 6] = [
+        (&driven, "plscf", 0.01),
+        (&driven, "arx", 0.01),
+        (&driven, "vector-fitting", 0.01),
+        (&alone, "ssi-cov", 0.01),
+        (&alone, "ssi-data", 0.01),
+        (&one, "ar", 0.01),
+    ];
+    for (arguments, method, share) in cases {
+        let found = document(folder, &[arguments, &[method]].concat());
+        assert_eq!(found["method"], method);
+        assert!(found["rule"].as_str().unwrap().len() > 20);
+        for mode in found["modes"].as_array().unwrap() {
+            let keys: Vec<&String> = mode.as_object().unwrap().keys().collect();
+            assert_eq!(keys, KEYS, "{method}");
+        }
+        assert_modes(&found, method, share);
+    }
+    let found = document(folder, &["identify", "two.csv", "--output", "X1,X2", "--json"]);
+    assert_eq!(found["method"], "ssi-cov");
+    let found = document(folder, &["identify", "two.csv", "--input", "force", "--output", "x1", "--delay", "common", "--band", "20:300", "--json"]);
+    assert_eq!(found["method"], "rational");
+    assert!((found["delay_s"][0].as_f64().unwrap() - 0.5 / RATE).abs() < 0.1 / RATE);
+    assert_eq!(found["modes"].as_array().unwrap().len(), TRUTH.len());
+}
+
+/// Responses written are responses read: the same modes from the file of them.
+#[test]
+fn law_responses_written_are_responses_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    log(folder);
+    let first = ["identify", "two.csv", "--input", "force", "--output", "X1,X2", "--json", "--method", "plscf", "--frf", "frf.csv"];
+    let one = document(folder, &first);
+    let two = document(folder, &["identify", "frf.csv", "--json", "--method", "plscf", "--band", "1:475"]);
+    assert_modes(&one, "signals", 0.01);
+    assert_modes(&two, "responses", 0.01);
+}
+
+#[test]
+fn refuses_channels_that_tell_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    log(folder);
+    let cases: [(&[&str], &str); 8] = [
+        (&["--input", "force", "--output", "force"], "conflict"),
+        (&["--input", "force", "--output", "copy"], "conflict"),
+        (&["--input", "nothing", "--output", "X1"], "no-signal"),
+        (&["--output", "X1,X1"], "conflict"),
+        (&["--input", "force"], "usage"),
+        (&["--output", "X9"], "no-channel"),
+        (&["--output", "X1", "--method", "arx"], "usage"),
+        (&["--input", "force", "--output", "X1", "--method", "ssi-cov"], "usage"),
+    ];
+    for (flags, word) in cases {
+        let arguments = [&["identify", "two.csv"], flags].concat();
+        assert_eq!(refused(folder, &arguments), word, "{flags:?}");
+    }
+}
+
+/// CSV to UFF in bytes and back keeps names, rate and every value.
+#[test]
+fn law_convert_and_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    std::fs::write(folder.join("a.csv"), "time [s],x [m],y [N]\n0,1.5,-2\n0.5,0.1,3e-7\n1,2,4\n1.5,7,5\n").unwrap();
+    for arguments in [
+        ["convert", "a.csv", "--to", "b.uff", "--binary", "--quiet"],
+        ["convert", "b.uff", "--to", "c.csv", "--channel", "x,y"],
+    ] {
+        let output = geardyn(folder, &arguments);
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+    let text = std::fs::read_to_string(folder.join("c.csv")).unwrap();
+    let rows: Vec<Vec<f64>> = text.lines().skip(1).map(|l| l.split(',').map(|c| c.parse().unwrap()).collect()).collect();
+    assert_eq!(rows, [[0.0, 1.5, -2.0], [0.5, 0.1, 3e-7], [1.0, 2.0, 4.0], [1.5, 7.0, 5.0]]);
+}
