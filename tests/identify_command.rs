@@ -66,7 +66,10 @@ fn log(folder: &Path) -> PathBuf {
             (*re, *im) = (zr * *re - zi * *im + gr * u, zr * *im + zi * *re + gi * u);
         }
         let [y1, y2] = y.map(|y| y + 1e-7 * normal(&mut rng));
-        text += &format!("{:.3},{u:.9e},{y1:.9e},{y2:.9e},0,{u:.9e}\n", t as f64 / RATE);
+        text += &format!(
+            "{:.3},{u:.9e},{y1:.9e},{y2:.9e},0,{u:.9e}\n",
+            t as f64 / RATE
+        );
     }
     let path = folder.join("two.csv");
     std::fs::write(&path, text).unwrap();
@@ -81,16 +84,37 @@ fn assert_modes(found: &Value, what: &str, share: f64) {
         let mode = modes.iter().min_by(|a, b| apart(a).total_cmp(&apart(b)));
         let mode = mode.unwrap_or_else(|| panic!("{what}: no mode"));
         // Five deviations, and what a hold between samples bends: its rounding alone is far below.
-        let bound = |key: &str, size: f64| mode[key].as_f64().map_or(share * size, |s| 5.0 * s + 1e-4 * size);
-        assert!(apart(&mode) < bound("frequency_std_hz", f), "{what}: {mode}");
+        let bound = |key: &str, size: f64| {
+            mode[key]
+                .as_f64()
+                .map_or(share * size, |s| 5.0 * s + 1e-4 * size)
+        };
+        assert!(
+            apart(&mode) < bound("frequency_std_hz", f),
+            "{what}: {mode}"
+        );
         let damping = mode["damping_ratio"].as_f64().unwrap();
-        assert!((damping - d).abs() < bound("damping_std", 20.0 * d), "{what}: {mode}");
+        assert!(
+            (damping - d).abs() < bound("damping_std", 20.0 * d),
+            "{what}: {mode}"
+        );
     }
 }
 
 const KEYS: [&str; 13] = [
-    "mode", "frequency_hz", "frequency_std_hz", "damped_frequency_hz", "damping_ratio", "damping_std", "window_damping",
-    "pole_rad_s", "coherence", "presence", "scatter_hz", "harmonic", "shape",
+    "mode",
+    "frequency_hz",
+    "frequency_std_hz",
+    "damped_frequency_hz",
+    "damping_ratio",
+    "damping_std",
+    "window_damping",
+    "pole_rad_s",
+    "coherence",
+    "presence",
+    "scatter_hz",
+    "harmonic",
+    "shape",
 ];
 
 /// Each method finds both modes and answers with the same keys.
@@ -99,9 +123,15 @@ fn exact_two_modes_by_every_method() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     log(folder);
-    let driven = ["identify", "two.csv", "--input", "force", "--output", "X1", "--json", "--method"];
-    let alone = ["identify", "two.csv", "--output", "X1,X2", "--json", "--method"];
-    let one = ["identify", "two.csv", "--output", "X1", "--json", "--method"];
+    let driven = [
+        "identify", "two.csv", "--input", "force", "--output", "X1", "--json", "--method",
+    ];
+    let alone = [
+        "identify", "two.csv", "--output", "X1,X2", "--json", "--method",
+    ];
+    let one = [
+        "identify", "two.csv", "--output", "X1", "--json", "--method",
+    ];
     // The hold delays the response by half a sample, which a fit without delay puts into its terms: 1 % at most.
     let cases: [(&[&str], &str, f64); 6] = [
         (&driven, "plscf", 0.01),
@@ -121,9 +151,18 @@ fn exact_two_modes_by_every_method() {
         }
         assert_modes(&found, method, share);
     }
-    let found = document(folder, &["identify", "two.csv", "--output", "X1,X2", "--json"]);
+    let found = document(
+        folder,
+        &["identify", "two.csv", "--output", "X1,X2", "--json"],
+    );
     assert_eq!(found["method"], "ssi-cov");
-    let found = document(folder, &["identify", "two.csv", "--input", "force", "--output", "x1", "--delay", "common", "--band", "20:300", "--json"]);
+    let found = document(
+        folder,
+        &[
+            "identify", "two.csv", "--input", "force", "--output", "x1", "--delay", "common",
+            "--band", "20:300", "--json",
+        ],
+    );
     assert_eq!(found["method"], "rational");
     assert!((found["delay_s"][0].as_f64().unwrap() - 0.5 / RATE).abs() < 0.1 / RATE);
     assert_eq!(found["modes"].as_array().unwrap().len(), TRUTH.len());
@@ -135,9 +174,17 @@ fn law_responses_written_are_responses_read() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     log(folder);
-    let first = ["identify", "two.csv", "--input", "force", "--output", "X1,X2", "--json", "--method", "plscf", "--frf", "frf.csv"];
+    let first = [
+        "identify", "two.csv", "--input", "force", "--output", "X1,X2", "--json", "--method",
+        "plscf", "--frf", "frf.csv",
+    ];
     let one = document(folder, &first);
-    let two = document(folder, &["identify", "frf.csv", "--json", "--method", "plscf", "--band", "1:475"]);
+    let two = document(
+        folder,
+        &[
+            "identify", "frf.csv", "--json", "--method", "plscf", "--band", "1:475",
+        ],
+    );
     assert_modes(&one, "signals", 0.01);
     assert_modes(&two, "responses", 0.01);
 }
@@ -155,7 +202,10 @@ fn refuses_channels_that_tell_nothing() {
         (&["--input", "force"], "usage"),
         (&["--output", "X9"], "no-channel"),
         (&["--output", "X1", "--method", "arx"], "usage"),
-        (&["--input", "force", "--output", "X1", "--method", "ssi-cov"], "usage"),
+        (
+            &["--input", "force", "--output", "X1", "--method", "ssi-cov"],
+            "usage",
+        ),
     ];
     for (flags, word) in cases {
         let arguments = [&["identify", "two.csv"], flags].concat();
@@ -168,15 +218,36 @@ fn refuses_channels_that_tell_nothing() {
 fn law_convert_and_back() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    std::fs::write(folder.join("a.csv"), "time [s],x [m],y [N]\n0,1.5,-2\n0.5,0.1,3e-7\n1,2,4\n1.5,7,5\n").unwrap();
+    std::fs::write(
+        folder.join("a.csv"),
+        "time [s],x [m],y [N]\n0,1.5,-2\n0.5,0.1,3e-7\n1,2,4\n1.5,7,5\n",
+    )
+    .unwrap();
     for arguments in [
         ["convert", "a.csv", "--to", "b.uff", "--binary", "--quiet"],
         ["convert", "b.uff", "--to", "c.csv", "--channel", "x,y"],
     ] {
         let output = geardyn(folder, &arguments);
-        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        assert_eq!(
+            output.status.code(),
+            Some(0),
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
     }
     let text = std::fs::read_to_string(folder.join("c.csv")).unwrap();
-    let rows: Vec<Vec<f64>> = text.lines().skip(1).map(|l| l.split(',').map(|c| c.parse().unwrap()).collect()).collect();
-    assert_eq!(rows, [[0.0, 1.5, -2.0], [0.5, 0.1, 3e-7], [1.0, 2.0, 4.0], [1.5, 7.0, 5.0]]);
+    let rows: Vec<Vec<f64>> = text
+        .lines()
+        .skip(1)
+        .map(|l| l.split(',').map(|c| c.parse().unwrap()).collect())
+        .collect();
+    assert_eq!(
+        rows,
+        [
+            [0.0, 1.5, -2.0],
+            [0.5, 0.1, 3e-7],
+            [1.0, 2.0, 4.0],
+            [1.5, 7.0, 5.0]
+        ]
+    );
 }

@@ -7,13 +7,13 @@ use super::{diagnostic, output};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::recording::names;
+use crate::recording::open;
 use crate::recording::raw::Raw;
 use crate::recording::responses::FrequencyResponses;
 use crate::recording::settings::Settings;
 use crate::recording::settle::{self, no_channel};
 use crate::recording::signals::Recording;
 use crate::recording::write::{self, uff::Form};
-use crate::recording::open;
 use crate::report::json::log_header;
 
 /// Formats by the end of the file's name.
@@ -33,9 +33,12 @@ pub fn run(args: &ConvertArgs) -> Result<u8, Errors> {
     output::ends(&args.to, FORMATS)?;
     let format = args.to.extension().and_then(|e| e.to_str()).unwrap_or("");
     if args.binary && format != "uff" {
-        return Err(Error::new(Code::Usage, format!("--binary says how UFF is written, not {format}"))
-            .hint("leave it out, or end the name in .uff")
-            .into());
+        return Err(Error::new(
+            Code::Usage,
+            format!("--binary says how UFF is written, not {format}"),
+        )
+        .hint("leave it out, or end the name in .uff")
+        .into());
     }
     let (settings, sidecar) = args.log.settings(&args.file)?;
     let inputs: Vec<_> = sidecar.into_iter().chain([args.file.clone()]).collect();
@@ -43,7 +46,11 @@ pub fn run(args: &ConvertArgs) -> Result<u8, Errors> {
     let raw = open::open(&args.file.display().to_string(), &settings)?;
     let mut told = String::new();
     let content = content(raw, settings, &args.channel, &mut told)?;
-    let form = if args.binary { Form::Binary } else { Form::Text };
+    let form = if args.binary {
+        Form::Binary
+    } else {
+        Form::Text
+    };
     output::write_with(&args.to, |mut to| write_as(&content, format, form, &mut to))?;
     if !args.quiet {
         told += &format!("wrote {}: {}\n", args.to.display(), summary(&content));
@@ -67,7 +74,11 @@ fn content(
     settings.only = words.to_vec();
     let recording = settle::settle(raw, &settings)?;
     for repair in &recording.repairs {
-        *told += &format!("{}: {}\n", repair.kind, diagnostic::harmless(&repair.message));
+        *told += &format!(
+            "{}: {}\n",
+            repair.kind,
+            diagnostic::harmless(&repair.message)
+        );
     }
     for warning in &recording.warnings {
         *told += &diagnostic::warning(warning, diagnostic::colour());
@@ -77,14 +88,20 @@ fn content(
 
 /// Of the responses those whose output is named; all where none is.
 fn named(mut responses: FrequencyResponses, words: &[String]) -> Result<FrequencyResponses, Error> {
-    let known: Vec<String> = responses.functions.iter().map(|f| f.output.name.clone()).collect();
+    let known: Vec<String> = responses
+        .functions
+        .iter()
+        .map(|f| f.output.name.clone())
+        .collect();
     let mut kept = Vec::new();
     for word in words {
         let at = names::find(word, &known).ok_or_else(|| no_channel(word, &known))?;
         kept.push(known[at].clone());
     }
     if !kept.is_empty() {
-        responses.functions.retain(|f| kept.contains(&f.output.name));
+        responses
+            .functions
+            .retain(|f| kept.contains(&f.output.name));
     }
     Ok(responses)
 }

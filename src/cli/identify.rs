@@ -35,7 +35,10 @@ pub fn run(args: &IdentifyArgs) -> Result<u8, Errors> {
     let inputs: Vec<PathBuf> = sidecar.iter().cloned().chain([args.file.clone()]).collect();
     output::check(&outputs, &inputs)?;
     let mut raw = open::open(&args.file.display().to_string(), &settings)?;
-    let responses = raw.responses.take().filter(|r| raw.groups.is_empty() || are_meant(r, &study));
+    let responses = raw
+        .responses
+        .take()
+        .filter(|r| raw.groups.is_empty() || are_meant(r, &study));
     let (found, repairs) = match responses {
         Some(responses) => (
             identification::identify(Source::Responses(responses), &study)?,
@@ -50,7 +53,8 @@ pub fn run(args: &IdentifyArgs) -> Result<u8, Errors> {
             let recording = settle::settle(raw, &settings)?;
             if !settings.only.is_empty() {
                 // The sidecar may have given channels other names; they stand in the order asked for.
-                let names: Vec<String> = recording.channels.iter().map(|c| c.name.clone()).collect();
+                let names: Vec<String> =
+                    recording.channels.iter().map(|c| c.name.clone()).collect();
                 let (drive, answer) = names.split_at(study.inputs.len().min(names.len()));
                 (study.inputs, study.outputs) = (drive.to_vec(), answer.to_vec());
             }
@@ -82,7 +86,11 @@ fn are_meant(responses: &FrequencyResponses, study: &IdentifyStudy) -> bool {
         .map(|f| f.output.name.clone())
         .collect();
     let takes = study.method.is_none_or(|m| m.needs() == Needs::Responses);
-    takes && study.outputs.iter().all(|word| names::find(word, &known).is_some())
+    takes
+        && study
+            .outputs
+            .iter()
+            .all(|word| names::find(word, &known).is_some())
 }
 
 /// Refuses a channel named twice, before channels are taken out of the log one by one.
@@ -92,7 +100,11 @@ fn refuse_twice(study: &IdentifyStudy) -> Result<(), Error> {
         let same = |other: &&&String| names::means(word, other) || names::means(other, word);
         if all[..k].iter().any(|other| same(&other)) {
             let both = study.inputs.contains(word) && study.outputs.contains(word);
-            let how = if both { "as input and as output" } else { "twice" };
+            let how = if both {
+                "as input and as output"
+            } else {
+                "twice"
+            };
             return Err(Error::new(Code::Conflict, format!("{word} is named {how}"))
                 .hint("name each channel once, as what drives or as what answers"));
         }
@@ -167,7 +179,10 @@ fn speed(text: &str) -> Result<f64, Error> {
     let omega = units::parse_or_bare(text, Kind::Speed, "rpm", "--speed")?;
     match omega > 0.0 {
         true => Ok(omega / std::f64::consts::TAU),
-        false => Err(Error::new(Code::OutOfRange, "--speed takes a speed above zero")),
+        false => Err(Error::new(
+            Code::OutOfRange,
+            "--speed takes a speed above zero",
+        )),
     }
 }
 
@@ -249,11 +264,14 @@ fn pictures(path: &Path) -> [PathBuf; 4] {
 fn drawn(path: &Path, log: &Path, found: &Identification) -> Result<Vec<(PathBuf, String)>, Error> {
     let name = log.file_name().unwrap_or_default().to_string_lossy();
     let [first, nyquist, poles, stabilisation] = pictures(path);
-    let diagram = report::identified::diagram(found, &name).map(|d| report::poles_picture::stabilisation(&d));
+    let diagram =
+        report::identified::diagram(found, &name).map(|d| report::poles_picture::stabilisation(&d));
     let Some(shown) = report::identified::curves(found, &name) else {
         // Without responses the first picture is what the modes were chosen from.
         let picture = diagram
-            .or_else(|| report::identified::peaks(found, &name).map(|p| report::lines_picture::lines(&p)))
+            .or_else(|| {
+                report::identified::peaks(found, &name).map(|p| report::lines_picture::lines(&p))
+            })
             .unwrap_or_else(|| {
                 let poles: Vec<_> = found.modes.iter().map(|m| m.mode.pole).collect();
                 report::poles_picture::pole_zero(&format!("{name}: poles"), &poles, &[])
@@ -262,7 +280,10 @@ fn drawn(path: &Path, log: &Path, found: &Identification) -> Result<Vec<(PathBuf
     };
     let transfer = found.functions.first();
     let crosses = transfer.map_or(Vec::new(), |f| f.poles().to_vec());
-    let zeros = transfer.map(|f| f.zeros()).transpose()?.map_or(Vec::new(), |z| z.zeros);
+    let zeros = transfer
+        .map(|f| f.zeros())
+        .transpose()?
+        .map_or(Vec::new(), |z| z.zeros);
     let title = match found.outputs.first() {
         Some(output) => format!("{name}: poles of all responses, zeros of {}", output.name),
         None => name.to_string(),
@@ -270,7 +291,10 @@ fn drawn(path: &Path, log: &Path, found: &Identification) -> Result<Vec<(PathBuf
     let mut all = vec![
         (first, report::bode::bode(&shown)),
         (nyquist, report::bode::nyquist(&shown)),
-        (poles, report::poles_picture::pole_zero(&title, &crosses, &zeros)),
+        (
+            poles,
+            report::poles_picture::pole_zero(&title, &crosses, &zeros),
+        ),
     ];
     all.extend(diagram.map(|d| (stabilisation, d)));
     Ok(all)
@@ -284,11 +308,19 @@ fn files(args: &IdentifyArgs, found: &Identification) -> Result<Vec<String>, Err
     }
     if let Some(path) = &args.svg {
         let drawn = drawn(path, &args.file, found)?;
-        all.extend(drawn.into_iter().map(|(path, text)| (path, text.into_bytes())));
+        all.extend(
+            drawn
+                .into_iter()
+                .map(|(path, text)| (path, text.into_bytes())),
+        );
     }
     let none = |flag: &str, what: &str| {
-        let message = format!("{flag} has nothing to write: {} gives no {what}", found.method.word());
-        Error::new(Code::Usage, message).hint("name what drives: --input, and a method from responses such as rational")
+        let message = format!(
+            "{flag} has nothing to write: {} gives no {what}",
+            found.method.word()
+        );
+        Error::new(Code::Usage, message)
+            .hint("name what drives: --input, and a method from responses such as rational")
     };
     if args.export.is_some() && found.functions.is_empty() {
         return Err(none("--export", "transfer functions"));
@@ -297,7 +329,10 @@ fn files(args: &IdentifyArgs, found: &Identification) -> Result<Vec<String>, Err
         all.push((path.clone(), export(path, args, found)?));
     }
     if let Some(path) = &args.frf {
-        let responses = found.responses.as_ref().ok_or_else(|| none("--frf", "frequency responses"))?;
+        let responses = found
+            .responses
+            .as_ref()
+            .ok_or_else(|| none("--frf", "frequency responses"))?;
         let mut bytes = Vec::new();
         match path.extension().and_then(|e| e.to_str()) {
             Some("csv") => write::csv::responses(responses, &mut bytes)?,

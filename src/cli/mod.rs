@@ -36,11 +36,10 @@ pub mod modes;
 /// `identify`.
 pub mod identify;
 
-/// `spectrum`.
-pub mod spectrum;
-
 /// `convert`.
 pub mod convert;
+/// `spectrum`.
+pub mod spectrum;
 
 /// `completions` and `man`.
 pub mod manual;
@@ -105,7 +104,6 @@ fn carry_out(command: &Command) -> Result<u8, Errors> {
         Command::Modes(args) => modes::run(args)?,
         Command::Identify(args) => identify::run(args)?,
         Command::Spectrum(args) => spectrum::run(args)?,
-
         Command::Convert(args) => convert::run(args)?,
         Command::Completions { shell } => manual::completions(*shell)?,
         Command::Man { folder } => manual::pages(folder)?,

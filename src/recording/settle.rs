@@ -87,7 +87,9 @@ fn choose(raw: &mut Raw, settings: &Settings) -> Result<Group, Error> {
     let (mut at, mut wanted) = (Vec::new(), Vec::new());
     for word in &settings.only {
         let named = |s: &&ChannelSettings| s.rename.as_ref().is_some_and(|r| r == word);
-        let word = (settings.channels.iter()).find(named).map_or(word, |s| &s.name);
+        let word = (settings.channels.iter())
+            .find(named)
+            .map_or(word, |s| &s.name);
         let name = names::find(word, &known).map(|k| &known[k]);
         let group = name.and_then(|name| {
             let holds = |g: &Group| g.channels.iter().any(|c| c.name == *name);
@@ -177,7 +179,12 @@ fn calibrations(channels: &[RawChannel], settings: &Settings) -> Result<Vec<Cali
         .map(|channel| {
             let own = std::slice::from_ref(&channel.name);
             let exact = settings.channels.iter().find(|s| s.name == channel.name);
-            let said = exact.or_else(|| settings.channels.iter().find(|s| names::find(&s.name, own).is_some()));
+            let said = exact.or_else(|| {
+                settings
+                    .channels
+                    .iter()
+                    .find(|s| names::find(&s.name, own).is_some())
+            });
             calibrate::of(&channel.name, &channel.unit, said)
         })
         .collect()

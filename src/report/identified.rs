@@ -3,15 +3,15 @@
 use serde_json::{Value, json};
 
 use super::bode::{Bode, Curve};
+use super::json::{complex, log_header, warnings};
 use super::lines_picture::Lines;
 use super::poles_picture::{Stabilisation, Steadiness};
-use super::json::{complex, log_header, warnings};
 use super::recording::repairs;
 use crate::base::error::Error;
 use crate::identify::modal::stabilisation::Stability;
 use crate::identify::transfer::function::TransferFunction;
-use crate::plan::logs::doubts::{coherence_at, window_damping};
 use crate::numeric::Complex;
+use crate::plan::logs::doubts::{coherence_at, window_damping};
 use crate::plan::logs::found::{Evidence, FoundMode, Identification};
 use crate::plan::logs::method::family;
 use crate::recording::raw::Repair;
@@ -58,7 +58,9 @@ pub fn json(found: &Identification, done: &[Repair]) -> Result<Value, Error> {
 fn mode(found: &Identification, k: usize, mode: &FoundMode) -> Value {
     let f = mode.frequency_hz();
     let names = found.outputs.iter().map(|t| t.name.clone());
-    let shape: serde_json::Map<String, Value> = names.zip(mode.mode.shape.iter().map(|&z| complex(z))).collect();
+    let shape: serde_json::Map<String, Value> = names
+        .zip(mode.mode.shape.iter().map(|&z| complex(z)))
+        .collect();
     let decay = found.window_decay();
     let harmonic = mode.harmonic.as_ref().map(|h| json!({ "is_harmonic": h.is_harmonic(), "order": h.order, "envelope_kurtosis": h.envelope_kurtosis }));
     json!({
@@ -107,7 +109,8 @@ fn stability_word(stability: Stability) -> &'static str {
 
 /// The modes as CSV.
 pub fn csv(found: &Identification) -> String {
-    let mut text = String::from("mode,frequency_hz,frequency_std_hz,damping_ratio,damping_std,coherence");
+    let mut text =
+        String::from("mode,frequency_hz,frequency_std_hz,damping_ratio,damping_std,coherence");
     let quoted = |name: &str| name.replace('"', "\"\"");
     for output in &found.outputs {
         text += &format!(",\"{0} re\",\"{0} im\"", quoted(&output.name));
@@ -122,12 +125,21 @@ pub fn csv(found: &Identification) -> String {
             or_empty(m.mode.frequency_std_hz()),
             or_empty(m.damping_ratio()),
             or_empty(m.mode.damping_std()),
-            or_empty(found.responses.as_ref().and_then(|r| coherence_at(r, m.frequency_hz())))
+            or_empty(
+                found
+                    .responses
+                    .as_ref()
+                    .and_then(|r| coherence_at(r, m.frequency_hz()))
+            )
         );
         // A method without shapes leaves their cells blank.
         for k in 0..found.outputs.len() {
             let part = m.mode.shape.get(k);
-            text += &format!(",{},{}", or_empty(part.map(|z| z.re)), or_empty(part.map(|z| z.im)));
+            text += &format!(
+                ",{},{}",
+                or_empty(part.map(|z| z.re)),
+                or_empty(part.map(|z| z.im))
+            );
         }
         text.push('\n');
     }
@@ -151,7 +163,10 @@ pub fn curves(found: &Identification, title: &str) -> Option<Bode> {
         unit: unit(f),
         measured: lines.iter().map(|&k| f.value[k]).collect(),
         fitted: fitted(i),
-        coherence: f.coherence.as_ref().map(|c| lines.iter().map(|&k| c[k]).collect()),
+        coherence: f
+            .coherence
+            .as_ref()
+            .map(|c| lines.iter().map(|&k| c[k]).collect()),
     };
     Some(Bode {
         title: title.to_string(),
@@ -183,10 +198,19 @@ pub fn diagram(found: &Identification, name: &str) -> Option<Stabilisation> {
         _ => Steadiness::Frequency,
     };
     let inside = |f: &f64| (found.band_hz.0..=found.band_hz.1).contains(f);
-    let level = diagram.level.0.iter().zip(&diagram.level.1).filter(|(f, _)| inside(f));
+    let level = diagram
+        .level
+        .0
+        .iter()
+        .zip(&diagram.level.1)
+        .filter(|(f, _)| inside(f));
     Some(Stabilisation {
         title: format!("{name}: poles by {}", found.method.word()),
-        poles: diagram.poles.iter().map(|p| (p.order, p.frequency_hz, steadiness(p.stability))).collect(),
+        poles: diagram
+            .poles
+            .iter()
+            .map(|p| (p.order, p.frequency_hz, steadiness(p.stability)))
+            .collect(),
         selected_hz: found.modes.iter().map(FoundMode::frequency_hz).collect(),
         level: level.map(|(f, l)| (*f, *l)).unzip(),
         band_hz: found.band_hz,
@@ -204,15 +228,25 @@ pub fn peaks(found: &Identification, name: &str) -> Option<Lines> {
         .map(|(f, l)| (*f, *l))
         .unzip();
     let label = |m: &FoundMode| {
-        let at = places.partition_point(|&f| f < m.frequency_hz()).min(places.len().checked_sub(1)?);
-        Some((places[at], values[at], format!("{:.4} Hz", m.frequency_hz())))
+        let at = places
+            .partition_point(|&f| f < m.frequency_hz())
+            .min(places.len().checked_sub(1)?);
+        Some((
+            places[at],
+            values[at],
+            format!("{:.4} Hz", m.frequency_hz()),
+        ))
     };
     Some(Lines {
         title: format!("{name}: peaks by {}", found.method.word()),
         across: "frequency, Hz".to_string(),
         up: "largest singular value".to_string(),
         labels: found.modes.iter().filter_map(label).collect(),
-        curves: vec![(found.method.word().to_string(), places.clone(), values.clone())],
+        curves: vec![(
+            found.method.word().to_string(),
+            places.clone(),
+            values.clone(),
+        )],
         logarithmic: true,
     })
 }
@@ -227,7 +261,9 @@ fn label(f: &FrequencyResponse) -> String {
 
 fn unit(f: &FrequencyResponse) -> String {
     match &f.input {
-        Some(input) if !input.unit.is_empty() && !f.output.unit.is_empty() => format!("({})/({})", f.output.unit, input.unit),
+        Some(input) if !input.unit.is_empty() && !f.output.unit.is_empty() => {
+            format!("({})/({})", f.output.unit, input.unit)
+        }
         _ => f.output.unit.clone(),
     }
 }

@@ -114,7 +114,8 @@ pub fn identified(found: &Identification) -> String {
     table.add_row(units);
     for (k, mode) in found.modes.iter().enumerate() {
         let deviation = |x: Option<f64>| x.unwrap_or(0.0);
-        let frequency = with_deviation(mode.frequency_hz(), deviation(mode.mode.frequency_std_hz()));
+        let frequency =
+            with_deviation(mode.frequency_hz(), deviation(mode.mode.frequency_std_hz()));
         let damping = mode.damping_ratio().map_or("–".to_string(), |d| {
             with_deviation(100.0 * d, 100.0 * deviation(mode.mode.damping_std()))
         });
@@ -136,9 +137,21 @@ pub fn identified(found: &Identification) -> String {
     }
     text += &evidence(found);
     let decay = found.window_decay();
-    if decay > 0.0 && let (Some(first), Some(last)) = (found.modes.first(), found.modes.last()) {
-        let shift = |m: &FoundMode| format!("{} % at {} Hz", super::number::percent(window_damping(decay, m.frequency_hz())), brief(m.frequency_hz()));
-        text += &format!("exponential window: taken off the damping, {} … {}\n", shift(first), shift(last));
+    if decay > 0.0
+        && let (Some(first), Some(last)) = (found.modes.first(), found.modes.last())
+    {
+        let shift = |m: &FoundMode| {
+            format!(
+                "{} % at {} Hz",
+                super::number::percent(window_damping(decay, m.frequency_hz())),
+                brief(m.frequency_hz())
+            )
+        };
+        text += &format!(
+            "exponential window: taken off the damping, {} … {}\n",
+            shift(first),
+            shift(last)
+        );
     }
     text
 }
@@ -151,8 +164,15 @@ fn evidence(found: &Identification) -> String {
             None => String::new(),
         },
         Evidence::Diagram(diagram) => {
-            let stable = diagram.poles.iter().filter(|p| p.stability == Stability::Stable).count();
-            format!("{stable} of {} poles of all orders repeat the order before\n", diagram.poles.len())
+            let stable = diagram
+                .poles
+                .iter()
+                .filter(|p| p.stability == Stability::Stable)
+                .count();
+            format!(
+                "{stable} of {} poles of all orders repeat the order before\n",
+                diagram.poles.len()
+            )
         }
         Evidence::Peaks(peaks) => peaks.peaks.iter().filter_map(peak).collect(),
         Evidence::Orders(orders) => order_table(orders),
@@ -163,8 +183,14 @@ fn evidence(found: &Identification) -> String {
 fn peak(peak: &Peak) -> Option<String> {
     let at = brief(peak.frequency_hz);
     match peak.half_power {
-        _ if !peak.reason.is_empty() => Some(format!("peak at {at} Hz left out: {}\n", peak.reason)),
-        Some((f, d)) => Some(format!("peak at {at} Hz by half power: {} Hz, {} %\n", super::number::significant(f), super::number::percent(d))),
+        _ if !peak.reason.is_empty() => {
+            Some(format!("peak at {at} Hz left out: {}\n", peak.reason))
+        }
+        Some((f, d)) => Some(format!(
+            "peak at {at} Hz by half power: {} Hz, {} %\n",
+            super::number::significant(f),
+            super::number::percent(d)
+        )),
         None => None,
     }
 }
@@ -173,11 +199,25 @@ fn peak(peak: &Peak) -> Option<String> {
 fn order_table(orders: &Orders) -> String {
     let mut table = plain();
     table.add_row(vec!["model", "BIC", "AIC", "note"]);
-    let chosen = orders.candidates.iter().position(|c| c.family == orders.chosen).unwrap_or(0);
-    let shown = chosen.saturating_sub(NEIGHBOURS)..(chosen + NEIGHBOURS + 1).min(orders.candidates.len());
+    let chosen = orders
+        .candidates
+        .iter()
+        .position(|c| c.family == orders.chosen)
+        .unwrap_or(0);
+    let shown =
+        chosen.saturating_sub(NEIGHBOURS)..(chosen + NEIGHBOURS + 1).min(orders.candidates.len());
     for candidate in &orders.candidates[shown] {
-        let note = if candidate.family == orders.chosen { "taken" } else { "" };
-        table.add_row(vec![family(candidate.family), format!("{:.1}", candidate.bic), format!("{:.1}", candidate.aic), note.to_string()]);
+        let note = if candidate.family == orders.chosen {
+            "taken"
+        } else {
+            ""
+        };
+        table.add_row(vec![
+            family(candidate.family),
+            format!("{:.1}", candidate.bic),
+            format!("{:.1}", candidate.aic),
+            note.to_string(),
+        ]);
     }
     let mut text = String::new();
     if !orders.candidates.is_empty() {

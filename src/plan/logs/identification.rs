@@ -13,8 +13,8 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::identify::rational::{self, Delay, Measured, RationalFit, RationalOptions};
 use crate::numeric::Complex;
-use crate::recording::quantity::ResponseKind;
 use crate::recording::names;
+use crate::recording::quantity::ResponseKind;
 use crate::recording::responses::{FrequencyResponse, FrequencyResponses, Terminal};
 use crate::recording::settle::no_channel;
 use crate::recording::signals::Recording;
@@ -92,7 +92,13 @@ pub fn identify(source: Source, study: &IdentifyStudy) -> Result<Identification,
             let start = Instant::now();
             let acquired = acquire::acquire(recording, &inputs, &outputs, &study.estimate)?;
             let trace = vec![("frequency responses", start.elapsed().as_secs_f64())];
-            from_responses(method, acquired.responses.clone(), Some(acquired), trace, study)
+            from_responses(
+                method,
+                acquired.responses.clone(),
+                Some(acquired),
+                trace,
+                study,
+            )
         }
     }
 }
@@ -107,7 +113,10 @@ fn check_roles(
     let word = method.word();
     if outputs.is_empty() {
         let names: Vec<&str> = recording.channels.iter().map(|c| c.name.as_str()).collect();
-        let message = format!("no channel is named as --output; the log has {}", names.join(", "));
+        let message = format!(
+            "no channel is named as --output; the log has {}",
+            names.join(", ")
+        );
         return Err(Error::new(Code::Usage, message)
             .hint("name what answers: --output, and what drives, if it was measured: --input"));
     }
@@ -197,7 +206,9 @@ fn from_responses(
             let fit = fitted(&responses, acquired.as_ref(), band_hz, study)?;
             let decay = responses.window_decay;
             Modal {
-                modes: (fit.modes.iter()).map(|m| without_window(m, decay).into()).collect(),
+                modes: (fit.modes.iter())
+                    .map(|m| without_window(m, decay).into())
+                    .collect(),
                 rule: RATIONAL_RULE.to_string(),
                 functions: transfer_functions(&responses, &partials(&fit))?,
                 fit_error: fit.fit_error.clone(),
@@ -212,7 +223,11 @@ fn from_responses(
     // Doubts go by the bandwidth as measured, an exponential window on it.
     let on_record = |m: &FoundMode| without_window(&m.mode, -responses.window_decay);
     let as_measured: Vec<_> = found.modes.iter().map(on_record).collect();
-    warnings.extend(doubts::of_modes(&responses, acquired.as_ref(), &as_measured));
+    warnings.extend(doubts::of_modes(
+        &responses,
+        acquired.as_ref(),
+        &as_measured,
+    ));
     let (how, hits) = match acquired {
         Some(acquired) => (acquired.how, acquired.hits),
         None => {
@@ -227,7 +242,11 @@ fn from_responses(
         how,
         rule: found.rule,
         hits,
-        outputs: responses.functions.iter().map(|f| f.output.clone()).collect(),
+        outputs: responses
+            .functions
+            .iter()
+            .map(|f| f.output.clone())
+            .collect(),
         band_hz,
         evidence: found.evidence,
         modes: found.modes,
@@ -267,7 +286,10 @@ fn chosen(
     let drives = |f: &FrequencyResponse| {
         let driven = |i: &Terminal| {
             let name = std::slice::from_ref(&i.name);
-            study.inputs.iter().any(|word| names::find(word, name).is_some())
+            study
+                .inputs
+                .iter()
+                .any(|word| names::find(word, name).is_some())
         };
         study.inputs.is_empty() || f.input.as_ref().is_some_and(driven)
     };

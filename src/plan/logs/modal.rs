@@ -87,11 +87,7 @@ pub fn identify(
                 poles: stabilisation(&orders, &Tolerances::default()),
                 level: (lines.clone(), level),
             };
-            (
-                modes.collect(),
-                rule.sentence(),
-                Evidence::Diagram(diagram),
-            )
+            (modes.collect(), rule.sentence(), Evidence::Diagram(diagram))
         }
     };
     fewer(&mut modes, study.order);
@@ -212,7 +208,10 @@ fn circles(
     let (mut modes, mut looked_at) = (Vec::new(), Vec::new());
     for (peak, (from, to)) in separate_peaks(&level) {
         let share = |r: &&Vec<Complex>| {
-            let largest = r.iter().map(|z| z.norm_sqr()).fold(f64::MIN_POSITIVE, f64::max);
+            let largest = r
+                .iter()
+                .map(|z| z.norm_sqr())
+                .fold(f64::MIN_POSITIVE, f64::max);
             r[peak].norm_sqr() / largest
         };
         let Some(response) = (values.iter()).max_by(|a, b| share(a).total_cmp(&share(b))) else {
@@ -224,7 +223,10 @@ fn circles(
             frequency_hz: lines[peak],
             prominence: None,
             half_power: half_power.map(|m| (m.frequency_hz(), m.damping_ratio())),
-            reason: fit.as_ref().err().map_or(String::new(), |e| e.message.clone()),
+            reason: fit
+                .as_ref()
+                .err()
+                .map_or(String::new(), |e| e.message.clone()),
         });
         modes.extend(fit.ok().map(FoundMode::from));
     }

@@ -58,9 +58,7 @@ pub fn identify(
         running: running.clone(),
     };
     let mut found = match method {
-        Method::Fdd | Method::Efdd => {
-            of_peaks(method, decompose(&channels, &settings)?)
-        }
+        Method::Fdd | Method::Efdd => of_peaks(method, decompose(&channels, &settings)?),
         _ => {
             let settings = subspace::Settings {
                 lowest_hz: study.band_hz.map(|b| b.0).filter(|low| *low > 0.0),
@@ -87,7 +85,8 @@ pub fn identify(
         let of = |m: &FoundMode| m.presence.unwrap_or(0.0);
         found.modes.sort_by(|a, b| of(b).total_cmp(&of(a)));
         found.modes.truncate(order);
-        let by_frequency = |a: &FoundMode, b: &FoundMode| a.frequency_hz().total_cmp(&b.frequency_hz());
+        let by_frequency =
+            |a: &FoundMode, b: &FoundMode| a.frequency_hz().total_cmp(&b.frequency_hz());
         found.modes.sort_by(by_frequency);
     }
     let harmonics: Vec<String> = (found.modes.iter())

@@ -92,7 +92,12 @@ pub fn identify(
         let damping = m.mode.damping_ratio();
         damping > 0.0 && damping <= most_damping && within(m.mode.pole, band_hz)
     };
-    let modes = model.modes()?.into_iter().map(FoundMode::from).filter(is_mode).collect();
+    let modes = model
+        .modes()?
+        .into_iter()
+        .map(FoundMode::from)
+        .filter(is_mode)
+        .collect();
     let tests = tests(&model, &record)?;
     let mut warnings = samples.warnings.clone();
     for (what, test) in &tests {
@@ -127,9 +132,22 @@ pub fn identify(
 fn of_order(method: Method, n: usize) -> Family {
     match method {
         Method::Arma => Family::Arma { a: n, c: n - 1 },
-        Method::Arx => Family::Arx { a: n, b: n + 1, delay: 0 },
-        Method::Armax => Family::Armax { a: n, b: n + 1, c: n, delay: 0 },
-        Method::OutputError => Family::OutputError { b: n + 1, f: n, delay: 0 },
+        Method::Arx => Family::Arx {
+            a: n,
+            b: n + 1,
+            delay: 0,
+        },
+        Method::Armax => Family::Armax {
+            a: n,
+            b: n + 1,
+            c: n,
+            delay: 0,
+        },
+        Method::OutputError => Family::OutputError {
+            b: n + 1,
+            f: n,
+            delay: 0,
+        },
         _ => Family::Ar { a: n },
     }
 }
