@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use geardyn::base::load;
 use geardyn::base::toml::{self, Value};
 use geardyn::plan::logs::acquire::EstimateStudy;
-use geardyn::plan::logs::identification::{Identification, IdentifyStudy, Source, identify};
+use geardyn::plan::logs::found::Identification;
+use geardyn::plan::logs::identification::{IdentifyStudy, Source, identify};
 use geardyn::recording::signals::Recording;
 use geardyn::recording::{open, settle};
 use geardyn::scene::log;
@@ -72,7 +73,8 @@ fn exact_impact_test_of_a_spindle() {
     let frequencies = truth("spindle_impact.csv", "frequency_hz");
     let ratios = truth("spindle_impact.csv", "damping_ratio");
     assert_eq!(found.modes.len(), frequencies.len());
-    for ((mode, frequency), ratio) in found.modes.iter().zip(frequencies).zip(ratios) {
+    for ((found, frequency), ratio) in found.modes.iter().zip(frequencies).zip(ratios) {
+        let mode = &found.mode;
         let (f, z) = (mode.frequency_hz(), mode.damping_ratio());
         let (f_std, z_std) = (
             mode.frequency_std_hz().unwrap(),

@@ -619,3 +619,31 @@ fn law_speed() {
         worst(&poles, &found)
     );
 }
+
+/// An accelerance with a stiff residual, integrated twice: the receptance at every frequency, and a state space that holds it.
+#[test]
+fn exact_integrated_accelerance() {
+    let poles = vec![c(-3.0, 120.0), c(-8.0, 410.0)];
+    let r = [c(0.02, -0.7), c(-0.01, 0.3)];
+    let (lower, upper) = (0.4, 2e-6);
+    let both = |f: &dyn Fn(usize) -> Complex| (0..2).map(|k| 2.0 * f(k).re).sum::<f64>();
+    let direct = Direct {
+        constant: lower + both(&|k| poles[k] * r[k]),
+        slope: both(&|k| r[k]),
+        square: upper,
+        ..Direct::default()
+    };
+    let residues = (0..2).map(|k| poles[k] * poles[k] * r[k]).collect();
+    let accelerance = TransferFunction::new(poles.clone(), residues, direct).unwrap();
+    assert!(accelerance.is_improper() && Realisation::of(&[accelerance.clone()]).is_err());
+    let receptance = accelerance.integrated().unwrap().integrated().unwrap();
+    assert!(!receptance.is_improper());
+    let model = Realisation::of(&[receptance.clone()]).unwrap();
+    for f in [3.0, 19.0, 66.0, 400.0] {
+        let s = c(0.0, TAU * f);
+        let expected = accelerance.value(s) / (s * s);
+        assert!((receptance.value(s) - expected).norm() < 1e-9 * expected.norm());
+        let held = model.response(f).unwrap()[(0, 0)];
+        assert!((held - expected).norm() < 1e-9 * expected.norm());
+    }
+}

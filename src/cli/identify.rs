@@ -10,6 +10,7 @@ use crate::base::kind::Kind;
 use crate::base::units;
 use crate::identify::rational::Delay;
 use crate::identify::transfer::export::{to_mat, write_csv};
+use crate::identify::transfer::function::TransferFunction;
 use crate::identify::transfer::realisation::{Map, Realisation};
 use crate::plan::logs::acquire::EstimateStudy;
 use crate::plan::logs::found::Identification;
@@ -357,8 +358,17 @@ fn export(path: &Path, args: &IdentifyArgs, found: &Identification) -> Result<Ve
         .as_deref()
         .map(|t| units::parse_or_bare(t, Kind::Time, "s", "--sample-time"))
         .transpose()?;
+    // Accelerations of a stiff residual grow with s²: a state space holds their integrals.
+    let (mut proper, mut integrated) = (found.functions.clone(), 0);
+    while proper.iter().any(TransferFunction::is_improper) {
+        proper = proper
+            .iter()
+            .map(TransferFunction::integrated)
+            .collect::<Result<Vec<_>, Error>>()?;
+        integrated += 1;
+    }
     let model = || -> Result<Realisation, Error> {
-        let model = Realisation::of(&found.functions)?;
+        let model = Realisation::of(&proper)?;
         match time {
             Some(time) => model.sampled(time, map_of(args.map)),
             None => Ok(model),
@@ -376,14 +386,18 @@ fn export(path: &Path, args: &IdentifyArgs, found: &Identification) -> Result<Ve
             write_csv(&found.functions, &mut bytes).map_err(failed)?;
             Ok(bytes)
         }
-        Some("mat") => to_mat(&found.functions, &model()?),
+        Some("mat") => to_mat(&proper, &model()?),
         _ => {
             let functions = found
                 .functions
                 .iter()
                 .map(|f| f.to_json())
                 .collect::<Result<Vec<_>, Error>>()?;
-            let document = serde_json::json!({ "transfer_functions": functions, "state_space": model()?.to_json() });
+            let document = serde_json::json!({
+                "transfer_functions": functions,
+                "state_space_integrated": integrated,
+                "state_space": model()?.to_json(),
+            });
             Ok(format!("{document:#}\n").into_bytes())
         }
     }

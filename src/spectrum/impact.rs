@@ -115,6 +115,10 @@ const IN_NOISE: f64 = 3.0;
 /// Segments of a decay whose levels are compared.
 const SEGMENTS: usize = 64;
 
+/// A block is so many times as long as the response stands out of the noise: what lies below the noise of one sample still
+/// counts in the sum over many, and cutting it off biases the low modes.
+const TAIL: usize = 3;
+
 /// Behind a pulse the force is kept for so many of its widths, and faded out over the next two.
 const KEPT_WIDTHS: usize = 4;
 
@@ -292,7 +296,7 @@ impl Record<'_> {
         let wanted = options.block.unwrap_or(if decayed == 0 {
             most
         } else {
-            decayed.min(most)
+            decayed.saturating_mul(TAIL).min(most)
         });
         let block = match options.block {
             Some(n) => n,

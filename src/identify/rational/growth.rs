@@ -69,11 +69,20 @@ pub(super) struct Growth<'a> {
     pub steps: usize,
     /// Scans made.
     pub scans: usize,
+    /// Operations made, about.
+    pub work: f64,
+    /// Operations allowed.
+    pub allowed: f64,
 }
 
 impl<'a> Growth<'a> {
     /// `problem` holds one problem with all responses.
-    pub fn new(problem: &'a [Problem], numerators: usize, rules: Rules) -> Growth<'a> {
+    pub fn new(
+        problem: &'a [Problem],
+        numerators: usize,
+        rules: Rules,
+        allowed: f64,
+    ) -> Growth<'a> {
         let places = PLACES_PER_LINE * problem[0].lines() as f64;
         let threshold = chi_squared_quantile(
             1.0 - FALSE_ALARM / places,
@@ -88,7 +97,24 @@ impl<'a> Growth<'a> {
             scatter: None,
             steps: 0,
             scans: 0,
+            work: 0.0,
+            allowed,
         }
+    }
+
+    fn took(&mut self, steps: usize, poles: usize) {
+        self.steps += steps;
+        self.work += steps as f64 * self.step_work(poles);
+    }
+
+    /// Operations of one step of all poles together: a QR factorisation of the basis and its derivatives projected on it.
+    fn step_work(&self, poles: usize) -> f64 {
+        let (lines, responses) = (
+            self.problem[0].lines() as f64,
+            self.problem[0].y.ncols() as f64,
+        );
+        let columns = (self.numerators * poles + 2) as f64;
+        20.0 * lines * columns * columns + 8.0 * lines * columns * responses
     }
 
     /// Adds poles until none is worth it.
@@ -97,9 +123,11 @@ impl<'a> Growth<'a> {
         loop {
             let count = fitted.model.poles.len();
             let limit = self.rules.order.unwrap_or(self.rules.most);
-            if count >= limit {
+            if count >= limit || self.work > self.allowed {
                 return fitted;
             }
+            // The scan of all places costs about a step.
+            self.work += self.step_work(count);
             let peaks = self.worth_trying(&fitted);
             let best = peaks.first().map_or(0.0, |p| p.gain);
             if let Some(next) = self.several(&fitted, &peaks, limit - count, evidence) {
@@ -110,7 +138,7 @@ impl<'a> Growth<'a> {
             if !settled && !peaks.is_empty() {
                 let before = fitted.chi2;
                 fitted = refine(self.problem, fitted, self.numerators, SETTLE);
-                self.steps += fitted.steps;
+                self.took(fitted.steps, count);
                 settled = true;
                 if before - fitted.chi2 > self.threshold {
                     continue;
@@ -284,7 +312,7 @@ impl<'a> Growth<'a> {
             share: 0.0,
         };
         let fitted = refine(self.problem, start, self.numerators, stop);
-        self.steps += fitted.steps;
+        self.took(fitted.steps, fitted.model.poles.len());
         fitted
     }
 
@@ -309,7 +337,7 @@ impl<'a> Growth<'a> {
             let gone = model.poles.remove(r);
             let start = at(self.problem, &model, self.numerators);
             let without = refine(self.problem, start, self.numerators, SETTLE);
-            self.steps += without.steps;
+            self.took(without.steps, without.model.poles.len());
             if without.chi2 - fitted.chi2 < self.threshold {
                 fitted = without;
             } else {

@@ -177,6 +177,8 @@ pub struct Effort {
     pub steps: usize,
     /// Estimates of the variance.
     pub rounds: usize,
+    /// Operations of the growth, about.
+    pub work: f64,
     /// Wall time, s.
     pub seconds: f64,
 }
@@ -247,11 +249,11 @@ impl RationalFit {
 ///
 /// # Errors
 /// `OutOfRange` where a frequency, a value or a variance is not finite, or frequencies do not rise; `Conflict` where lengths differ;
-/// `TooShort` for fewer than eight lines in the band; `NoSignal` where every response is zero.
+/// `NoConvergence` where poles would be added beside poles without end; `TooShort` for fewer than eight lines in the band; `NoSignal` where every response is zero.
 pub fn fit(measured: &Measured, options: &RationalOptions) -> Result<RationalFit, Error> {
     let started = std::time::Instant::now();
     let lines = lines::Lines::new(measured, options)?;
-    let found = search::search(&lines, options, measured.variance_trusted);
+    let found = search::search(&lines, options, measured.variance_trusted)?;
     let mut fit = answer::answer(measured, &lines, found);
     fit.effort.seconds = started.elapsed().as_secs_f64();
     Ok(fit)

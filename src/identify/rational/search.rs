@@ -1,5 +1,7 @@
 //! From the first line to the last fit: variance, growth, structure, last refinement.
 
+use crate::base::code::Code;
+use crate::base::error::Error;
 use crate::numeric::Complex;
 
 use super::basis::{Pole, Problem, Structure};
@@ -48,6 +50,10 @@ const BEFORE_VARIANCE: Stop = Stop {
     share: 1e-3,
 };
 
+/// Operations of growth, about, after which the responses are taken to be no sum of poles to within their noise: several times
+/// what ten modes in ten thousand lines of six responses take.
+const MOST_WORK: f64 = 2e10;
+
 /// The last refinement.
 const LAST: Stop = Stop {
     steps: 40,
@@ -56,7 +62,14 @@ const LAST: Stop = Stop {
 };
 
 /// Finds poles and their structure.
-pub(super) fn search(lines: &Lines, options: &RationalOptions, trusted: bool) -> Found {
+///
+/// # Errors
+/// `NoConvergence`: poles are added beside poles without end.
+pub(super) fn search(
+    lines: &Lines,
+    options: &RationalOptions,
+    trusted: bool,
+) -> Result<Found, Error> {
     let given = lines.variance.is_some();
     let estimated = !(given && trusted);
     let mut variance = match &lines.variance {
@@ -94,7 +107,7 @@ pub(super) fn search(lines: &Lines, options: &RationalOptions, trusted: bool) ->
             fitted,
             &mut evidence,
             &mut effort,
-        );
+        )?;
         if given || round == ROUNDS {
             break;
         }
@@ -127,7 +140,7 @@ pub(super) fn search(lines: &Lines, options: &RationalOptions, trusted: bool) ->
         better,
         &mut evidence,
         &mut effort,
-    );
+    )?;
     if merge(lines, &weights, &mut scattered, &mut fitted, structure) {
         weights = Weights::new(&scattered.added(lines, &variance));
         problem = [lines.shared(&weights, structure)];
@@ -153,7 +166,7 @@ pub(super) fn search(lines: &Lines, options: &RationalOptions, trusted: bool) ->
         })
         .collect();
     let dof = lines.data() - parameters(structure, &fitted, lines.h.len());
-    Found {
+    Ok(Found {
         fitted,
         problems,
         by_response: weights.by_response,
@@ -170,7 +183,7 @@ pub(super) fn search(lines: &Lines, options: &RationalOptions, trusted: bool) ->
         spread,
         at_limit,
         effort,
-    }
+    })
 }
 
 /// Disagreements found so far, with the pole and its residues as they were.
@@ -314,19 +327,28 @@ fn grown(
     start: Fitted,
     evidence: &mut Vec<Step>,
     effort: &mut Effort,
-) -> ([Problem; 1], Weights, Fitted) {
+) -> Result<([Problem; 1], Weights, Fitted), Error> {
     let numerators = structure.numerators();
     let mut model = start.model;
     for _ in 0..MOST_DISAGREEMENTS {
         let weights = Weights::new(&scattered.added(lines, variance));
         let problem = [lines.shared(&weights, structure)];
-        let mut growth = Growth::new(&problem, numerators, rules);
+        let mut growth = Growth::new(&problem, numerators, rules, MOST_WORK - effort.work);
         let fitted = growth.prune(at(&problem, &model, numerators));
         let fitted = growth.grow(fitted, evidence);
         effort.scans += growth.scans;
         effort.steps += growth.steps;
+        effort.work += growth.work;
+        if effort.work > MOST_WORK {
+            let message = format!(
+                "{} pole pairs do not explain the responses to within their noise, and more do not help",
+                fitted.model.poles.len()
+            );
+            let hint = "the responses disagree, leak or are nonlinear: take another method (--method plscf), a narrower band, or say how many modes there are (--order)";
+            return Err(Error::new(Code::NoConvergence, message).hint(hint));
+        }
         let Some(scatter) = growth.scatter else {
-            return (problem, weights, fitted);
+            return Ok((problem, weights, fitted));
         };
         scattered.add(lines, &weights, &fitted, numerators, scatter);
         model = fitted.model;
@@ -334,7 +356,7 @@ fn grown(
     let weights = Weights::new(&scattered.added(lines, variance));
     let problem = [lines.shared(&weights, structure)];
     let fitted = at(&problem, &model, numerators);
-    (problem, weights, fitted)
+    Ok((problem, weights, fitted))
 }
 
 /// Pole pairs whose parameters stay below half of the data, and at most `most`.

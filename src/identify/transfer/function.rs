@@ -133,6 +133,53 @@ impl TransferFunction {
         self
     }
 
+    /// The function over s, the output integrated once: `R/((s − p) s) = (R/p)/(s − p) − (R/p)/s`.
+    ///
+    /// # Errors
+    /// `OutOfRange` for a pole at zero or a term in 1/s², which has no partial fractions here.
+    pub fn integrated(&self) -> Result<TransferFunction, Error> {
+        let d = self.direct;
+        if d.inverse_square != 0.0 || self.poles.iter().any(|p| p.norm() == 0.0) {
+            let message = format!(
+                "the function to `{}` integrates twice already",
+                self.output.name
+            );
+            return Err(Error::new(Code::OutOfRange, message));
+        }
+        let residues: Vec<Complex> = (self.residues.iter().zip(&self.poles))
+            .map(|(r, p)| r / p)
+            .collect();
+        let pairs = self.poles.iter().zip(&residues);
+        let (sum, size) = pairs.fold((0.0, 0.0), |(sum, size), (p, r)| {
+            let both = if p.im == 0.0 { r.re } else { 2.0 * r.re };
+            (sum + both, size + both.abs())
+        });
+        // What cancels to rounding is nothing: a differentiated response has no such part.
+        const ROUNDING: f64 = 1e-9;
+        let left = d.constant - sum;
+        let inverse = if left.abs() <= ROUNDING * (size + d.constant.abs()) {
+            0.0
+        } else {
+            left
+        };
+        Ok(TransferFunction {
+            residues,
+            direct: Direct {
+                inverse_square: d.inverse,
+                inverse,
+                constant: d.slope,
+                slope: d.square,
+                square: 0.0,
+            },
+            ..self.clone()
+        })
+    }
+
+    /// It grows with s, so that no state space holds it.
+    pub fn is_improper(&self) -> bool {
+        self.direct.excess() > 0
+    }
+
     /// The same with a dead time, s.
     ///
     /// # Errors

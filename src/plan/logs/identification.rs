@@ -10,7 +10,7 @@ use super::method::{Method, Needs};
 use super::modal::{self, Modal};
 use super::{operational, record, series};
 use crate::base::code::Code;
-use crate::base::error::Error;
+use crate::base::error::{Error, Warning};
 use crate::identify::rational::{self, Delay, Measured, RationalFit, RationalOptions};
 use crate::numeric::Complex;
 use crate::recording::names;
@@ -201,9 +201,32 @@ fn from_responses(
     let mut warnings = acquired.as_ref().map_or(Vec::new(), |a| a.warnings.clone());
     warnings.extend(doubts::of_kinds(&responses));
     let start = Instant::now();
-    let found = match method {
-        Method::Rational => {
-            let fit = fitted(&responses, acquired.as_ref(), band_hz, study)?;
+    let mut method = method;
+    let fit = match method {
+        Method::Rational => match fitted(&responses, acquired.as_ref(), band_hz, study) {
+            Ok(fit) => Some(fit),
+            // Nobody asked for this method: another answers, and it is said why.
+            Err(error) if error.code == Code::NoConvergence && study.method.is_none() => {
+                warnings.push(Warning {
+                    code: "not-poles",
+                    message: format!(
+                        "{}: {} answers instead",
+                        error.message,
+                        Method::Plscf.word()
+                    ),
+                    hint: Some(
+                        "take a narrower --band, or say how many modes there are (--order)".into(),
+                    ),
+                });
+                method = Method::Plscf;
+                None
+            }
+            Err(error) => return Err(error),
+        },
+        _ => None,
+    };
+    let found = match fit {
+        Some(fit) => {
             let decay = responses.window_decay;
             Modal {
                 modes: (fit.modes.iter())
@@ -216,7 +239,7 @@ fn from_responses(
                 evidence: Evidence::Rational(fit),
             }
         }
-        _ => modal::identify(method, &responses, band_hz, study)?,
+        None => modal::identify(method, &responses, band_hz, study)?,
     };
     trace.push((method.word(), start.elapsed().as_secs_f64()));
     warnings.extend(found.warnings);
@@ -381,12 +404,11 @@ fn fitted(
         }
         (None, Some(ResponseKind::Unknown)) => {
             // Receptance and accelerance differ in what modes outside the band leave in it: the better of the two.
-            let (plain, twice) = (fit(0)?, fit(2)?);
-            Ok(if cost(&twice) < cost(&plain) {
-                twice
-            } else {
-                plain
-            })
+            match (fit(0), fit(2)) {
+                (Ok(plain), Ok(twice)) if cost(&twice) < cost(&plain) => Ok(twice),
+                (Err(_), twice) => twice,
+                (plain, _) => plain,
+            }
         }
         _ => fit(0),
     }

@@ -401,7 +401,7 @@ impl<'p> Reader<'p> {
                 ),
                 span,
                 label: "day or month".into(),
-                hint: "say which comes first: `day_first` in the sidecar",
+                hint: "say which comes first: --day-first or --month-first, or `dates` in the sidecar",
             },
         }
     }
