@@ -297,14 +297,28 @@ fn law_every_code_is_explained() {
 #[test]
 fn law_examples_of_help_run() {
     let folder = tempfile::tempdir().unwrap();
-    // Examples name shipped files from the project's folder and write beside them: a folder with the models will do.
+    // Examples name shipped files from the project's folder and write beside them: a folder with models and data will do.
     std::fs::create_dir(folder.path().join("models")).unwrap();
     for model in models() {
         std::fs::copy(root().join(&model), folder.path().join(&model)).unwrap();
     }
+    std::fs::create_dir(folder.path().join("data")).unwrap();
+    for entry in std::fs::read_dir(root().join("data")).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_file() {
+            std::fs::copy(
+                &path,
+                folder.path().join("data").join(path.file_name().unwrap()),
+            )
+            .unwrap();
+        }
+    }
     let mut ran = 0;
     for command in [
         "",
+        "spectrum",
+        "identify",
+        "convert",
         "new",
         "check",
         "explain",

@@ -177,6 +177,8 @@ fn ref_six_responses_of_a_beam() {
     let found = document(&[
         "identify",
         &log("sdypy_ema_beam/sdypy_beam_frf_resp1.csv"),
+        "--band",
+        "10:5000",
         "--json",
     ]);
     let known = [

@@ -41,10 +41,10 @@ pub struct LogArgs {
     pub fill_gaps: bool,
     /// Leave out what lies before this time (s where bare)
     #[arg(long, value_name = "TIME")]
-    pub from: Option<String>,
+    pub after: Option<String>,
     /// Leave out what lies from this time on (s where bare)
     #[arg(long, value_name = "TIME")]
-    pub to: Option<String>,
+    pub before: Option<String>,
     /// Between cells: , ; tab space |
     #[arg(long, value_name = "MARK")]
     pub delimiter: Option<String>,
@@ -103,8 +103,8 @@ impl LogArgs {
                 .map(|t| units::parse_or_bare(t, Kind::Time, "s", flag))
                 .transpose()
         };
-        settings.from_s = time(&self.from, "--from")?.or(settings.from_s);
-        settings.to_s = time(&self.to, "--to")?.or(settings.to_s);
+        settings.from_s = time(&self.after, "--after")?.or(settings.from_s);
+        settings.to_s = time(&self.before, "--before")?.or(settings.to_s);
         settings.time_column = self.time.clone().or(settings.time_column);
         settings.time_unit = self.time_unit.clone().or(settings.time_unit);
         if self.fill_gaps {

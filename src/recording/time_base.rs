@@ -131,7 +131,8 @@ pub fn examine(clock: &Clock, stamps: &Stamps) -> Result<TimeBase, Error> {
         return Err(Error::new(Code::TooShort, message).hint("state it: --rate"));
     }
     let usual = usual_step(stamps)?;
-    let rounded = stamps.resolution_s >= 0.5 * usual;
+    // Only stamps coarser than the step may repeat.
+    let rounded = stamps.resolution_s > 1.02 * usual;
     // First pass: order, gaps, and the sums of every stretch.
     let (mut stretches, mut gaps): (Vec<Range<usize>>, Vec<Gap>) = (Vec::new(), Vec::new());
     let mut all: Vec<Sums> = Vec::new();
@@ -210,6 +211,7 @@ pub fn examine(clock: &Clock, stamps: &Stamps) -> Result<TimeBase, Error> {
         }
     };
     let mut starts = starts;
+    let mut ends_std = 0.0f64;
     if matches!(spacing, Spacing::Jittered { .. }) {
         let (steps, length) = all
             .iter()
@@ -219,12 +221,16 @@ pub fn examine(clock: &Clock, stamps: &Stamps) -> Result<TimeBase, Error> {
         } else {
             rate_hz
         };
+        // Both ends of every stretch are as uncertain as a stamp.
+        ends_std = (2.0 * stretches.len() as f64 * square / n as f64).sqrt() / length;
         starts = firsts;
     }
     Ok(TimeBase {
         rate_hz,
         drift_hz: drift(stamps, &stretches, rate_hz)?,
-        rate_std: if xx > 0.0 {
+        rate_std: if ends_std > 0.0 {
+            ends_std
+        } else if xx > 0.0 {
             (square / freedoms / xx).sqrt() / dt
         } else {
             0.0

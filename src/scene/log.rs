@@ -105,8 +105,8 @@ fn log(f: &mut Fields) -> Settings {
         gaps: f
             .choice("gaps", &[("split", Gaps::Split), ("fill", Gaps::Fill)])
             .unwrap_or_default(),
-        from_s: f.optional_quantity("from", Kind::Time, Range::NotNegative),
-        to_s: f.optional_quantity("to", Kind::Time, Range::Positive),
+        from_s: f.optional_quantity("after", Kind::Time, Range::NotNegative),
+        to_s: f.optional_quantity("before", Kind::Time, Range::Positive),
     }
 }
 
@@ -173,7 +173,7 @@ pub fn write(settings: &Settings, rate_hz: f64, channels: &[(String, String)]) -
     if settings.gaps == Gaps::Fill {
         text += "gaps = \"fill\"\n";
     }
-    for (key, time) in [("from", settings.from_s), ("to", settings.to_s)] {
+    for (key, time) in [("after", settings.from_s), ("before", settings.to_s)] {
         if let Some(time) = time {
             text += &format!("{key} = \"{time} s\"\n");
         }

@@ -10,6 +10,7 @@ use super::clusters::cluster;
 use super::stabilisation::likeness;
 use crate::identify::mode::IdentifiedMode;
 use crate::numeric::Complex;
+use crate::numeric::collinearity::mac;
 
 /// When poles are one mode, and when a mode is physical.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -90,7 +91,23 @@ pub fn select(orders: &[OrderPoles], spacing_hz: f64, rule: &SelectionRule) -> V
         })
         .collect();
     modes.sort_by(|a, b| a.mode.pole.norm().total_cmp(&b.mode.pole.norm()));
-    modes
+    single(modes)
+}
+
+/// Of two modes of one shape within their own bandwidth, which responses that disagree about a pole leave, the more present one.
+fn single(modes: Vec<SelectedMode>) -> Vec<SelectedMode> {
+    const SAME_SHAPE: f64 = 0.8;
+    let double = |a: &SelectedMode, b: &SelectedMode| {
+        let (p, q) = (a.mode.pole, b.mode.pole);
+        let near = (p.im - q.im).abs() < p.re.abs().max(q.re.abs());
+        let alike = a.mode.shape.is_empty() || mac(&a.mode.shape, &b.mode.shape) > SAME_SHAPE;
+        near && alike && (b.presence > a.presence)
+    };
+    let kept: Vec<bool> = (modes.iter())
+        .map(|a| !modes.iter().any(|b| double(a, b)))
+        .collect();
+    let both = modes.into_iter().zip(kept);
+    both.filter(|m| m.1).map(|m| m.0).collect()
 }
 
 fn mode_of(poles: &[&CandidatePole], presence: f64) -> SelectedMode {

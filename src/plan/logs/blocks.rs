@@ -51,7 +51,7 @@ pub fn whole(
             samples >> 17
         );
         let hint = format!(
-            "take a part of the log: --from, --to, up to {:.0} s",
+            "take a part of the log: --after, --before, up to {:.0} s",
             MOST as f64 / channels.len() as f64 / recording.rate_hz
         );
         return Err(Error::new(Code::Hopeless, message).hint(hint));

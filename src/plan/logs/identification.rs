@@ -2,47 +2,23 @@
 
 use std::time::Instant;
 
-use super::acquire::{self, Acquired, EstimateStudy};
+use super::acquire::{self, Acquired};
 use super::doubts;
 use super::found::{Evidence, FoundMode, Identification};
 use super::functions::{Partials, transfer_functions, without_window};
 use super::method::{Method, Needs};
 use super::modal::{self, Modal};
+use super::study::IdentifyStudy;
 use super::{operational, record, series};
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
-use crate::identify::rational::{self, Delay, Measured, RationalFit, RationalOptions};
+use crate::identify::rational::{self, Measured, RationalFit, RationalOptions};
 use crate::numeric::Complex;
 use crate::recording::names;
 use crate::recording::quantity::ResponseKind;
 use crate::recording::responses::{FrequencyResponse, FrequencyResponses, Terminal};
 use crate::recording::settle::no_channel;
 use crate::recording::signals::Recording;
-
-/// What is asked of a log.
-#[derive(Debug, Clone, Default)]
-pub struct IdentifyStudy {
-    /// Channels that drive.
-    pub inputs: Vec<String>,
-    /// Channels that answer.
-    pub outputs: Vec<String>,
-    /// How responses are estimated.
-    pub estimate: EstimateStudy,
-    /// Lines used, Hz.
-    pub band_hz: Option<(f64, f64)>,
-    /// Pole pairs; as many as are significant where `None`.
-    pub order: Option<usize>,
-    /// A delay to be estimated.
-    pub delay: Delay,
-    /// Poles may be unstable.
-    pub allow_unstable: bool,
-    /// How often the motion in every response was differentiated, where the units do not tell.
-    pub derivative: Option<u8>,
-    /// The method; by what is named where `None`.
-    pub method: Option<Method>,
-    /// Speed of what turns, Hz.
-    pub speed_hz: Option<f64>,
-}
 
 /// What is identified from.
 pub enum Source<'a> {

@@ -12,6 +12,9 @@ pub mod doubts;
 /// The methods of identification.
 pub mod method;
 
+/// What is asked.
+pub mod study;
+
 /// What an identification answers.
 pub mod found;
 

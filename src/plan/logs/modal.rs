@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 
 use super::found::{Diagram, Evidence, FoundMode, Peak, Peaks};
 use super::functions::{Partials, transfer_functions, without_window};
-use super::identification::IdentifyStudy;
 use super::method::Method;
+use super::study::IdentifyStudy;
 use crate::base::error::{Error, Warning};
 use crate::identify::modal::candidates::{CandidatePole, OrderPoles, is_inside, unit_largest};
 use crate::identify::modal::lsfd::{self, ResidueFit};

@@ -1,19 +1,18 @@
 //! Modes from responses alone: subspace identification with an automatic choice, or peaks of a decomposition.
 
 use super::found::{Diagram, Evidence, FoundMode, Peak, Peaks};
-use super::identification::IdentifyStudy;
 use super::method::Method;
 use super::modal::within;
 use super::record::Record;
+use super::study::IdentifyStudy;
 use crate::base::error::{Error, Warning};
 use crate::identify::modal::candidates::{CandidatePole, OrderPoles};
-use crate::identify::modal::selection::SelectionRule;
 use crate::identify::modal::stabilisation::{Tolerances, stabilisation};
 use crate::identify::mode::IdentifiedMode;
 use crate::identify::operational::channels::Channels;
 use crate::identify::operational::decomposition::{self, Decomposition, decompose};
 use crate::identify::operational::harmonics::Running;
-use crate::identify::operational::selection::{OperationalMode, physical};
+use crate::identify::operational::selection::{OperationalMode, default_rule, physical};
 use crate::identify::operational::subspace::{self, Subspace, from_covariances, from_data};
 use crate::numeric::Complex;
 
@@ -113,7 +112,7 @@ fn of_subspace(
     level: Option<Decomposition>,
     band_hz: (f64, f64),
 ) -> Operational {
-    let rule = SelectionRule::default();
+    let rule = default_rule(&poles);
     let chosen = physical(&poles, channels, &rule, running);
     let inside = |m: &OperationalMode| within(m.mode.pole, band_hz);
     let modes = chosen.into_iter().filter(inside).map(|m| FoundMode {

@@ -1,10 +1,10 @@
 //! Modes from difference equations: the order by Schwarz's criterion, the residuals tested.
 
 use super::found::{Evidence, FoundMode, Orders};
-use super::identification::IdentifyStudy;
 use super::method::{self, Method};
 use super::modal::within;
 use super::record::Record;
+use super::study::IdentifyStudy;
 use crate::base::error::{Error, Warning};
 use crate::identify::modal::selection::SelectionRule;
 use crate::identify::series::autoregressive;

@@ -167,7 +167,7 @@ pub fn longest_parts(
                 range.len() as f64 / recording.rate_hz,
                 range.start as f64 / recording.rate_hz
             ),
-            hint: Some("bridge the gaps with --fill-gaps, or choose a stretch with --from and --to".into()),
+            hint: Some("bridge the gaps with --fill-gaps, or choose a stretch with --after and --before".into()),
         });
     }
     let all = blocks::whole(recording, channels, "this analysis")?;

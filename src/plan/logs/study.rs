@@ -1,0 +1,30 @@
+//! What is asked of a log.
+
+use super::acquire::EstimateStudy;
+use super::method::Method;
+use crate::identify::rational::Delay;
+
+/// What is asked of a log.
+#[derive(Debug, Clone, Default)]
+pub struct IdentifyStudy {
+    /// Channels that drive.
+    pub inputs: Vec<String>,
+    /// Channels that answer.
+    pub outputs: Vec<String>,
+    /// How responses are estimated.
+    pub estimate: EstimateStudy,
+    /// Lines used, Hz.
+    pub band_hz: Option<(f64, f64)>,
+    /// Pole pairs; as many as are significant where `None`.
+    pub order: Option<usize>,
+    /// A delay to be estimated.
+    pub delay: Delay,
+    /// Poles may be unstable.
+    pub allow_unstable: bool,
+    /// How often the motion in every response was differentiated, where the units do not tell.
+    pub derivative: Option<u8>,
+    /// The method; by what is named where `None`.
+    pub method: Option<Method>,
+    /// Speed of what turns, Hz.
+    pub speed_hz: Option<f64>,
+}
