@@ -58,13 +58,13 @@ pub enum Command {
     /// Frequency responses, transfer functions and modes from a measured log
     #[command(after_help = "Examples:
   geardyn identify data/spindle_impact.csv --input force --output ax,ay
-  geardyn identify data/spindle_impact.csv --input force --output ax --band 20:800 --svg bode.svg --export model.mat
+  geardyn identify data/spindle_impact.csv --input force --output ax --export model.mat
   geardyn identify data/spindle_impact.csv --input force --output ax,ay --method plscf")]
     Identify(IdentifyArgs),
     /// Spectra, orders, envelopes and cepstra of a measured log, their lines named
     #[command(after_help = "Examples:
   geardyn spectrum data/spindle_impact.csv --channel ax
-  geardyn spectrum data/spindle_impact.csv --channel ax,ay --kind amplitude --band 20:800 --svg lines.svg")]
+  geardyn spectrum data/spindle_impact.csv --channel ax --kind amplitude --svg lines.svg")]
     Spectrum(SpectrumArgs),
     /// A log in another format: CSV, UFF 58 or JSON
     #[command(after_help = "Example:\n  geardyn convert data/spindle_impact.csv --to spindle.uff")]

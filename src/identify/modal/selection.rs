@@ -97,9 +97,14 @@ pub fn select(orders: &[OrderPoles], spacing_hz: f64, rule: &SelectionRule) -> V
 /// Of two modes of one shape within their own bandwidth, which responses that disagree about a pole leave, the more present one.
 fn single(modes: Vec<SelectedMode>) -> Vec<SelectedMode> {
     const SAME_SHAPE: f64 = 0.8;
+    const SAME_PLACE: f64 = 0.2; // of half the bandwidth: no two modes are told apart there
     let double = |a: &SelectedMode, b: &SelectedMode| {
         let (p, q) = (a.mode.pole, b.mode.pole);
-        let near = (p.im - q.im).abs() < p.re.abs().max(q.re.abs());
+        let (distance, half_band) = ((p.im - q.im).abs(), p.re.abs().max(q.re.abs()));
+        if distance < SAME_PLACE * half_band {
+            return b.presence > a.presence;
+        }
+        let near = distance < half_band;
         let alike = a.mode.shape.is_empty() || mac(&a.mode.shape, &b.mode.shape) > SAME_SHAPE;
         near && alike && (b.presence > a.presence)
     };
