@@ -137,7 +137,7 @@ mod tests {
             let mean = x.iter().sum::<f64>() / f64::from(n);
             let found = multitaper(10.0, &[&x], &[(0, 0)], 3).unwrap();
             let whole = f64::from(n + 1);
-            assert_eq!(found.frequency_hz.len(), (n as usize + 1) / 2 + 1);
+            assert_eq!(found.frequency_hz.len(), (n as usize).div_ceil(2) + 1);
             for (line, &f) in found.frequency_hz.iter().enumerate() {
                 let tapered = |k: i32| -> Complex {
                     let term = |j: i32| {

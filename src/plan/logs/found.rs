@@ -105,6 +105,7 @@ impl FoundMode {
 
 /// What modes rest on.
 #[derive(Debug)]
+#[allow(clippy::large_enum_variant, reason = "one of them per answer")]
 pub enum Evidence {
     /// The fit, with every number of poles that was tried.
     Rational(RationalFit),
