@@ -634,7 +634,9 @@ fn exact_integrated_accelerance() {
     };
     let residues = (0..2).map(|k| poles[k] * poles[k] * r[k]).collect();
     let accelerance = TransferFunction::new(poles.clone(), residues, direct).unwrap();
-    assert!(accelerance.is_improper() && Realisation::of(std::slice::from_ref(&accelerance)).is_err());
+    assert!(
+        accelerance.is_improper() && Realisation::of(std::slice::from_ref(&accelerance)).is_err()
+    );
     let receptance = accelerance.integrated().unwrap().integrated().unwrap();
     assert!(!receptance.is_improper());
     let model = Realisation::of(std::slice::from_ref(&receptance)).unwrap();
