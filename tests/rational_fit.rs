@@ -310,7 +310,7 @@ fn study(case: &Case, snr: f64, given: bool, seeds: std::ops::Range<u64>) -> Stu
         .map(|m| (m.frequency_std_hz().unwrap(), m.damping_std().unwrap()))
         .collect();
     let mut study = Study::default();
-    let mut squares = vec![(0.0, 0.0); 5];
+    let mut squares = [(0.0, 0.0); 5];
     for seed in seeds {
         let (h, v) = noisy(&clean, snr, seed);
         let variance = given.then_some(v.as_slice());

@@ -225,6 +225,12 @@ pub fn examine(clock: &Clock, stamps: &Stamps) -> Result<TimeBase, Error> {
         ends_std = (2.0 * stretches.len() as f64 * square / n as f64).sqrt() / length;
         starts = firsts;
     }
+    // Sums of a million stamps round: a rate that close to a whole number of micro-hertz is that number.
+    const ROUNDING: f64 = 1e-12;
+    let whole = (rate_hz * 1e6).round() / 1e6;
+    if (whole / rate_hz - 1.0).abs() < ROUNDING {
+        rate_hz = whole;
+    }
     Ok(TimeBase {
         rate_hz,
         drift_hz: drift(stamps, &stretches, rate_hz)?,
