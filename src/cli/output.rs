@@ -80,7 +80,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     write_with(path, |to| to.write_all(bytes).map_err(|e| failed(path, &e)))
 }
 
-/// As [`write`], with `fill` to write what is in it, so that it need not be in memory.
+/// As [`fn@write`], with `fill` to write what is in it, so that it need not be in memory.
 ///
 /// # Errors
 /// The folder or the file cannot be written; those of `fill`.

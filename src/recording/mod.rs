@@ -1,7 +1,7 @@
 //! Logs: read as labs write them, put on a uniform time base, every repair reported.
 //!
-//! The data flow one way: a file is opened ([`raw::Raw`]: values as written, nothing repaired), its time base is settled
-//! ([`signals::Recording`]: channels with units on a uniform time base), and analyses read blocks of samples from it.
+//! The data flow one way: a file is opened (`raw::Raw`: values as written, nothing repaired), its time base is settled
+//! (`signals::Recording`: channels with units on a uniform time base), and analyses read blocks of samples from it.
 
 /// What channels measure, by their units.
 pub mod quantity;

@@ -80,7 +80,12 @@ pub fn lines(shown: &Lines) -> String {
             }
         }
         let wanted: Vec<f64> = shown.labels.iter().map(|l| panel.right_of(l.0)).collect();
-        let spread = push_apart(&wanted, 13.0, (LEFT, WIDTH - 24.0));
+        let widest = shown
+            .labels
+            .iter()
+            .map(|l| width_of(&l.2, 9.0))
+            .fold(7.0, f64::max);
+        let spread = push_apart(&wanted, widest + 6.0, (LEFT, WIDTH - 24.0));
         for ((place, value, text), right) in shown.labels.iter().zip(spread) {
             let spot = panel.at(*place, height(*value));
             canvas.line((right, top - 4.0), (spot.0, spot.1 - 3.0), FAINT, 0.7);

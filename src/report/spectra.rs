@@ -147,7 +147,10 @@ pub fn curves(found: &Spectrum, title: &str) -> Lines {
     Lines {
         title: title.to_string(),
         across: format!("{across}{}", unit_of(unit)),
-        up: format!("{}{}", kind(found.kind), unit_of(up)),
+        up: match found.kind {
+            SpectrumKind::Order | SpectrumKind::Average => format!("amplitude{}", unit_of(up)),
+            _ => format!("{}{}", kind(found.kind), unit_of(up)),
+        },
         curves: found
             .curves
             .iter()

@@ -1,6 +1,6 @@
 //! Arrays to bytes of a MATLAB file of level 5: little-endian, uncompressed.
 //!
-//! A file is the [`header`] and then its variables, each the bytes of one of the functions below.
+//! A file is the `header` and then its variables, each the bytes of one of the functions below.
 
 use std::io;
 

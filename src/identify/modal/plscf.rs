@@ -6,7 +6,7 @@
 //!
 //! Holding the lowest coefficient at the unit matrix, `α ∝ M⁻¹ E₀`, drives the poles that model noise out of the unit circle (Cauberghe,
 //! Guillaume, Verboven, Vanlanduit & Parloo, Mech. Syst. Signal Process. 19 (2005), 989–1014), but noise then pulls the damping down.
-//! Here `α ∝ M⁻ⁿ E₀` with n = [`STEPS`]: inverse iteration towards the smallest eigenvalues, the directions that noise alone fills,
+//! Here `α ∝ M⁻ⁿ E₀` with n = `STEPS`: inverse iteration towards the smallest eigenvalues, the directions that noise alone fills,
 //! which keeps the first and mends most of the second.
 
 use super::candidates::{CandidatePole, OrderPoles, is_inside, unit_largest};

@@ -1,7 +1,7 @@
 //! Modes from responses alone, where what drives the machine is not measured: it is taken as broad-band noise.
 //!
-//! Subspace identification ([`subspace`]) gives poles with their uncertainty, order by order; frequency-domain decomposition
-//! ([`decomposition`]) shows the peaks of the spectra; [`harmonics`] tells running-speed lines from modes.
+//! Subspace identification (`subspace`) gives poles with their uncertainty, order by order; frequency-domain decomposition
+//! (`decomposition`) shows the peaks of the spectra; `harmonics` tells running-speed lines from modes.
 
 /// The responses, checked once.
 pub mod channels;

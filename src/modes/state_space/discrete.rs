@@ -1,4 +1,4 @@
-//! A state-space form of a machine at a sample time: the rules of [`sampling`].
+//! A state-space form of a machine at a sample time: the rules of `sampling`.
 
 use super::system::StateSpace;
 use crate::base::code::Code;

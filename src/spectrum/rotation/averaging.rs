@@ -1,7 +1,7 @@
 //! Averages over turns: `a_i = 1/K Σ_k y_{i+kN}`, what repeats with a shaft; the rest falls by `1/√K`.
 //!
 //! S. Braun, The extraction of periodic waveforms by time domain averaging, Acustica 32 (1975), 69–77. For another shaft of the same train
-//! take its own angle, [`AngleCurve::geared`] by the exact ratio of teeth, and resample over that.
+//! take its own angle, `AngleCurve::geared` by the exact ratio of teeth, and resample over that.
 
 use std::f64::consts::TAU;
 

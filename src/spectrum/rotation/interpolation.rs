@@ -1,7 +1,7 @@
 //! Band-limited interpolation: `x(t) = Σ_j x_j h((t − j)/s)`, a sinc under Kaiser's window, stretched by `s ≥ 1` where fewer values
 //! are taken than there are samples, so that what they could not hold is filtered out first.
 //!
-//! Kept to 10⁻⁴ up to [`PASS`] of half the lower of both rates; from half that rate on 80 dB down.
+//! Kept to 10⁻⁴ up to `PASS` of half the lower of both rates; from half that rate on 80 dB down.
 
 use crate::spectrum::lowpass::{kaiser, kaiser_beta, sinc};
 
