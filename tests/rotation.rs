@@ -13,7 +13,7 @@ use geardyn::spectrum::band::{Band, analytic, base_band};
 use geardyn::spectrum::cepstrum::Cepstrum;
 use geardyn::spectrum::decimate::{DecimationSettings, Decimator, decimate};
 use geardyn::spectrum::envelope::squared_envelope_spectrum;
-use geardyn::spectrum::lowpass::{bessel_i0, kaiser_beta};
+use geardyn::spectrum::lowpass::kaiser_beta;
 use geardyn::spectrum::rotation::angle::AngleCurve;
 use geardyn::spectrum::rotation::angular::{AngularSignal, resample};
 use geardyn::spectrum::rotation::averaging::TurnAverage;
@@ -21,6 +21,7 @@ use geardyn::spectrum::rotation::orders::{TrackSettings, order_spectrum, order_t
 use geardyn::spectrum::rotation::separation::{SeparationSettings, separate};
 use geardyn::spectrum::rotation::tacho::{Slope, pulses};
 use geardyn::spectrum::spectrogram::{SpectrogramSettings, spectrogram};
+use geardyn::spectrum::window::bessel_i0;
 use serde_json::Value;
 
 fn numbers(value: &Value) -> Vec<f64> {

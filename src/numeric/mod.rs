@@ -90,6 +90,12 @@ pub mod inverse;
 /// Modes nearest a shift.
 pub mod lanczos;
 
+/// The entries of a matrix, row by row.
+pub fn by_rows(a: &Matrix) -> Vec<Vec<f64>> {
+    let row = |i| (0..a.ncols()).map(|j| a[(i, j)]).collect();
+    (0..a.nrows()).map(row).collect()
+}
+
 /// Refuses a matrix with an entry that is not a number or not finite; `what` names it.
 fn check_finite(a: &Matrix, what: &str) -> Result<(), Error> {
     for j in 0..a.ncols() {

@@ -7,6 +7,7 @@
 use std::f64::consts::PI;
 
 use super::samples::check_positive;
+use super::window::bessel_i0;
 use crate::base::code::Code;
 use crate::base::error::Error;
 
@@ -15,18 +16,6 @@ const MARGIN_DB: f64 = 1.5;
 
 /// Kaiser's formulas begin here, dB.
 const LEAST_DB: f64 = 21.0;
-
-/// Modified Bessel function of the first kind and order zero, by its power series, to rounding.
-pub fn bessel_i0(x: f64) -> f64 {
-    let quarter = x * x / 4.0;
-    let (mut term, mut sum, mut k) = (1.0, 1.0, 0.0);
-    while term > sum * f64::EPSILON {
-        k += 1.0;
-        term *= quarter / (k * k);
-        sum += term;
-    }
-    sum
-}
 
 /// Shape β of Kaiser's window for an attenuation in dB.
 pub fn kaiser_beta(attenuation_db: f64) -> f64 {

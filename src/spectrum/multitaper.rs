@@ -7,7 +7,7 @@
 
 use std::f64::consts::PI;
 
-use super::spectra::{Cross, Spectra};
+use super::spectra::{Cross, Spectra, mean};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::Complex;
@@ -88,13 +88,7 @@ pub fn multitaper(
 
 /// `Σ_j x_j exp(−2πi mj/2(n+1))`, `j = 1 … n`, `m = 0 … n+1`, the mean of x taken off.
 fn transform(channel: &[f64], fft: &mut RealFft) -> Result<Vec<Complex>, Error> {
-    let mean = channel.iter().sum::<f64>() / channel.len() as f64;
-    if !mean.is_finite() {
-        return Err(Error::new(
-            Code::Overflow,
-            "a sample is not a number, or their sum is too large",
-        ));
-    }
+    let mean = mean(channel)?;
     let mut samples = vec![0.0; fft.samples()];
     for (z, x) in samples[1..].iter_mut().zip(channel) {
         *z = x - mean;

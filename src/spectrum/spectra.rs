@@ -2,6 +2,8 @@
 //!
 //! Bendat & Piersol, Random Data, 4th ed. (2010), sections 8.5 and 9.2.
 
+use crate::base::code::Code;
+use crate::base::error::Error;
 use crate::numeric::Complex;
 use crate::numeric::statistics::chi_squared_quantile;
 
@@ -33,6 +35,21 @@ pub struct Cross {
     pub pair: (usize, usize),
     /// `E[X* Y]`: unit of x times unit of y over Hz.
     pub value: Vec<Complex>,
+}
+
+/// The mean of a channel.
+///
+/// # Errors
+/// `Overflow` where a sample is not finite, or their sum.
+pub(super) fn mean(channel: &[f64]) -> Result<f64, Error> {
+    let mean = channel.iter().sum::<f64>() / channel.len() as f64;
+    if !mean.is_finite() {
+        return Err(Error::new(
+            Code::Overflow,
+            "a sample is not a number, or their sum is too large",
+        ));
+    }
+    Ok(mean)
 }
 
 impl Spectra {

@@ -5,7 +5,7 @@
 //! error come from the scatter over the m lines, `m` averages. Daniell's spectral window: Bendat & Piersol, Random Data, 4th ed.
 //! (2010), section 11.5.5.
 
-use super::spectra::{Cross, Spectra};
+use super::spectra::{Cross, Spectra, mean};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::Complex;
@@ -79,13 +79,7 @@ pub fn smoothed(
 }
 
 fn transform(channel: &[f64], fft: &mut RealFft) -> Result<Vec<Complex>, Error> {
-    let mean = channel.iter().sum::<f64>() / channel.len() as f64;
-    if !mean.is_finite() {
-        return Err(Error::new(
-            Code::Overflow,
-            "a sample is not a number, or their sum is too large",
-        ));
-    }
+    let mean = mean(channel)?;
     let mut samples: Vec<f64> = channel.iter().map(|x| x - mean).collect();
     let mut spectrum = vec![Complex::new(0.0, 0.0); fft.lines()];
     fft.forward(&mut samples, &mut spectrum);

@@ -193,7 +193,7 @@ fn cosines(a: &[f64], x: f64) -> f64 {
 }
 
 /// The modified Bessel function `I₀(x) = Σ ((x/2)^m/m!)²`; its terms are positive, so the series keeps all digits.
-fn bessel_i0(x: f64) -> f64 {
+pub fn bessel_i0(x: f64) -> f64 {
     let (mut sum, mut term, mut m) = (1.0, 1.0, 1.0);
     while term > f64::EPSILON * sum {
         term *= (0.5 * x / m).powi(2);

@@ -13,7 +13,7 @@ use super::realisation::{Map, Realisation};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::mat5::write as mat5;
-use crate::numeric::{Complex, Matrix};
+use crate::numeric::{Complex, Matrix, by_rows};
 use crate::recording::responses::Terminal;
 
 fn complex(z: Complex) -> Value {
@@ -57,13 +57,8 @@ impl TransferFunction {
 impl Realisation {
     /// `a`, `b`, `c`, `d` by rows, `inputs`, `outputs`, `delay_s`, `sample_time_s`, `map` and `prewarp_hz` (null where there are none).
     pub fn to_json(&self) -> Value {
-        let rows = |m: &Matrix| -> Vec<Vec<f64>> {
-            (0..m.nrows())
-                .map(|i| (0..m.ncols()).map(|j| m[(i, j)]).collect())
-                .collect()
-        };
         json!({
-            "a": rows(&self.a), "b": rows(&self.b), "c": rows(&self.c), "d": rows(&self.d),
+            "a": by_rows(&self.a), "b": by_rows(&self.b), "c": by_rows(&self.c), "d": by_rows(&self.d),
             "inputs": self.inputs, "outputs": self.outputs, "delay_s": self.delay_s,
             "sample_time_s": self.sampling.map(|s| s.time_s),
             "map": self.sampling.map(|s| s.map.name()),

@@ -6,18 +6,13 @@ use serde_json::{Value, json};
 
 use super::system::StateSpace;
 use crate::base::mat5::write;
-use crate::numeric::Matrix;
+use crate::numeric::by_rows;
 
 impl StateSpace {
     /// `a`, `b`, `c`, `d` by rows, `states`, `inputs`, `outputs`, `sample_time_s` and `hold` (null where continuous).
     pub fn to_json(&self) -> Value {
-        let rows = |m: &Matrix| -> Vec<Vec<f64>> {
-            (0..m.nrows())
-                .map(|i| (0..m.ncols()).map(|j| m[(i, j)]).collect())
-                .collect()
-        };
         json!({
-            "a": rows(&self.a), "b": rows(&self.b), "c": rows(&self.c), "d": rows(&self.d),
+            "a": by_rows(&self.a), "b": by_rows(&self.b), "c": by_rows(&self.c), "d": by_rows(&self.d),
             "states": self.states, "inputs": self.inputs, "outputs": self.outputs,
             "sample_time_s": self.sample_time, "hold": self.hold.map(|hold| hold.name()),
         })
