@@ -28,6 +28,9 @@ pub mod machine;
 /// Natural modes.
 pub mod modes;
 
+/// Integration in time.
+pub mod motion;
+
 /// What a study needs, and running it.
 pub mod plan;
 

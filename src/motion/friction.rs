@@ -1,0 +1,73 @@
+//! Dry friction on a deflection's rate: Coulomb's law with a breakaway force and Stribeck's fall between them.
+
+/// `F = sign(δ̇) [F_c + (F_s − F_c) exp(−(δ̇/v_s)²)]` sliding; anything up to F_s sticking.
+///
+/// Source: Armstrong-Hélouvry, Dupont and Canudas de Wit 1994, the static model.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Friction {
+    /// F_c, N or N·m.
+    pub sliding: f64,
+    /// F_s ≥ F_c, N or N·m.
+    pub breakaway: f64,
+    /// v_s, m/s or rad/s; unused where F_s = F_c.
+    pub stribeck: f64,
+    /// Width over which methods without events let the force turn from one sign to the other, m/s or rad/s.
+    pub creep: f64,
+}
+
+/// How a friction pair stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Slip {
+    /// δ̇ > 0.
+    Forward,
+    /// δ̇ < 0.
+    Backward,
+    /// δ̇ = 0, held by any force up to the breakaway force.
+    Stick,
+}
+
+impl Slip {
+    /// The sign of δ̇.
+    pub fn sign(self) -> f64 {
+        match self {
+            Slip::Forward => 1.0,
+            Slip::Backward => -1.0,
+            Slip::Stick => 0.0,
+        }
+    }
+}
+
+impl Friction {
+    /// The force while sliding in the sense of `slip`, carried on smoothly beyond δ̇ = 0.
+    pub fn sliding(&self, slip: Slip, rate: f64) -> f64 {
+        slip.sign() * (self.sliding + (self.breakaway - self.sliding) * self.fall(rate))
+    }
+
+    /// dF/dδ̇ while sliding.
+    pub fn slope(&self, slip: Slip, rate: f64) -> f64 {
+        match self.is_coulomb() {
+            true => 0.0,
+            false => {
+                -slip.sign() * (self.breakaway - self.sliding) * self.fall(rate) * 2.0 * rate
+                    / (self.stribeck * self.stribeck)
+            }
+        }
+    }
+
+    fn fall(&self, rate: f64) -> f64 {
+        match self.is_coulomb() {
+            true => 0.0,
+            false => (-(rate / self.stribeck).powi(2)).exp(),
+        }
+    }
+
+    /// Sliding costs the same force at every rate: piecewise linear.
+    pub fn is_coulomb(&self) -> bool {
+        self.breakaway == self.sliding
+    }
+
+    /// The law with its step spread over the creep speed, `tanh(δ̇/creep)`: for methods without events.
+    pub fn smoothed(&self, rate: f64) -> f64 {
+        (rate / self.creep).tanh() * self.sliding(Slip::Forward, rate)
+    }
+}

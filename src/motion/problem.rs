@@ -1,0 +1,105 @@
+//! What every method of integration takes and gives: a problem, what is asked of it, where samples go, what it cost.
+
+use std::ops::ControlFlow;
+
+use crate::base::error::Error;
+use crate::numeric::Matrix;
+
+/// A first-order problem `ẏ = f(t, y)`. Machines are one; plain stiff problems too.
+pub trait Problem {
+    /// How many states there are.
+    fn len(&self) -> usize;
+
+    /// f.
+    fn slope(&self, t: f64, y: &[f64], dy: &mut [f64]);
+
+    /// ∂f/∂y; by differences of [`Problem::slope`] unless the problem knows better.
+    fn jacobian(&self, t: f64, y: &[f64], jacobian: &mut Matrix) {
+        let n = self.len();
+        let mut moved = y.to_vec();
+        let (mut base, mut slope) = (vec![0.0; n], vec![0.0; n]);
+        self.slope(t, y, &mut base);
+        for j in 0..n {
+            let step = f64::EPSILON.sqrt() * y[j].abs().max(1e-5);
+            moved[j] = y[j] + step;
+            self.slope(t, &moved, &mut slope);
+            for i in 0..n {
+                jacobian[(i, j)] = (slope[i] - base[i]) / (moved[j] - y[j]);
+            }
+            moved[j] = y[j];
+        }
+    }
+
+    /// The first known instant after `t` at which f jumps or has a corner; ∞ where none comes.
+    fn next_break(&self, _t: f64) -> f64 {
+        f64::INFINITY
+    }
+
+    /// Whether there is nothing to solve.
+    fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// What is asked of a method.
+#[derive(Debug, Clone)]
+pub struct Ask {
+    /// From this instant, s.
+    pub from: f64,
+    /// To this one, s.
+    pub to: f64,
+    /// The state then.
+    pub start: Vec<f64>,
+    /// How many equal steps the samples divide the time into: samples + 1 states are delivered, both ends included.
+    pub samples: usize,
+    /// How exact, or how fine.
+    pub effort: Wanted,
+    /// The run is refused once it has cost so many evaluations of f or of a segment.
+    pub budget: u64,
+}
+
+impl Ask {
+    /// The instant of a sample; the last is exactly the end.
+    pub fn time(&self, sample: usize) -> f64 {
+        match sample == self.samples {
+            true => self.to,
+            false => self.from + (self.to - self.from) * sample as f64 / self.samples as f64,
+        }
+    }
+}
+
+/// How exact, or how fine.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Wanted {
+    /// Local error per step, relative to the scale of each state: for methods that choose their steps.
+    Tolerance(f64),
+    /// Fixed step, s: for methods that do not.
+    Step(f64),
+}
+
+/// Where samples go: time, state. A break ends the run early, whole.
+pub type Sink<'a> = dyn FnMut(f64, &[f64]) -> ControlFlow<()> + 'a;
+
+/// What a run cost.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Effort {
+    /// Steps or segments.
+    pub steps: u64,
+    /// Steps done again smaller.
+    pub rejected: u64,
+    /// Evaluations of f, or of switch functions.
+    pub evaluations: u64,
+    /// Of ∂f/∂y.
+    pub jacobians: u64,
+    /// Matrices factored.
+    pub factorisations: u64,
+    /// Contacts opened or closed, pairs that stuck or slipped.
+    pub events: u64,
+    /// Borders touched without a certain crossing.
+    pub grazed: u64,
+    /// Linear machines built, one for each way the contacts stood.
+    pub machines: u64,
+}
+
+/// A method's run on a problem of kind P.
+pub type Run<P> = fn(&P, &Ask, &mut Sink) -> Result<Effort, Error>;
