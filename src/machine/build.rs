@@ -2,14 +2,14 @@
 
 use std::collections::HashSet;
 
-use super::builder::Builder;
+use super::builder::{Builder, twist};
 use super::elements::{
     bearing, belt, body, chain, coupling, damper, gear_pair, planetary, shaft, worm_pair,
 };
-use super::parts::Machine;
+use super::parts::{Brake, FormError, Machine, Motor};
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::scene::model::{Axis, End, Model};
+use crate::scene::model::{self, Axis, End, Model};
 
 /// Builds the machine of a model. No lateral freedom exists that no bearing or planetary stage gives.
 ///
@@ -153,8 +153,16 @@ fn place(builder: &mut Builder, model: &Model, numbers: &Numbers) -> Result<(), 
     }
     for load in &model.loads {
         let freedom = builder.theta(&load.at)?;
-        builder.machine.loads.push((freedom, load.torque));
+        let lasting = load.history.lasting();
+        if lasting != 0.0 {
+            builder.machine.loads.push((freedom, lasting));
+        }
+        builder
+            .machine
+            .histories
+            .push((freedom, load.history.clone()));
     }
+    excite(builder, model)?;
     for mean in &model.speeds {
         let freedom = builder.theta(&mean.at)?;
         builder.machine.speeds.push((freedom, mean.speed));
@@ -162,11 +170,82 @@ fn place(builder: &mut Builder, model: &Model, numbers: &Numbers) -> Result<(), 
     Ok(())
 }
 
+/// Motors, brakes and errors of gears.
+fn excite(builder: &mut Builder, model: &Model) -> Result<(), Error> {
+    for part in &model.motors {
+        let element = builder.element(&part.name, "motor");
+        let freedom = builder.theta(&part.at)?;
+        let drive = part.drive.clone();
+        builder.machine.motors.push(Motor {
+            element,
+            freedom,
+            drive,
+        });
+    }
+    for part in &model.brakes {
+        let element = builder.element(&part.name, "brake");
+        let ends = [
+            builder.theta_of(&part.between[0])?,
+            builder.theta_of(&part.between[1])?,
+        ];
+        builder.machine.brakes.push(Brake {
+            element,
+            direction: twist(ends),
+            friction: part.friction,
+        });
+    }
+    for part in &model.errors {
+        let error = form_error(builder, part)?;
+        builder.machine.errors.push(error);
+    }
+    Ok(())
+}
+
+/// The meshes an error acts in: those of the gears on its node, or the one it names.
+fn form_error(builder: &Builder, part: &model::FormError) -> Result<FormError, Error> {
+    let turning = builder.theta(&part.on)?;
+    let machine = &builder.machine;
+    let of_node = machine
+        .gears
+        .iter()
+        .filter(|g| g.turning == turning && g.teeth.is_some());
+    let named = |element: usize| {
+        part.mesh
+            .as_ref()
+            .is_none_or(|name| machine.elements[element].name == name.text)
+    };
+    let gears: Vec<_> = of_node.filter(|g| named(g.element)).collect();
+    let Some(first) = gears.first() else {
+        let (message, place) = match &part.mesh {
+            Some(mesh) => (
+                format!("`{}` has no teeth in `{}`", part.on.text, mesh.text),
+                &mesh.place,
+            ),
+            None => (
+                format!("`{}` carries no toothed gear", part.on.text),
+                &part.on.place,
+            ),
+        };
+        let hint = "an error stands on the node of a gear; `mesh` names one of its pairs";
+        return Err(Error::new(Code::UnknownNode, message).at(place).hint(hint));
+    };
+    Ok(FormError {
+        cause: part.cause.clone(),
+        turning,
+        carrier: first.carrier,
+        branches: gears
+            .iter()
+            .flat_map(|g| g.branches.iter().copied())
+            .collect(),
+        shape: part.shape.clone(),
+    })
+}
+
 /// In a lateral stage all members are described in the carrier's frame, so that the meshes keep their place.
 fn turn_members(
     builder: &mut Builder,
     model: &Model,
-    stage: &crate::scene::model::Planetary,
+    stage: &model::Planetary,
     element: usize,
 ) -> Result<(), Error> {
     let End::Node(carrier) = &stage.carrier else {

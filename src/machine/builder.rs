@@ -107,6 +107,8 @@ impl Builder {
             force: None,
             law,
             play: 0.0,
+            losses: None,
+            wave: None,
         });
     }
 
@@ -128,6 +130,8 @@ impl Builder {
             force: None,
             law,
             play: contact.backlash,
+            losses: contact.losses,
+            wave: contact.wave.clone(),
         };
         self.machine.branches.push(branch);
     }

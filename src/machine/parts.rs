@@ -2,7 +2,8 @@
 
 use super::direction::Direction;
 use crate::base::place::Place;
-use crate::scene::model::{Axis, GlobalDamping, Loss};
+use crate::scene::laws::{Drive, Friction, History, Losses, Shape};
+use crate::scene::model::{Axis, GlobalDamping, Loss, StiffnessWave};
 
 /// A whole machine before anything is eliminated or linearised.
 #[derive(Debug, Clone, Default)]
@@ -19,8 +20,16 @@ pub struct Machine {
     pub branches: Vec<Branch>,
     /// What depends on the mean speed of a node.
     pub spins: Vec<Spin>,
-    /// Constant torques, N·m, by freedom.
+    /// What lasts of the torques, N·m, by freedom.
     pub loads: Vec<(usize, f64)>,
+    /// The torques over time, by freedom.
+    pub histories: Vec<(usize, History)>,
+    /// What drives by speed.
+    pub motors: Vec<Motor>,
+    /// Dry friction.
+    pub brakes: Vec<Brake>,
+    /// Errors of gears.
+    pub errors: Vec<FormError>,
     /// Gears, for orders of excitation.
     pub gears: Vec<Gear>,
     /// Mean speeds stated in the file: freedom, rad/s. The first is the reference.
@@ -88,6 +97,47 @@ pub struct Branch {
     pub law: Law,
     /// Play, in the unit of δ; zero: none.
     pub play: f64,
+    /// What the damper does where the contact opens.
+    pub losses: Option<Losses>,
+    /// Stiffness over the mesh cycle.
+    pub wave: Option<StiffnessWave>,
+}
+
+/// What drives a freedom by its speed.
+#[derive(Debug, Clone)]
+pub struct Motor {
+    /// Whose it is.
+    pub element: usize,
+    /// The freedom.
+    pub freedom: usize,
+    /// How.
+    pub drive: Drive,
+}
+
+/// Dry friction along a direction.
+#[derive(Debug, Clone)]
+pub struct Brake {
+    /// Whose it is.
+    pub element: usize,
+    /// Its direction.
+    pub direction: Direction,
+    /// Its law.
+    pub friction: Friction,
+}
+
+/// An error that repeats with every turn of a gear, in some meshes.
+#[derive(Debug, Clone)]
+pub struct FormError {
+    /// What it comes from.
+    pub cause: String,
+    /// The freedom whose turn it repeats with.
+    pub turning: usize,
+    /// The freedom that carries the mesh round.
+    pub carrier: Option<usize>,
+    /// Meshes it acts in.
+    pub branches: Vec<usize>,
+    /// Surplus over one turn, m along the line of action; positive: the driven gear leads.
+    pub shape: Shape,
 }
 
 /// How a branch resists its deformation.

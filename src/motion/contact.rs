@@ -2,6 +2,8 @@
 //!
 //! Every stand is affine in the deflection δ and its rate, and so is every border: between two switches a contact is linear.
 
+pub use crate::scene::laws::Losses;
+
 /// A force or a border: `constant + deflection δ + rate δ̇`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Affine {
@@ -33,19 +35,6 @@ pub struct Contact {
     pub losses: Losses,
     /// Which flanks can touch.
     pub flanks: Flanks,
-}
-
-/// What the damper of a contact does where the contact opens and closes. With g the deflection beyond the play:
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Losses {
-    /// `F = k g + c δ̇`, the damper acting in the gap as well (Kahraman and Singh 1990).
-    Throughout,
-    /// `F = k g + c δ̇` while touching: it jumps at touch and may pull before release.
-    Adhesive,
-    /// `F = max(0, k g + c δ̇)` while touching: it jumps at touch and never pulls (Modelica's ElastoBacklash2).
-    NoPull,
-    /// `F = max(0, k g + min(c δ̇, k g))`: neither jumps nor pulls (Modelica's ElastoBacklash).
-    Continuous,
 }
 
 /// Which flanks can touch.

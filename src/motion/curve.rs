@@ -1,27 +1,6 @@
 //! Torque over speed: motors, brakes, fans.
 
-/// A torque as a function of speed. It is what the machine receives: positive drives forward.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Curve {
-    /// `T = T₀ (1 − ω/ω₀)`: a DC motor at constant voltage.
-    Straight {
-        /// T₀, at standstill, N·m.
-        stall: f64,
-        /// ω₀, without load, rad/s.
-        idle: f64,
-    },
-    /// Kloss's formula `T = 2 T_k / (s/s_k + s_k/s)`, `s = (ω_s − ω)/ω_s`: an induction motor at constant frequency.
-    Induction {
-        /// T_k, the pull-out torque, N·m.
-        pull_out: f64,
-        /// s_k, the slip at which it acts.
-        slip: f64,
-        /// ω_s, rad/s.
-        synchronous: f64,
-    },
-    /// Straight lines through points, constant beyond them: speed, torque; by rising speed.
-    Table(Vec<(f64, f64)>),
-}
+pub use crate::scene::laws::Curve;
 
 impl Curve {
     /// The torque at a speed.

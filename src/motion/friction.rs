@@ -1,19 +1,6 @@
 //! Dry friction on a deflection's rate: Coulomb's law with a breakaway force and Stribeck's fall between them.
 
-/// `F = sign(δ̇) [F_c + (F_s − F_c) exp(−(δ̇/v_s)²)]` sliding; anything up to F_s sticking.
-///
-/// Source: Armstrong-Hélouvry, Dupont and Canudas de Wit 1994, the static model.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Friction {
-    /// F_c, N or N·m.
-    pub sliding: f64,
-    /// F_s ≥ F_c, N or N·m.
-    pub breakaway: f64,
-    /// v_s, m/s or rad/s; unused where F_s = F_c.
-    pub stribeck: f64,
-    /// Width over which methods without events let the force turn from one sign to the other, m/s or rad/s.
-    pub creep: f64,
-}
+pub use crate::scene::laws::Friction;
 
 /// How a friction pair stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

@@ -21,8 +21,14 @@ pub mod problem;
 /// A machine in motion.
 pub mod train;
 
-/// The methods, one file each.
-pub mod methods;
-
 /// What of a state is wanted.
 pub mod outputs;
+
+/// Cutting torque.
+mod cutting;
+
+/// From a machine to a machine in motion.
+pub mod assemble;
+
+/// The methods, one file each.
+pub mod methods;

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use crate::machine::direction::Direction;
+pub use crate::scene::laws::Shape;
 
 /// A periodic function of a phase.
 #[derive(Debug, Clone, PartialEq)]
@@ -11,29 +12,6 @@ pub struct Wave {
     pub shape: Shape,
     /// What carries it on.
     pub phase: Phase,
-}
-
-/// One period, over the phase ψ in turns of the period: ψ from 0 to 1.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Shape {
-    /// `high` for the first `duty` of the period, `low` for the rest.
-    Rectangular {
-        /// Value at first.
-        high: f64,
-        /// Value afterwards.
-        low: f64,
-        /// Share of the period, in (0, 1).
-        duty: f64,
-    },
-    /// `mean + Σ a cos(2π n ψ + φ)`.
-    Fourier {
-        /// n = 0.
-        mean: f64,
-        /// n, a, φ.
-        terms: Vec<(u32, f64, f64)>,
-    },
-    /// Straight lines through equally spaced values, the first at ψ = 0, closed after the last.
-    Table(Vec<f64>),
 }
 
 /// Where in its period a wave is.

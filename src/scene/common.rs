@@ -2,7 +2,10 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
+use super::laws::Losses;
 use super::model::{Contact, End, Hand, Loss, Name};
+use super::tables::one;
+use super::waves;
 use crate::base::code::Code;
 use crate::base::fields::Fields;
 use crate::base::kind::Kind;
@@ -222,7 +225,14 @@ pub fn contact(f: &mut Fields, suffix: &str) -> Contact {
                 Range::NotNegative,
             )
             .unwrap_or(0.0),
+        losses: losses(f, suffix),
+        wave: one(f, &format!("k_wave{suffix}"), waves::stiffness).flatten(),
     }
+}
+
+/// What the damper of a contact does where it opens.
+pub fn losses(f: &mut Fields, suffix: &str) -> Option<Losses> {
+    f.choice(&format!("contact_damping{suffix}"), Losses::WORDS)
 }
 
 /// The hand of the first gear.

@@ -4,15 +4,19 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::model::{Load, Model};
+use super::start::{self, Start};
 use super::study::Study;
-use super::{bodies, gears, nodes, overrides, planetary, shafts, study, supports};
+use super::tables::{each, one};
+use super::{
+    bodies, drives, form_errors, gears, nodes, overrides, planetary, shafts, study, supports,
+};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::fields::Fields;
 use crate::base::load;
 use crate::base::notes::Notes;
 use crate::base::place::{Place, Source};
-use crate::base::toml::{self, Document, Item, Table, Value};
+use crate::base::toml::{self, Document, Value};
 
 /// A model with what a scene asks of it; a model file alone is a scene without studies.
 #[derive(Debug, Clone)]
@@ -21,6 +25,8 @@ pub struct Scene {
     pub model: Model,
     /// The model file.
     pub model_path: PathBuf,
+    /// Where motion starts.
+    pub start: Start,
     /// What is asked, in the order asked.
     pub studies: Vec<Study>,
     /// Every file read, the one named first at the front; their texts are what a hash of the input covers.
@@ -48,6 +54,7 @@ fn read_source(source: Arc<Source>) -> Result<Scene, Errors> {
     finish(notes, document.broken, || Scene {
         model,
         model_path: PathBuf::from(&source.path),
+        start: Start::default(),
         studies: Vec::new(),
         sources: vec![source.clone()],
     })
@@ -84,7 +91,8 @@ fn read_scene(document: Document, mut notes: Notes) -> Result<Scene, Errors> {
     let mut f = Fields::new(&document.root, place, "the scene", &mut notes);
     heading(&mut f);
     let named = f.optional_text("model");
-    let loads = each(&mut f, "load", supports::load);
+    let loads = each(&mut f, "load", drives::load);
+    let start = one(&mut f, "start", start::read).unwrap_or_default();
     let studies = each(&mut f, "study", study::read);
     f.item("set", "a table of \"element.key\" = value");
     let at = f.place_of("model").clone();
@@ -106,6 +114,7 @@ fn read_scene(document: Document, mut notes: Notes) -> Result<Scene, Errors> {
     finish(notes, broken, || Scene {
         model,
         model_path,
+        start,
         studies: studies.into_iter().flatten().collect(),
         sources: vec![document.source.clone(), source],
     })
@@ -172,7 +181,10 @@ fn read_model(file: &Document, loads: Vec<Load>, notes: &mut Notes) -> Model {
         couplings: each(&mut f, "coupling", shafts::coupling),
         bearings: each(&mut f, "bearing", supports::bearing),
         dampers: each(&mut f, "damper", supports::damper),
-        loads: each(&mut f, "load", supports::load),
+        loads: each(&mut f, "load", drives::load),
+        motors: each(&mut f, "motor", drives::motor),
+        brakes: each(&mut f, "brake", drives::brake),
+        errors: each(&mut f, "error", form_errors::form_error),
         damping: one(&mut f, "damping", supports::damping).unwrap_or_default(),
         speeds: one(&mut f, "speed", supports::speeds).unwrap_or_default(),
     };
@@ -192,49 +204,4 @@ fn read_model(file: &Document, loads: Vec<Load>, notes: &mut Notes) -> Model {
     }
     nodes::check(&model, notes);
     model
-}
-
-/// Every table under `[[key]]`.
-pub(super) fn each<T>(f: &mut Fields, key: &str, read: fn(&mut Fields) -> T) -> Vec<T> {
-    let takes = format!("tables: write [[{key}]] above each");
-    let Some(item) = f.item(key, takes.as_str()) else {
-        return Vec::new();
-    };
-    let Value::List(list) = &item.value else {
-        return f.wrong_type(key, item, &takes).unwrap_or_default();
-    };
-    let header = format!("[[{key}]]");
-    let mut all = Vec::new();
-    for item in list {
-        match &item.value {
-            Value::Table(table) => all.push(inner(f, table, item, &header, read)),
-            _ => {
-                f.wrong_type::<()>(key, item, &takes);
-            }
-        }
-    }
-    all
-}
-
-/// The one table under `[key]`.
-pub(super) fn one<T>(f: &mut Fields, key: &str, read: fn(&mut Fields) -> T) -> Option<T> {
-    let takes = format!("one table: write [{key}] above it");
-    let item = f.item(key, takes.as_str())?;
-    match &item.value {
-        Value::Table(table) => Some(inner(f, table, item, &format!("[{key}]"), read)),
-        _ => f.wrong_type(key, item, &takes),
-    }
-}
-
-fn inner<T>(
-    f: &mut Fields,
-    table: &Table,
-    item: &Item,
-    header: &str,
-    read: fn(&mut Fields) -> T,
-) -> T {
-    let mut fields = Fields::new(table, item.place.clone(), header, f.notes);
-    let value = read(&mut fields);
-    fields.ends();
-    value
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::file::{each, one};
+use super::tables::{each, one};
 use crate::base::error::Errors;
 use crate::base::fields::Fields;
 use crate::base::kind::Kind;

@@ -1,7 +1,16 @@
 //! TOML files of ours as written: models and scenes, each value with its place.
 
+/// Laws of motion in time.
+pub mod laws;
+
 /// A machine as its file describes it.
 pub mod model;
+
+/// Tables by their headers.
+mod tables;
+
+/// Waves over a period.
+mod waves;
 
 /// What many tables share.
 mod common;
@@ -21,8 +30,17 @@ mod gears;
 /// Planetary stages.
 mod planetary;
 
-/// Bearings, dampers, loads, speeds, damping.
+/// Bearings, dampers, speeds, damping.
 mod supports;
+
+/// Loads, motors and brakes.
+mod drives;
+
+/// Errors of gears.
+mod form_errors;
+
+/// Where a scene starts.
+mod start;
 
 /// What no single table can tell.
 mod nodes;

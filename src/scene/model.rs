@@ -1,5 +1,6 @@
 //! A machine as its file describes it: parameters in SI units, each with the place it was written at.
 
+use super::laws::{Drive, Friction, History, Losses, Shape};
 use crate::base::place::Place;
 
 /// A whole model file, read and checked value by value. Nothing is assembled yet.
@@ -29,8 +30,14 @@ pub struct Model {
     pub bearings: Vec<Bearing>,
     /// Dampers.
     pub dampers: Vec<Damper>,
-    /// Constant torques that hold the contacts on one flank.
+    /// Torques on nodes; what lasts of them holds the contacts on one flank.
     pub loads: Vec<Load>,
+    /// What drives nodes by their speed.
+    pub motors: Vec<Motor>,
+    /// Dry friction between nodes.
+    pub brakes: Vec<Brake>,
+    /// Errors of gears.
+    pub errors: Vec<FormError>,
     /// Damping of the whole machine.
     pub damping: GlobalDamping,
     /// Mean speeds of named nodes, the first being the one `--speed` refers to.
@@ -158,6 +165,10 @@ pub struct Contact {
     pub loss: Loss,
     /// Play along the tooth normal, flank to flank, m.
     pub backlash: f64,
+    /// What the damper does where the contact opens.
+    pub losses: Option<Losses>,
+    /// The stiffness over one mesh cycle, as a factor.
+    pub wave: Option<StiffnessWave>,
 }
 
 /// Which way the helix or spiral of the first gear of a pair winds; its mate follows.
@@ -168,6 +179,15 @@ pub enum Hand {
     Right,
     /// Left-hand.
     Left,
+}
+
+/// Stiffness of a mesh over its cycle, as a factor.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StiffnessWave {
+    /// One mesh cycle; its mean need not be one.
+    pub shape: Shape,
+    /// How far into the cycle the mesh stands when its gears stand at zero, rad of the mesh cycle.
+    pub lead: f64,
 }
 
 /// A pair of spur, helical, bevel or hypoid gears; all are one direction in space.
@@ -306,6 +326,8 @@ pub struct Coupling {
     pub loss: Loss,
     /// Lost motion, end to end, rad.
     pub backlash: f64,
+    /// What the damper does where the coupling runs through its lost motion.
+    pub losses: Option<Losses>,
 }
 
 /// Axes of a node.
@@ -379,13 +401,48 @@ pub struct Damper {
     pub coefficient: f64,
 }
 
-/// A constant torque on a node.
+/// A torque on a node.
 #[derive(Debug, Clone)]
 pub struct Load {
     /// The node.
     pub at: Name,
-    /// N·m.
-    pub torque: f64,
+    /// N·m over time.
+    pub history: History,
+}
+
+/// What drives a node by its speed.
+#[derive(Debug, Clone)]
+pub struct Motor {
+    /// The element.
+    pub name: Name,
+    /// The node.
+    pub at: Name,
+    /// How.
+    pub drive: Drive,
+}
+
+/// Dry friction on the rotation of a node against ground, or of two nodes against each other.
+#[derive(Debug, Clone)]
+pub struct Brake {
+    /// The element.
+    pub name: Name,
+    /// Both ends.
+    pub between: [End; 2],
+    /// N·m and rad/s.
+    pub friction: Friction,
+}
+
+/// An error of a gear that repeats with its turn, along the line of action of its meshes.
+#[derive(Debug, Clone)]
+pub struct FormError {
+    /// The gear's node.
+    pub on: Name,
+    /// Only in this element's meshes; in all of the gear's where left out.
+    pub mesh: Option<Name>,
+    /// What it comes from.
+    pub cause: String,
+    /// e over one turn of the gear, m along the line of action; positive: the driven gear leads.
+    pub shape: Shape,
 }
 
 /// A mean speed of a node.
@@ -406,6 +463,8 @@ pub struct GlobalDamping {
     pub stiffness: f64,
     /// Damping ratio of each elastic mode in rising order; the last one holds for all above.
     pub modal: Vec<f64>,
+    /// What dampers of contacts do where these open, unless an element says otherwise.
+    pub contacts: Option<Losses>,
     /// Where it is written.
     pub place: Option<Place>,
 }

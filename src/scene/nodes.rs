@@ -37,6 +37,8 @@ fn names(model: &Model) -> Vec<&Name> {
     names.extend(model.couplings.iter().map(|e| &e.name));
     names.extend(model.bearings.iter().map(|e| &e.name));
     names.extend(model.dampers.iter().map(|e| &e.name));
+    names.extend(model.motors.iter().map(|e| &e.name));
+    names.extend(model.brakes.iter().map(|e| &e.name));
     names
 }
 
@@ -74,6 +76,7 @@ fn references(model: &Model) -> Vec<&Name> {
     ends.extend(model.couplings.iter().flat_map(|e| &e.between));
     ends.extend(model.bearings.iter().flat_map(|e| &e.between));
     ends.extend(model.dampers.iter().flat_map(|e| &e.between));
+    ends.extend(model.brakes.iter().flat_map(|e| &e.between));
     ends.extend(
         model
             .planetaries
@@ -91,6 +94,8 @@ fn references(model: &Model) -> Vec<&Name> {
     nodes.extend(model.worm_pairs.iter().flat_map(|e| &e.between));
     nodes.extend(model.belts.iter().flat_map(|e| &e.between));
     nodes.extend(model.loads.iter().map(|e| &e.at));
+    nodes.extend(model.motors.iter().map(|e| &e.at));
+    nodes.extend(model.errors.iter().map(|e| &e.on));
     nodes.extend(model.speeds.iter().map(|e| &e.at));
     nodes
 }

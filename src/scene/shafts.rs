@@ -111,5 +111,6 @@ pub fn coupling(f: &mut Fields) -> Coupling {
         backlash: f
             .optional_quantity("backlash", Kind::Angle, Range::NotNegative)
             .unwrap_or(0.0),
+        losses: common::losses(f, ""),
     }
 }

@@ -1,7 +1,8 @@
-//! `[[bearing]]`, `[[damper]]`, `[[load]]`, `[speed]` and `[damping]`.
+//! `[[bearing]]`, `[[damper]]`, `[speed]` and `[damping]`.
 
 use super::common;
-use super::model::{Axis, Bearing, Damper, GlobalDamping, Load, MeanSpeed, Name};
+use super::laws::Losses;
+use super::model::{Axis, Bearing, Damper, GlobalDamping, MeanSpeed, Name};
 use crate::base::code::Code;
 use crate::base::fields::Fields;
 use crate::base::kind::Kind;
@@ -81,14 +82,6 @@ pub fn damper(f: &mut Fields) -> Damper {
     }
 }
 
-/// A constant torque.
-pub fn load(f: &mut Fields) -> Load {
-    Load {
-        at: common::one_node(f, "at"),
-        torque: f.quantity("torque", Kind::Torque, Range::Any),
-    }
-}
-
 /// Mean speeds, whose keys are nodes.
 pub fn speeds(f: &mut Fields) -> Vec<MeanSpeed> {
     let mut speeds = Vec::new();
@@ -133,6 +126,7 @@ pub fn damping(f: &mut Fields) -> GlobalDamping {
         mass: mass.unwrap_or(0.0),
         stiffness: stiffness.unwrap_or(0.0),
         modal,
+        contacts: f.choice("contacts", Losses::WORDS),
         place: Some(f.place.clone()),
     }
 }

@@ -50,6 +50,8 @@ pub fn add(builder: &mut Builder, element: usize, bearing: &Bearing) -> Result<(
                 force,
                 law,
                 play: 0.0,
+                losses: None,
+                wave: None,
             });
         }
     };

@@ -14,6 +14,8 @@ pub fn add(builder: &mut Builder, element: usize, coupling: &Coupling) -> Result
         stiffness: coupling.stiffness,
         loss: coupling.loss,
         backlash: coupling.backlash,
+        losses: coupling.losses,
+        wave: None,
     };
     builder.contact(element, None, twist(ends), None, &contact);
     Ok(())

@@ -11,7 +11,7 @@ use crate::base::error::Error;
 use crate::machine::builder::{Builder, law};
 use crate::machine::direction::Direction;
 use crate::machine::parts::{Gear, Spin};
-use crate::scene::model::{Axis, End, Planetary, PlanetarySize};
+use crate::scene::model::{Axis, Contact, End, Planetary, PlanetarySize};
 
 /// Name of planet `n`, counted from 1.
 pub fn planet(stage: &Planetary, n: usize) -> String {
@@ -122,6 +122,7 @@ pub fn add(builder: &mut Builder, element: usize, stage: &Planetary) -> Result<(
             );
             let coast = (coast != drive).then_some(coast);
             meshes[mesh].push(builder.machine.branches.len());
+            let contact = &phased(stage, contact, mesh, position);
             builder.contact(
                 element,
                 Some(format!("{word} to planet {}", at + 1)),
@@ -147,6 +148,18 @@ pub fn add(builder: &mut Builder, element: usize, stage: &Planetary) -> Result<(
         }
     }
     Ok(())
+}
+
+/// The contact of a planet at a position: its wave stands `z ψ` behind that of a planet at zero, z the teeth of sun or ring.
+///
+/// Source: Parker and Lin, J. Mech. Des. 126 (2004) 68, for the phases between planets; the lead between sun and ring meshes
+/// of one planet, which hangs on tooth thicknesses, is the `phase` of each wave.
+fn phased(stage: &Planetary, contact: &Contact, mesh: usize, position: f64) -> Contact {
+    let mut contact = contact.clone();
+    if let (Some(wave), PlanetarySize::Teeth { teeth, .. }) = (&mut contact.wave, &stage.size) {
+        wave.lead -= f64::from([teeth[0], teeth[2]][mesh]) * position;
+    }
+    contact
 }
 
 /// A planet's bearing gives way only where planets move sideways.

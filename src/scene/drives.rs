@@ -1,0 +1,285 @@
+//! `[[load]]`, `[[motor]]` and `[[brake]]`: what pushes and what rubs.
+
+use std::f64::consts::TAU;
+
+use super::common;
+use super::laws::{Curve, Drive, FaceMill, Friction, History};
+use super::model::{Brake, Load, Motor};
+use super::waves;
+use crate::base::code::Code;
+use crate::base::fields::Fields;
+use crate::base::kind::Kind;
+use crate::base::notes::Range;
+
+/// Which way a load changes over time.
+#[derive(Clone, Copy)]
+enum LoadWord {
+    Constant,
+    Step,
+    Ramp,
+    Harmonic,
+    Orders,
+    Table,
+    FaceMill,
+}
+
+const LOADS: &[(&str, LoadWord)] = &[
+    ("constant", LoadWord::Constant),
+    ("step", LoadWord::Step),
+    ("ramp", LoadWord::Ramp),
+    ("harmonic", LoadWord::Harmonic),
+    ("orders", LoadWord::Orders),
+    ("table", LoadWord::Table),
+    ("face-mill", LoadWord::FaceMill),
+];
+
+/// A torque on a node over time.
+pub fn load(f: &mut Fields) -> Load {
+    let at = common::one_node(f, "at");
+    let word = f.choice("kind", LOADS).unwrap_or(LoadWord::Constant);
+    let history = match word {
+        LoadWord::Constant => History::Constant(torque(f)),
+        LoadWord::Step => History::Step {
+            torque: torque(f),
+            time: f.quantity("time", Kind::Time, Range::Any),
+        },
+        LoadWord::Ramp => History::Ramp {
+            from: f
+                .optional_quantity("from", Kind::Torque, Range::Any)
+                .unwrap_or(0.0),
+            to: torque(f),
+            between: between(f, "between"),
+        },
+        LoadWord::Harmonic => History::Harmonic {
+            mean: mean(f),
+            amplitude: torque(f),
+            omega: f.quantity("frequency", Kind::Frequency, Range::Positive),
+            phase: f
+                .optional_quantity("phase", Kind::Angle, Range::Any)
+                .unwrap_or(0.0),
+        },
+        LoadWord::Orders => orders(f),
+        LoadWord::Table => {
+            History::Table(points(f, ("times", Kind::Time), ("torques", Kind::Torque)))
+        }
+        LoadWord::FaceMill => History::FaceMill(face_mill(f)),
+    };
+    Load { at, history }
+}
+
+fn torque(f: &mut Fields) -> f64 {
+    f.quantity("torque", Kind::Torque, Range::Any)
+}
+
+fn mean(f: &mut Fields) -> f64 {
+    f.optional_quantity("mean", Kind::Torque, Range::Any)
+        .unwrap_or(0.0)
+}
+
+/// Two instants, the second after the first.
+fn between(f: &mut Fields, key: &str) -> [f64; 2] {
+    let times = f.optional_quantities(key, Kind::Time, Range::Any, Some(2));
+    f.need(key);
+    let Some(&[start, end]) = times.as_deref() else {
+        return [0.0, 1.0];
+    };
+    if end <= start {
+        f.refuse_key(
+            Code::OutOfRange,
+            key,
+            format!("`{key}` ends before it begins"),
+            "give the begin and then the end",
+        );
+    }
+    [start, end]
+}
+
+fn orders(f: &mut Fields) -> History {
+    let mean = mean(f);
+    let numbers = waves::numbers(f, "orders", Range::Positive).unwrap_or_default();
+    let count = Some(numbers.len());
+    let torques = f.optional_quantities("torques", Kind::Torque, Range::Any, count);
+    f.need("torques");
+    let phases = f.optional_quantities("phases", Kind::Angle, Range::Any, count);
+    let phase = |at: usize| phases.as_ref().map_or(0.0, |p| p[at]);
+    let torques = torques.unwrap_or_default();
+    let orders = numbers
+        .iter()
+        .zip(&torques)
+        .enumerate()
+        .map(|(at, (&n, &a))| (n, a, phase(at)));
+    History::Orders {
+        mean,
+        orders: orders.collect(),
+    }
+}
+
+/// Points of a table by two lists of one length, the first rising.
+fn points(f: &mut Fields, (along, of): (&str, Kind), (key, kind): (&str, Kind)) -> Vec<(f64, f64)> {
+    let x = f.optional_quantities(along, of, Range::Any, None);
+    f.need(along);
+    let y = f.optional_quantities(key, kind, Range::Any, None);
+    f.need(key);
+    let (Some(x), Some(y)) = (x, y) else {
+        return vec![(0.0, 0.0)];
+    };
+    if x.len() != y.len() || x.is_empty() {
+        let message = format!("`{along}` has {} values and `{key}` {}", x.len(), y.len());
+        f.refuse_key(
+            Code::WrongType,
+            key,
+            message,
+            "give as many of one as of the other, one at least",
+        );
+    }
+    if x.windows(2).any(|pair| pair[1] < pair[0]) {
+        f.refuse_key(
+            Code::OutOfRange,
+            along,
+            format!("`{along}` runs backward"),
+            "give the points in rising order",
+        );
+    }
+    x.into_iter().zip(y).collect()
+}
+
+fn face_mill(f: &mut Fields) -> FaceMill {
+    let blades = f.optional_count("blade_groups", 1, 1000);
+    f.need("blade_groups");
+    let forward = f.choice("sense", &[("forward", 1.0), ("backward", -1.0)]);
+    f.need("sense");
+    FaceMill {
+        blades: blades.unwrap_or(1),
+        radius: f.quantity("radius", Kind::Length, Range::Positive),
+        arc: f.quantity(
+            "arc",
+            Kind::Angle,
+            Range::Between(0.0, TAU, "above 0° and below 360°"),
+        ),
+        specific_force: f.quantity("specific_force", Kind::Pressure, Range::Positive),
+        exponent: f
+            .optional_number(
+                "exponent",
+                Range::Within(0.0, 1.0, "at least 0 and below 1"),
+            )
+            .unwrap_or(0.25),
+        width: f.quantity("chip_width", Kind::Length, Range::Positive),
+        chip: f.quantity("chip_thickness", Kind::Length, Range::Positive),
+        runout: f
+            .optional_quantity("runout", Kind::Length, Range::NotNegative)
+            .unwrap_or(0.0),
+        roll: between(f, "roll"),
+        sense: forward.unwrap_or(1.0),
+    }
+}
+
+/// What drives a motor.
+#[derive(Clone, Copy)]
+enum MotorWord {
+    Induction,
+    Direct,
+    Table,
+    Speed,
+}
+
+/// A motor.
+pub fn motor(f: &mut Fields) -> Motor {
+    let name = common::name(f);
+    let at = common::one_node(f, "at");
+    let words = [
+        ("induction", MotorWord::Induction),
+        ("dc", MotorWord::Direct),
+        ("table", MotorWord::Table),
+        ("speed", MotorWord::Speed),
+    ];
+    let word = f.choice("kind", &words);
+    f.need("kind");
+    let drive = match word {
+        Some(MotorWord::Speed) => Drive::Speed(match f.has("times") {
+            true => points(f, ("times", Kind::Time), ("speeds", Kind::Speed)),
+            false => vec![(0.0, f.quantity("speed", Kind::Speed, Range::Any))],
+        }),
+        Some(MotorWord::Induction) => {
+            let curve = Curve::Induction {
+                pull_out: f.quantity("pull_out", Kind::Torque, Range::Positive),
+                slip: {
+                    let slip = f.optional_number("pull_out_slip", Range::Positive);
+                    f.need("pull_out_slip");
+                    slip.unwrap_or(f64::NAN)
+                },
+                synchronous: turning(f, "synchronous"),
+            };
+            Drive::Curve { curve, lag: lag(f) }
+        }
+        Some(MotorWord::Table) => {
+            let curve = Curve::Table(points(
+                f,
+                ("speeds", Kind::Speed),
+                ("torques", Kind::Torque),
+            ));
+            Drive::Curve { curve, lag: lag(f) }
+        }
+        Some(MotorWord::Direct) | None => {
+            let curve = Curve::Straight {
+                stall: f.quantity("stall", Kind::Torque, Range::Any),
+                idle: turning(f, "idle"),
+            };
+            Drive::Curve { curve, lag: lag(f) }
+        }
+    };
+    Motor { name, at, drive }
+}
+
+fn lag(f: &mut Fields) -> f64 {
+    f.optional_quantity("lag", Kind::Time, Range::NotNegative)
+        .unwrap_or(0.0)
+}
+
+/// A speed of either sense that is not zero.
+fn turning(f: &mut Fields, key: &str) -> f64 {
+    let speed = f.quantity(key, Kind::Speed, Range::Any);
+    if speed == 0.0 {
+        f.refuse_key(
+            Code::OutOfRange,
+            key,
+            format!("`{key}` is zero"),
+            "give the speed with its sense",
+        );
+    }
+    speed
+}
+
+/// A brake or a slipping clutch.
+pub fn brake(f: &mut Fields) -> Brake {
+    let name = common::name(f);
+    let between = common::ends_or_at(f);
+    let sliding = f.quantity("torque", Kind::Torque, Range::NotNegative);
+    let breakaway = f.optional_quantity("breakaway", Kind::Torque, Range::NotNegative);
+    if breakaway.is_some_and(|b| b < sliding) {
+        f.refuse_key(
+            Code::OutOfRange,
+            "breakaway",
+            "a brake that holds less than it rubs",
+            "give at least the sliding torque, or leave it out",
+        );
+    }
+    let stribeck = f.optional_quantity("stribeck_speed", Kind::Speed, Range::Positive);
+    if breakaway.is_some_and(|b| b > sliding) && stribeck.is_none() {
+        f.missing(
+            "stribeck_speed",
+            ", over which the torque falls from the breakaway to the sliding one",
+        );
+    }
+    let creep = f.optional_quantity("creep_speed", Kind::Speed, Range::Positive);
+    let friction = Friction {
+        sliding,
+        breakaway: breakaway.unwrap_or(sliding),
+        stribeck: stribeck.unwrap_or(1.0),
+        creep: creep.unwrap_or(1e-4), // rad/s: a turn in 17 h
+    };
+    Brake {
+        name,
+        between,
+        friction,
+    }
+}

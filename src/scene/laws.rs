@@ -1,0 +1,205 @@
+//! Laws that only motion in time asks for: contacts that open, waves, dry friction, torque over speed, histories of loads.
+
+/// What the damper of a contact does where the contact opens and closes. With g the deflection beyond the play:
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Losses {
+    /// `F = k g + c δ̇`, the damper acting in the gap as well (Kahraman and Singh 1990).
+    Throughout,
+    /// `F = k g + c δ̇` while touching: it jumps at touch and may pull before release.
+    Adhesive,
+    /// `F = max(0, k g + c δ̇)` while touching: it jumps at touch and never pulls (Modelica's ElastoBacklash2).
+    NoPull,
+    /// `F = max(0, k g + min(c δ̇, k g))`: neither jumps nor pulls (Modelica's ElastoBacklash).
+    Continuous,
+}
+
+impl Losses {
+    /// Every convention by its word.
+    pub const WORDS: &'static [(&'static str, Losses)] = &[
+        ("throughout", Losses::Throughout),
+        ("adhesive", Losses::Adhesive),
+        ("no-pull", Losses::NoPull),
+        ("continuous", Losses::Continuous),
+    ];
+}
+
+/// One period of a wave, over the phase ψ in turns of the period: ψ from 0 to 1.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Shape {
+    /// `high` for the first `duty` of the period, `low` for the rest.
+    Rectangular {
+        /// Value at first.
+        high: f64,
+        /// Value afterwards.
+        low: f64,
+        /// Share of the period, in (0, 1).
+        duty: f64,
+    },
+    /// `mean + Σ a cos(2π n ψ + φ)`.
+    Fourier {
+        /// n = 0.
+        mean: f64,
+        /// n, a, φ.
+        terms: Vec<(u32, f64, f64)>,
+    },
+    /// Straight lines through equally spaced values, the first at ψ = 0, closed after the last.
+    Table(Vec<f64>),
+}
+
+/// `F = sign(δ̇) [F_c + (F_s − F_c) exp(−(δ̇/v_s)²)]` sliding; anything up to F_s sticking.
+///
+/// Source: Armstrong-Hélouvry, Dupont and Canudas de Wit 1994, the static model.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Friction {
+    /// F_c, N or N·m.
+    pub sliding: f64,
+    /// F_s ≥ F_c, N or N·m.
+    pub breakaway: f64,
+    /// v_s, m/s or rad/s; unused where F_s = F_c.
+    pub stribeck: f64,
+    /// Width over which methods without events let the force turn from one sign to the other, m/s or rad/s.
+    pub creep: f64,
+}
+
+/// A torque as a function of speed. It is what the machine receives: positive drives forward.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Curve {
+    /// `T = T₀ (1 − ω/ω₀)`: a DC motor at constant voltage.
+    Straight {
+        /// T₀, at standstill, N·m.
+        stall: f64,
+        /// ω₀, without load, rad/s.
+        idle: f64,
+    },
+    /// Kloss's formula `T = 2 T_k / (s/s_k + s_k/s)`, `s = (ω_s − ω)/ω_s`: an induction motor at constant frequency.
+    Induction {
+        /// T_k, the pull-out torque, N·m.
+        pull_out: f64,
+        /// s_k, the slip at which it acts.
+        slip: f64,
+        /// ω_s, rad/s.
+        synchronous: f64,
+    },
+    /// Straight lines through points, constant beyond them: speed, torque; by rising speed.
+    Table(Vec<(f64, f64)>),
+}
+
+/// A load over time, as the file has it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum History {
+    /// The same at all times.
+    Constant(f64),
+    /// Nothing before `time`.
+    Step {
+        /// N·m afterwards.
+        torque: f64,
+        /// s.
+        time: f64,
+    },
+    /// A straight line between two instants.
+    Ramp {
+        /// N·m before.
+        from: f64,
+        /// N·m afterwards.
+        to: f64,
+        /// Begin and end, s.
+        between: [f64; 2],
+    },
+    /// `mean + amplitude cos(ω t + φ)`.
+    Harmonic {
+        /// N·m.
+        mean: f64,
+        /// N·m.
+        amplitude: f64,
+        /// rad/s.
+        omega: f64,
+        /// rad.
+        phase: f64,
+    },
+    /// `mean + Σ a cos(n θ + φ)` of the node's own angle θ.
+    Orders {
+        /// N·m.
+        mean: f64,
+        /// n per turn, N·m, rad.
+        orders: Vec<(f64, f64, f64)>,
+    },
+    /// Straight lines through points: s, N·m.
+    Table(Vec<(f64, f64)>),
+    /// A face-mill cutter at its mean speed.
+    FaceMill(FaceMill),
+}
+
+impl History {
+    /// What it comes to in the long run, N·m: the load that decides which flanks carry.
+    pub fn lasting(&self) -> f64 {
+        match self {
+            History::Constant(torque) | History::Step { torque, .. } => *torque,
+            History::Ramp { to, .. } => *to,
+            History::Harmonic { mean, .. } | History::Orders { mean, .. } => *mean,
+            History::Table(points) => points.last().map_or(0.0, |p| p.1),
+            History::FaceMill(_) => 0.0,
+        }
+    }
+}
+
+/// Cutting torque of a face-mill head that generates one tooth slot: blade groups enter and leave the slot one after
+/// another, the chip thickens and thins again over the generating roll.
+///
+/// One blade cuts `F = k_c1 b h^(1−m)` (Kienzle 1952; k_c1 for a chip of 1 mm × 1 mm).
+#[derive(Debug, Clone, PartialEq)]
+pub struct FaceMill {
+    /// Blade groups round the head.
+    pub blades: u32,
+    /// Radius at which they cut, m.
+    pub radius: f64,
+    /// Angle of the head over which one blade is in the slot, rad.
+    pub arc: f64,
+    /// k_c1, Pa.
+    pub specific_force: f64,
+    /// m, in [0, 1).
+    pub exponent: f64,
+    /// Chip width b of one group, m.
+    pub width: f64,
+    /// Largest chip thickness over the roll, m.
+    pub chip: f64,
+    /// How much more the first group cuts and how much less the one opposite, m: run-out of the head.
+    pub runout: f64,
+    /// The generating roll, begin and end, s.
+    pub roll: [f64; 2],
+    /// +1 or −1: the sense of its torque on the node.
+    pub sense: f64,
+}
+
+/// What drives a node by its speed.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Drive {
+    /// A torque over speed, following at once or late.
+    Curve {
+        /// The torque.
+        curve: Curve,
+        /// Electrical lag, s; zero: none.
+        lag: f64,
+    },
+    /// The speed itself, rad/s, over time, s: straight lines through points.
+    Speed(Vec<(f64, f64)>),
+}
+
+/// How the angles that waves hang on are found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum PhaseOf {
+    /// From the motion itself.
+    #[default]
+    Angle,
+    /// From the mean speeds: ψ = Ω t.
+    Speed,
+}
+
+/// Where a machine starts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum StartAt {
+    /// Nothing moves, nothing is wound up.
+    #[default]
+    Rest,
+    /// At the mean speeds, wound up under the loads of the first instant.
+    Steady,
+}
