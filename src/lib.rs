@@ -34,6 +34,9 @@ pub mod motion;
 /// What a study needs, and running it.
 pub mod plan;
 
+/// Error against run time, where methods break.
+pub mod study;
+
 /// Results as tables, JSON, CSV and pictures.
 pub mod report;
 

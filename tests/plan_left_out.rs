@@ -30,6 +30,12 @@ fn models() -> Vec<String> {
 }
 
 /// A speed where the model states one.
+/// Stages the plan says will run.
+fn announced(plan: &Plan) -> Vec<&str> {
+    let runs = plan.rows().filter(|r| matches!(r.1, Verdict::Runs(_)));
+    runs.map(|r| r.0).collect()
+}
+
 fn studies(turns: bool) -> Vec<(&'static str, ModesStudy)> {
     let near = ModesStudy {
         near: Some(100.0 * TAU),
@@ -78,7 +84,7 @@ fn keeps_left_out() {
             let ran: Vec<&str> = solved.answer.trace.iter().map(|t| t.1).collect();
             assert_eq!(
                 ran,
-                solved.plan.names(),
+                announced(&solved.plan),
                 "{name}, {what}: announced and run"
             );
             text += &format!("{what}\n");

@@ -220,7 +220,9 @@ fn exact_scene_changes_its_model() {
     assert_eq!(scene.model.loads.len(), 2);
     assert_eq!(scene.sources.len(), 2);
     close(scene.model.speeds[0].speed, 2.0 * PI);
-    let StudyKind::Modes(modes) = &scene.studies[0].kind;
+    let StudyKind::Modes(modes) = &scene.studies[0].kind else {
+        panic!("the first study is of modes");
+    };
     assert!(modes.damped && modes.lowest == Some(5));
     let expected = SpeedRange {
         from: 0.0,
@@ -230,7 +232,9 @@ fn exact_scene_changes_its_model() {
     let range = modes.campbell.unwrap();
     assert_eq!((range.from, range.count), (expected.from, expected.count));
     close(range.to, expected.to);
-    let StudyKind::Modes(modes) = &scene.studies[1].kind;
+    let StudyKind::Modes(modes) = &scene.studies[1].kind else {
+        panic!("the second study is of modes");
+    };
     close(modes.near.unwrap(), 20.0 * PI);
 }
 

@@ -55,6 +55,20 @@ pub enum Command {
   geardyn modes models/uniform_chain.toml --lowest 5 --json
   geardyn modes models/overhung_rotor.toml --campbell 0:12000:61 --svg campbell.svg")]
     Modes(ModesArgs),
+    /// Motion in time: histories, extremes, answers to steps
+    #[command(after_help = "Examples:
+  geardyn simulate examples/linear_chain.toml
+  geardyn simulate examples/y2250_step.toml --svg step.svg
+  geardyn simulate examples/backlash_pair.toml --method radau5 --tolerance 1e-6")]
+    Simulate(SimulateArgs),
+    /// Error against run time: every method that applies, against one reference
+    #[command(after_help = "Examples:
+  geardyn accuracy examples/backlash_pair.toml
+  geardyn accuracy examples/linear_chain.toml --error 1e-9 --svg accuracy.svg")]
+    Accuracy(AccuracyArgs),
+    /// Every study a scene lists
+    #[command(after_help = "Example:\n  geardyn run examples/linear_chain.toml")]
+    Run(RunArgs),
     /// Frequency responses, transfer functions and modes from a measured log
     #[command(after_help = "Examples:
   geardyn identify data/spindle_impact.csv --input force --output ax,ay
@@ -518,6 +532,95 @@ pub enum ReduceWord {
     CraigBampton,
     /// Modes with a static residual
     Modal,
+}
+
+/// What is asked of motion.
+#[derive(Debug, Args)]
+pub struct MotionArgs {
+    /// How long (s where bare)
+    #[arg(long, value_name = "TIME")]
+    pub until: Option<String>,
+    /// Signals: motor.theta, motor.theta.speed, motor.theta.acceleration, belt.force, belt.deflection
+    #[arg(long, value_name = "SIGNALS", value_delimiter = ',')]
+    pub output: Vec<String>,
+    /// Method of integration; chosen from the structure of the machine where left out
+    #[arg(long, value_name = "METHOD")]
+    pub method: Option<String>,
+    /// Local error of a step, relative to the size of each state; 1e-8 where left out
+    #[arg(long, value_name = "X")]
+    pub tolerance: Option<f64>,
+    /// Fixed step (s where bare), for methods that go by one
+    #[arg(long, value_name = "TIME", conflicts_with = "tolerance")]
+    pub step: Option<String>,
+    /// Into how many equal parts the outputs divide the time; 1000 where left out
+    #[arg(long, value_name = "N")]
+    pub samples: Option<u32>,
+}
+
+/// Arguments of `simulate`.
+#[derive(Debug, Args)]
+pub struct SimulateArgs {
+    /// A scene or a model
+    pub scene: PathBuf,
+    /// What is asked.
+    #[command(flatten)]
+    pub motion: MotionArgs,
+    /// Also the energy balance: stored, put in, lost
+    #[arg(long)]
+    pub energy: bool,
+    /// One JSON document on standard output, nothing else there
+    #[arg(long)]
+    pub json: bool,
+    /// Write the outputs over time
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
+    /// Draw the outputs over time
+    #[arg(long, value_name = "FILE")]
+    pub svg: Option<PathBuf>,
+    /// No word about what was done and left out
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+/// Arguments of `accuracy`.
+#[derive(Debug, Args)]
+pub struct AccuracyArgs {
+    /// A scene or a model
+    pub scene: PathBuf,
+    /// What is asked of the motion.
+    #[command(flatten)]
+    pub motion: MotionArgs,
+    /// Only these methods
+    #[arg(long, value_name = "METHODS", value_delimiter = ',')]
+    pub methods: Vec<String>,
+    /// The error wanted, for which a method is recommended; 1e-6 where left out
+    #[arg(long, value_name = "X")]
+    pub error: Option<f64>,
+    /// One JSON document on standard output, nothing else there
+    #[arg(long)]
+    pub json: bool,
+    /// Write the runs
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
+    /// Draw error over run time
+    #[arg(long, value_name = "FILE")]
+    pub svg: Option<PathBuf>,
+    /// No word about what is running
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+/// Arguments of `run`.
+#[derive(Debug, Args)]
+pub struct RunArgs {
+    /// A scene
+    pub scene: PathBuf,
+    /// One JSON document on standard output, nothing else there
+    #[arg(long)]
+    pub json: bool,
+    /// No word about what was done and left out
+    #[arg(long)]
+    pub quiet: bool,
 }
 
 /// Arguments of `plan`.

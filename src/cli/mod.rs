@@ -33,6 +33,21 @@ pub mod plan;
 /// `modes`.
 pub mod modes;
 
+/// Ctrl-C.
+pub mod interrupt;
+
+/// Flags of motion as a study.
+pub mod motion_flags;
+
+/// `simulate`.
+pub mod simulate;
+
+/// `accuracy`.
+pub mod accuracy;
+
+/// `run`.
+pub mod run_scene;
+
 /// `identify`.
 pub mod identify;
 
@@ -102,6 +117,9 @@ fn carry_out(command: &Command) -> Result<u8, Errors> {
         Command::Explain { code } => explain::run(code.as_deref())?,
         Command::Plan(args) => plan::run(args)?,
         Command::Modes(args) => modes::run(args)?,
+        Command::Simulate(args) => simulate::run(args)?,
+        Command::Accuracy(args) => accuracy::run(args)?,
+        Command::Run(args) => run_scene::run(args)?,
         Command::Identify(args) => identify::run(args)?,
         Command::Spectrum(args) => spectrum::run(args)?,
         Command::Convert(args) => convert::run(args)?,
@@ -115,6 +133,9 @@ fn wants_json(command: &Command) -> bool {
         Command::Check(args) => args.json,
         Command::Plan(args) => args.json,
         Command::Modes(args) => args.json,
+        Command::Simulate(args) => args.json,
+        Command::Accuracy(args) => args.json,
+        Command::Run(args) => args.json,
         Command::Identify(args) => args.json,
         Command::Spectrum(args) => args.json,
         _ => false,

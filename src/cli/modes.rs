@@ -152,7 +152,7 @@ fn pictures(path: &Path, prepared: &Prepared, answer: &Answer) -> Vec<(PathBuf, 
 }
 
 /// What was done and left out, doubts, and what was written.
-fn epilogue(plan: &Plan, answer: &Answer, written: &[String]) -> String {
+pub fn epilogue(plan: &Plan, answer: &Answer, written: &[String]) -> String {
     let mut text = String::from("\n");
     for (_, name, verdict) in &plan.steps {
         match (*name, verdict) {

@@ -31,14 +31,14 @@ pub fn run(args: &PlanArgs) -> Result<u8, Errors> {
         .map(|hz| Ok::<_, Error>((hz, could_leave_out(&prepared, hz, args.tolerance)?)))
         .transpose()?;
     if args.json {
-        let mut document = report::json::plan(&scene.sources, &plan, &prepared.warnings());
+        let mut document = report::json::plan(&scene.sources, plan.rows(), &prepared.warnings());
         if let Some((hz, advice)) = &advice {
             document["advice"] = report::systems::advice_json(&prepared.machine, advice, *hz);
         }
         output::print(&format!("{document:#}\n"))?;
         return Ok(0);
     }
-    output::print(&report::table::plan(&plan))?;
+    output::print(&report::table::plan(plan.rows()))?;
     if let Some((hz, advice)) = &advice {
         output::print(&report::system_tables::advice(
             &prepared.machine,

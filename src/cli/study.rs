@@ -15,8 +15,9 @@ use crate::scene::study::{
 /// # Errors
 /// A quantity without sense.
 pub fn of(args: &StudyArgs, scene: &Scene) -> Result<ModesStudy, Error> {
-    let listed = scene.studies.first().map(|study| match &study.kind {
-        StudyKind::Modes(modes) => modes.clone(),
+    let listed = scene.studies.iter().find_map(|study| match &study.kind {
+        StudyKind::Modes(modes) => Some(modes.clone()),
+        _ => None,
     });
     let listed = listed.unwrap_or_default();
     let quantity = |text: &Option<String>, kind, unit, flag| -> Result<Option<f64>, Error> {

@@ -12,7 +12,7 @@ use super::wave::{Phase, Shape, Wave};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::machine::direction::Direction;
-use crate::machine::kinematics::{Kinematics, mean_speeds};
+use crate::machine::kinematics::Kinematics;
 use crate::machine::linear::{Linear, LinearBranch};
 use crate::machine::operating::Operating;
 use crate::machine::parts::{self, Machine};
@@ -39,11 +39,11 @@ struct Site<'a> {
     kinematics: &'a Kinematics,
     linear: Linear,
     /// Mean speed of every freedom, rad/s, where the file states any.
-    speeds: Option<Vec<f64>>,
+    speeds: Option<&'a [f64]>,
     phase: PhaseOf,
 }
 
-/// Assembles a machine for integration in time.
+/// Assembles a machine for integration in time; `speeds` are the mean speeds of all freedoms, rad/s, where any are known.
 ///
 /// # Errors
 /// What has no motion in time: loss factors, freedoms without inertia, contacts with play and damping of which nobody says what
@@ -52,13 +52,10 @@ pub fn assemble(
     machine: &Machine,
     kinematics: &Kinematics,
     phase: PhaseOf,
+    speeds: Option<&[f64]>,
 ) -> Result<Moving, Error> {
     let linear = Linear::new(machine, kinematics, &Operating::default())?;
     refuse(machine, &linear)?;
-    let speeds = match machine.speeds.is_empty() {
-        true => None,
-        false => Some(mean_speeds(machine, kinematics, None)?),
-    };
     let site = Site {
         machine,
         kinematics,
@@ -188,7 +185,7 @@ impl Site<'_> {
             machine: &bare,
             linear: &linear,
             basis: &basis,
-            speeds: self.speeds.as_deref(),
+            speeds: self.speeds,
         };
         let n = linear.n;
         let equations = Equations::over(&case, Matrix::identity(n, n), Vec::new(), 0);
@@ -367,7 +364,12 @@ impl Site<'_> {
     /// Loads as drives; orders turn at the mean speed.
     fn loads(&self) -> Result<Vec<Drive>, Error> {
         let mut drives = Vec::new();
+        // A motor takes the place of the constant torque that stood for it.
+        let motors: Vec<usize> = self.machine.motors.iter().map(|m| m.freedom).collect();
         for (freedom, history) in &self.machine.histories {
+            if matches!(history, History::Constant(_)) && motors.contains(freedom) {
+                continue;
+            }
             let name = format!("load on {}", self.machine.freedom_name(*freedom));
             let signal = match history {
                 History::Constant(torque) => Signal::constant(*torque),

@@ -24,11 +24,17 @@ pub mod train;
 /// What of a state is wanted.
 pub mod outputs;
 
+/// The energy balance.
+pub mod energy;
+
 /// Cutting torque.
 mod cutting;
 
 /// From a machine to a machine in motion.
 pub mod assemble;
+
+/// The state a scene starts from.
+pub mod start;
 
 /// The methods, one file each.
 pub mod methods;

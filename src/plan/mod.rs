@@ -9,5 +9,8 @@ pub mod stages;
 /// The run.
 pub mod run;
 
+/// Motion in time.
+pub mod motion;
+
 /// Analyses of logs.
 pub mod logs;

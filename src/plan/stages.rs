@@ -142,13 +142,9 @@ impl Plan {
             .any(|(s, _, verdict)| *s == stage && matches!(verdict, Verdict::Runs(_)))
     }
 
-    /// Names of the stages that run.
-    pub fn names(&self) -> Vec<&'static str> {
-        self.steps
-            .iter()
-            .filter(|s| matches!(s.2, Verdict::Runs(_)))
-            .map(|s| s.1)
-            .collect()
+    /// Every stage's name with its verdict.
+    pub fn rows(&self) -> impl Iterator<Item = (&str, &Verdict)> + Clone {
+        self.steps.iter().map(|(_, name, verdict)| (*name, verdict))
     }
 }
 

@@ -60,7 +60,7 @@ pub fn modes(prepared: &Prepared, answer: &Answer) -> String {
 }
 
 /// A field in quotes where it needs them (RFC 4180, sec. 2).
-fn quoted(field: &str) -> String {
+pub(super) fn quoted(field: &str) -> String {
     if field.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", field.replace('"', "\"\""))
     } else {

@@ -14,7 +14,7 @@ use crate::modes::sensitivity::{Parameter, Sensitivity};
 use crate::numeric::Complex;
 use crate::plan::prepared::Prepared;
 use crate::plan::run::Answer;
-use crate::plan::stages::{Plan, Verdict};
+use crate::plan::stages::Verdict;
 
 /// How much of each mode is written.
 #[derive(Debug, Clone, Copy, Default)]
@@ -80,16 +80,27 @@ fn contacts(prepared: &Prepared) -> Value {
 }
 
 /// A plan.
-pub fn plan(sources: &[Arc<Source>], plan: &Plan, doubts: &[Warning]) -> Value {
-    let stages = plan.steps.iter().map(|(_, name, verdict)| match verdict {
-        Verdict::Runs(what) => json!({ "stage": name, "runs": true, "what": what }),
-        Verdict::LeftOut(why) => json!({ "stage": name, "runs": false, "why": why }),
-    });
+pub fn plan<'a>(
+    sources: &[Arc<Source>],
+    steps: impl Iterator<Item = (&'a str, &'a Verdict)> + Clone,
+    doubts: &[Warning],
+) -> Value {
+    let runs = steps.clone().filter(|s| matches!(s.1, Verdict::Runs(_)));
+    let names: Vec<&str> = runs.map(|s| s.0).collect();
     json!({
-        "geardyn": header(sources, &plan.names()),
-        "stages": stages.collect::<Vec<_>>(),
+        "geardyn": header(sources, &names),
+        "stages": stages(steps),
         "warnings": warnings(doubts),
     })
+}
+
+/// Stages with what they do or why they are left out.
+pub fn stages<'a>(steps: impl Iterator<Item = (&'a str, &'a Verdict)>) -> Value {
+    let stage = |(name, verdict): (&str, &Verdict)| match verdict {
+        Verdict::Runs(what) => json!({ "stage": name, "runs": true, "what": what }),
+        Verdict::LeftOut(why) => json!({ "stage": name, "runs": false, "why": why }),
+    };
+    steps.map(stage).collect()
 }
 
 fn mode(prepared: &Prepared, answer: &Answer, k: usize, detail: Detail) -> Value {

@@ -45,9 +45,23 @@ pub mod spectra;
 /// CSV files.
 pub mod csv;
 
+/// Motion in time.
+pub mod motion;
+
+/// Error against run time.
+pub mod accuracy;
+
 /// Tables for a terminal.
 #[cfg(feature = "cli")]
 pub mod table;
+
+/// Tables of motion in time.
+#[cfg(feature = "cli")]
+pub mod motion_table;
+
+/// Tables of error against run time.
+#[cfg(feature = "cli")]
+pub mod accuracy_table;
 
 /// Tables of logs.
 #[cfg(feature = "cli")]

@@ -12,7 +12,7 @@ use crate::modes::mode::modulus;
 use crate::modes::sensitivity::{Parameter, Sensitivity};
 use crate::plan::prepared::Prepared;
 use crate::plan::run::Answer;
-use crate::plan::stages::{Plan, Verdict};
+use crate::plan::stages::Verdict;
 
 /// Rows of modes shown at once; the files hold all.
 const ROWS: usize = 50;
@@ -271,19 +271,19 @@ pub fn crossings(found: &Campbell, n_rigid: usize) -> String {
 }
 
 /// The plan: what runs, what is left out and why.
-pub fn plan(plan: &Plan) -> String {
+pub fn plan<'a>(steps: impl Iterator<Item = (&'a str, &'a Verdict)> + Clone) -> String {
     let mut table = plain();
-    for (_, name, verdict) in &plan.steps {
+    for (name, verdict) in steps.clone() {
         if let Verdict::Runs(what) = verdict {
-            table.add_row(vec![*name, what]);
+            table.add_row(vec![name, what]);
         }
     }
     let mut text = finish(&table);
     text += "\nleft out\n";
     let mut left = plain();
-    for (_, name, verdict) in &plan.steps {
+    for (name, verdict) in steps {
         if let Verdict::LeftOut(why) = verdict {
-            left.add_row(vec![*name, why]);
+            left.add_row(vec![name, why]);
         }
     }
     text += &finish(&left);
@@ -309,7 +309,7 @@ pub(super) fn right_but_last(table: &mut Table) {
     }
 }
 
-fn right_but_first(table: &mut Table) {
+pub(super) fn right_but_first(table: &mut Table) {
     for (at, column) in table.column_iter_mut().enumerate() {
         column.set_cell_alignment(if at == 0 {
             CellAlignment::Left

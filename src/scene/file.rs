@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::model::{Load, Model};
+use super::model::{Brake, FormError, Load, Model, Motor};
 use super::start::{self, Start};
 use super::study::Study;
 use super::tables::{each, one};
@@ -50,7 +50,7 @@ fn read_source(source: Arc<Source>) -> Result<Scene, Errors> {
     if document.root.get("model").is_some() {
         return read_scene(document, notes);
     }
-    let model = read_model(&document, Vec::new(), &mut notes);
+    let model = read_model(&document, Added::default(), &mut notes);
     finish(notes, document.broken, || Scene {
         model,
         model_path: PathBuf::from(&source.path),
@@ -91,7 +91,13 @@ fn read_scene(document: Document, mut notes: Notes) -> Result<Scene, Errors> {
     let mut f = Fields::new(&document.root, place, "the scene", &mut notes);
     heading(&mut f);
     let named = f.optional_text("model");
-    let loads = each(&mut f, "load", drives::load);
+    let added = Added {
+        loads: each(&mut f, "load", drives::load),
+        motors: each(&mut f, "motor", drives::motor),
+        brakes: each(&mut f, "brake", drives::brake),
+        errors: each(&mut f, "error", form_errors::form_error),
+        alone: f.choice("model_loads", &[("kept", false), ("left out", true)]) == Some(true),
+    };
     let start = one(&mut f, "start", start::read).unwrap_or_default();
     let studies = each(&mut f, "study", study::read);
     f.item("set", "a table of \"element.key\" = value");
@@ -100,7 +106,7 @@ fn read_scene(document: Document, mut notes: Notes) -> Result<Scene, Errors> {
     let whole = document.broken.is_none();
     let found = named
         .filter(|_| whole)
-        .and_then(|named| model_of(&document, named, &at, loads, &mut notes));
+        .and_then(|named| model_of(&document, named, &at, added, &mut notes));
     // Without a model an error has been noted, and the scene below is not made.
     let (model, model_path, source, broken) = match found {
         Some((model, path, file)) => (model, path, file.source, file.broken),
@@ -125,7 +131,7 @@ fn model_of(
     scene: &Document,
     named: &str,
     at: &Place,
-    loads: Vec<Load>,
+    added: Added,
     notes: &mut Notes,
 ) -> Option<(Model, PathBuf, Document)> {
     let folder = Path::new(&scene.source.path).parent();
@@ -152,7 +158,7 @@ fn model_of(
     if let (Some(set), None) = (scene.root.get("set"), &file.broken) {
         overrides::apply(set, &mut file.root, notes);
     }
-    let model = read_model(&file, loads, notes);
+    let model = read_model(&file, added, notes);
     Some((model, path, file))
 }
 
@@ -163,8 +169,19 @@ fn heading(f: &mut Fields) -> (String, String) {
     (text("title"), text("source"))
 }
 
-/// The tables of a model file; `loads` of a scene come after its own.
-fn read_model(file: &Document, loads: Vec<Load>, notes: &mut Notes) -> Model {
+/// What a scene does to a machine.
+#[derive(Default)]
+struct Added {
+    loads: Vec<Load>,
+    motors: Vec<Motor>,
+    brakes: Vec<Brake>,
+    errors: Vec<FormError>,
+    /// The model's own loads are left out.
+    alone: bool,
+}
+
+/// The tables of a model file; what a scene adds comes after its own.
+fn read_model(file: &Document, added: Added, notes: &mut Notes) -> Model {
     let place = Place::new(file.source.clone(), 0..0);
     let mut f = Fields::new(&file.root, place.clone(), "the model", notes);
     let (title, source) = heading(&mut f);
@@ -188,7 +205,13 @@ fn read_model(file: &Document, loads: Vec<Load>, notes: &mut Notes) -> Model {
         damping: one(&mut f, "damping", supports::damping).unwrap_or_default(),
         speeds: one(&mut f, "speed", supports::speeds).unwrap_or_default(),
     };
-    model.loads.extend(loads);
+    if added.alone {
+        model.loads.clear();
+    }
+    model.loads.extend(added.loads);
+    model.motors.extend(added.motors);
+    model.brakes.extend(added.brakes);
+    model.errors.extend(added.errors);
     let empty = !["inertia", "chain", "planetary"]
         .iter()
         .any(|key| f.has(key));

@@ -40,7 +40,7 @@ mod drives;
 mod form_errors;
 
 /// Where a scene starts.
-mod start;
+pub mod start;
 
 /// What no single table can tell.
 mod nodes;

@@ -7,6 +7,7 @@ use crate::base::fields::Fields;
 use crate::base::kind::Kind;
 use crate::base::notes::Range;
 use crate::base::place::Place;
+use crate::base::toml::Value;
 use crate::base::units;
 
 /// One question of a scene.
@@ -23,6 +24,55 @@ pub struct Study {
 pub enum StudyKind {
     /// Natural frequencies, damping and shapes.
     Modes(ModesStudy),
+    /// Motion in time.
+    Simulate(SimulateStudy),
+    /// Error against run time.
+    Accuracy(AccuracyStudy),
+    /// Where methods and machine break.
+    Stability(StabilityStudy),
+}
+
+/// Motion in time, as the command has it.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct SimulateStudy {
+    /// To this instant, s; from zero.
+    pub until: Option<f64>,
+    /// Signals: `node.axis`, `node.axis.speed`, `node.axis.acceleration`, `branch.force`, `branch.deflection`.
+    pub outputs: Vec<String>,
+    /// The method by its word; chosen where absent.
+    pub method: Option<String>,
+    /// Local error per step, relative.
+    pub tolerance: Option<f64>,
+    /// Fixed step, s.
+    pub step: Option<f64>,
+    /// How many equal steps the outputs divide the time into.
+    pub samples: Option<u32>,
+    /// The energy balance.
+    pub energy: bool,
+    /// Speed of the first node of `[speed]` in place of the model's, rad/s.
+    pub speed: Option<f64>,
+}
+
+/// Error against run time, as the command has it.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct AccuracyStudy {
+    /// The motion.
+    pub motion: SimulateStudy,
+    /// Only these methods; all that apply where empty.
+    pub methods: Vec<String>,
+    /// The error that is wanted in the end, relative.
+    pub wanted: Option<f64>,
+}
+
+/// Where methods and machine break, as the command has it.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct StabilityStudy {
+    /// The motion.
+    pub motion: SimulateStudy,
+    /// Only these methods; all that apply where empty.
+    pub methods: Vec<String>,
+    /// Speeds of a parametric stability chart.
+    pub speeds: Option<SpeedRange>,
 }
 
 /// Options of the modes of a machine, as the command has them.
@@ -147,36 +197,102 @@ impl SpeedRange {
     }
 }
 
+/// Which kind of study.
+#[derive(Clone, Copy)]
+enum Word {
+    Modes,
+    Simulate,
+    Accuracy,
+    Stability,
+}
+
 /// A study; absent where its kind is missing or unknown, which is then noted.
 pub fn read(f: &mut Fields) -> Option<Study> {
-    let known = f.choice("kind", &[("modes", ())]);
+    let words = [
+        ("modes", Word::Modes),
+        ("simulate", Word::Simulate),
+        ("accuracy", Word::Accuracy),
+        ("stability", Word::Stability),
+    ];
+    let known = f.choice("kind", &words);
     f.need("kind");
-    let damped = f.flag("damped");
-    let speed = f.optional_quantity("speed", Kind::Speed, Range::Any);
-    let campbell = campbell(f);
-    let lowest = f.optional_count("lowest", 1, MOST);
-    let near = f.optional_quantity("near", Kind::Frequency, Range::NotNegative);
-    f.exclusive("speed", "campbell");
-    known?;
-    Some(Study {
-        kind: StudyKind::Modes(ModesStudy {
-            damped,
-            speed,
-            campbell,
-            lowest,
-            near,
-            ..ModesStudy::default()
+    let kind = match known? {
+        Word::Modes => StudyKind::Modes(modes(f)),
+        Word::Simulate => StudyKind::Simulate(simulate(f)),
+        Word::Accuracy => StudyKind::Accuracy(AccuracyStudy {
+            motion: simulate(f),
+            methods: texts(f, "methods"),
+            wanted: f.optional_number("error", Range::Positive),
         }),
+        Word::Stability => StudyKind::Stability(StabilityStudy {
+            motion: simulate(f),
+            methods: texts(f, "methods"),
+            speeds: speeds(f, "speeds"),
+        }),
+    };
+    Some(Study {
+        kind,
         place: f.place.clone(),
     })
 }
 
-fn campbell(f: &mut Fields) -> Option<SpeedRange> {
-    let text = f.optional_text("campbell")?;
-    match SpeedRange::parse(text, "`campbell`") {
+fn modes(f: &mut Fields) -> ModesStudy {
+    let study = ModesStudy {
+        damped: f.flag("damped"),
+        speed: f.optional_quantity("speed", Kind::Speed, Range::Any),
+        campbell: speeds(f, "campbell"),
+        lowest: f.optional_count("lowest", 1, MOST),
+        near: f.optional_quantity("near", Kind::Frequency, Range::NotNegative),
+        ..ModesStudy::default()
+    };
+    f.exclusive("speed", "campbell");
+    study
+}
+
+fn simulate(f: &mut Fields) -> SimulateStudy {
+    f.exclusive("tolerance", "step");
+    SimulateStudy {
+        until: f.optional_quantity("until", Kind::Time, Range::Positive),
+        outputs: texts(f, "outputs"),
+        method: f.optional_text("method").map(str::to_string),
+        tolerance: f.optional_number("tolerance", Range::Between(0.0, 1.0, "above 0 and below 1")),
+        step: f.optional_quantity("step", Kind::Time, Range::Positive),
+        samples: f.optional_count("samples", 1, MOST_SAMPLES),
+        energy: f.flag("energy"),
+        speed: f.optional_quantity("speed", Kind::Speed, Range::Any),
+    }
+}
+
+/// The most samples of a motion.
+pub const MOST_SAMPLES: u32 = 100_000_000;
+
+/// A list of texts.
+fn texts(f: &mut Fields, key: &str) -> Vec<String> {
+    const TAKES: &str = "a list of texts";
+    let Some(item) = f.item(key, TAKES) else {
+        return Vec::new();
+    };
+    let Value::List(list) = &item.value else {
+        return f.wrong_type(key, item, TAKES).unwrap_or_default();
+    };
+    let mut all = Vec::new();
+    for item in list {
+        match &item.value {
+            Value::Text(text) => all.push(text.clone()),
+            _ => {
+                f.wrong_type::<()>(key, item, TAKES);
+            }
+        }
+    }
+    all
+}
+
+fn speeds(f: &mut Fields, key: &str) -> Option<SpeedRange> {
+    let text = f.optional_text(key)?;
+    match SpeedRange::parse(text, &format!("`{key}`")) {
         Ok(range) => Some(range),
         Err(error) => {
-            let place = f.place_of("campbell").clone();
+            let place = f.place_of(key).clone();
             let label = format!("in {}", f.title);
             f.notes.push(error.at(&place).label(label));
             None

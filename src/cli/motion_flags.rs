@@ -1,0 +1,57 @@
+//! Flags of motion as a study.
+
+use super::args::MotionArgs;
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::base::kind::Kind;
+use crate::base::units;
+use crate::scene::study::SimulateStudy;
+
+/// The study of a scene with what the flags say put in its place.
+///
+/// # Errors
+/// A quantity without sense.
+pub fn study(args: &MotionArgs, listed: SimulateStudy) -> Result<SimulateStudy, Error> {
+    let time = |text: &Option<String>, flag: &str| -> Result<Option<f64>, Error> {
+        let value = text
+            .as_deref()
+            .map(|t| units::parse_or_bare(t, Kind::Time, "s", flag))
+            .transpose()?;
+        match value {
+            Some(value) if !(value > 0.0 && value.is_finite()) => Err(Error::new(
+                Code::OutOfRange,
+                format!("{flag} takes a time above zero"),
+            )),
+            value => Ok(value),
+        }
+    };
+    if args.tolerance.is_some_and(|t| !(t > 0.0 && t < 1.0)) {
+        let error = Error::new(
+            Code::OutOfRange,
+            "--tolerance takes a number above 0 and below 1",
+        );
+        return Err(error.hint(
+            "it is the local error of a step, relative to the size of each state: 1e-8 is usual",
+        ));
+    }
+    if args.samples == Some(0) {
+        return Err(Error::new(Code::OutOfRange, "--samples 0 asks for nothing")
+            .hint("--samples takes a count of at least 1"));
+    }
+    let (tolerance, step) = (args.tolerance, time(&args.step, "--step")?);
+    let said = tolerance.is_some() || step.is_some();
+    Ok(SimulateStudy {
+        until: time(&args.until, "--until")?.or(listed.until),
+        outputs: if args.output.is_empty() {
+            listed.outputs
+        } else {
+            args.output.clone()
+        },
+        method: args.method.clone().or(listed.method),
+        tolerance: if said { tolerance } else { listed.tolerance },
+        step: if said { step } else { listed.step },
+        samples: args.samples.or(listed.samples),
+        energy: listed.energy,
+        speed: listed.speed,
+    })
+}

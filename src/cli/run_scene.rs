@@ -1,0 +1,103 @@
+//! `geardyn run`: every study a scene lists.
+
+use serde_json::{Value, json};
+
+use super::accuracy::Measured;
+use super::args::RunArgs;
+use super::simulate::Moved;
+use super::{interrupt, modes, output};
+use crate::base::code::Code;
+use crate::base::error::{Error, Errors};
+use crate::plan::prepared::Prepared;
+use crate::plan::run;
+use crate::plan::stages::Plan;
+use crate::report;
+use crate::report::json::Detail;
+use crate::scene::study::{ModesStudy, StudyKind};
+use crate::scene::{self, Scene};
+
+/// What one study gave.
+struct Done {
+    text: String,
+    json: Value,
+    epilogue: String,
+    exit: u8,
+}
+
+/// Carries out every study in its order.
+///
+/// # Errors
+/// Whatever is wrong with the file or a study.
+pub fn run(args: &RunArgs) -> Result<u8, Errors> {
+    let scene = scene::read(&args.scene)?;
+    if scene.studies.is_empty() {
+        let error = Error::new(
+            Code::MissingKey,
+            format!("{} lists no [[study]]", args.scene.display()),
+        );
+        return Err(error.hint("write [[study]] and below it kind = \"modes\" or \"simulate\"; or call the command of the analysis").into());
+    }
+    let stop = interrupt::flag()?;
+    let mut documents = Vec::new();
+    let mut exit = 0;
+    for study in &scene.studies {
+        let (name, done) = match &study.kind {
+            StudyKind::Modes(study) => ("modes", natural(&scene, study)),
+            StudyKind::Simulate(study) => (
+                "simulate",
+                Moved::new(&scene, study, &stop).map(|moved| Done {
+                    text: moved.text(),
+                    json: moved.json(&scene),
+                    epilogue: moved.epilogue(),
+                    exit: moved.exit(),
+                }),
+            ),
+            StudyKind::Accuracy(study) => (
+                "accuracy",
+                Measured::new(&scene, study, args.quiet || args.json).map(|measured| Done {
+                    text: measured.text(),
+                    json: measured.json(&scene),
+                    epilogue: String::new(),
+                    exit: 0,
+                }),
+            ),
+            StudyKind::Stability(_) => continue,
+        };
+        let done = done.map_err(|e| match e.place {
+            Some(_) => e,
+            None => e.at(&study.place),
+        })?;
+        if !args.json {
+            output::print(&format!(
+                "{}── {name}\n",
+                if documents.is_empty() { "" } else { "\n" }
+            ))?;
+            output::print(&done.text)?;
+            if !args.quiet {
+                output::tell(&done.epilogue);
+            }
+        }
+        documents.push(json!({ "study": name, "answer": done.json }));
+        exit = exit.max(done.exit);
+        if done.exit == super::simulate::INTERRUPTED {
+            break;
+        }
+    }
+    if args.json {
+        let document = json!({ "geardyn": report::json::header(&scene.sources, &[]), "studies": documents, "warnings": [] });
+        output::print(&format!("{document:#}\n"))?;
+    }
+    Ok(exit)
+}
+
+fn natural(scene: &Scene, study: &ModesStudy) -> Result<Done, Error> {
+    let prepared = Prepared::new(&scene.model)?;
+    let plan = Plan::modes(&prepared, study);
+    let answer = run::run(&prepared, study, &plan)?;
+    Ok(Done {
+        text: report::table::modes(&prepared, &answer),
+        json: report::json::modes(&scene.sources, &prepared, &answer, Detail::default()),
+        epilogue: modes::epilogue(&plan, &answer, &[]),
+        exit: 0,
+    })
+}

@@ -1,0 +1,189 @@
+//! `geardyn simulate`: motion in time.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use serde_json::Value;
+
+use super::args::SimulateArgs;
+use super::{diagnostic, interrupt, motion_flags, output};
+use crate::base::error::{Error, Errors, Warning};
+use crate::plan::motion::choice::{self, Choice};
+use crate::plan::motion::run::{self, Motion};
+use crate::plan::motion::scene::MotionScene;
+use crate::plan::prepared::Prepared;
+use crate::plan::stages::Verdict;
+use crate::report;
+use crate::scene::laws::History;
+use crate::scene::study::{SimulateStudy, StudyKind};
+use crate::scene::{self, Scene};
+
+/// Exit code of a run that Ctrl-C ended; what was finished is whole.
+pub const INTERRUPTED: u8 = 130;
+
+/// Integrates and prints.
+///
+/// # Errors
+/// Whatever is wrong with the file, the flags or the motion.
+pub fn run(args: &SimulateArgs) -> Result<u8, Errors> {
+    let scene = scene::read(&args.scene)?;
+    let listed = scene.studies.iter().find_map(|study| match &study.kind {
+        StudyKind::Simulate(study) => Some(study.clone()),
+        _ => None,
+    });
+    let study = motion_flags::study(&args.motion, listed.unwrap_or_default())?;
+    let study = SimulateStudy {
+        energy: study.energy || args.energy,
+        ..study
+    };
+    let outputs: Vec<PathBuf> = args.csv.iter().chain(&args.svg).cloned().collect();
+    let inputs: Vec<PathBuf> = scene
+        .sources
+        .iter()
+        .map(|source| PathBuf::from(&source.path))
+        .collect();
+    output::check(&outputs, &inputs)?;
+    if let Some(path) = &args.svg {
+        output::ends(path, &["svg"])?;
+    }
+    let moved = Moved::new(&scene, &study, &interrupt::flag()?)?;
+    let mut written = Vec::new();
+    if let Some(path) = &args.csv {
+        output::write(
+            path,
+            report::motion::csv(&moved.scene, &moved.motion).as_bytes(),
+        )?;
+        written.push(path.display().to_string());
+    }
+    if let Some(path) = &args.svg {
+        output::write(
+            path,
+            report::motion::draw(&scene.model.title, &moved.scene, &moved.motion).as_bytes(),
+        )?;
+        written.push(path.display().to_string());
+    }
+    match args.json {
+        true => output::print(&format!("{:#}\n", moved.json(&scene)))?,
+        false => output::print(&moved.text())?,
+    }
+    if !args.quiet {
+        output::tell(&moved.epilogue());
+        if !written.is_empty() {
+            output::tell(&format!("wrote {}\n", written.join(" ")));
+        }
+    }
+    Ok(moved.exit())
+}
+
+/// A motion with all that is said of it.
+pub struct Moved {
+    scene: MotionScene,
+    choice: Choice,
+    motion: Motion,
+    plan: Vec<(&'static str, Verdict)>,
+    step_at: Option<f64>,
+    warnings: Vec<Warning>,
+}
+
+impl Moved {
+    /// Prepares, chooses, integrates.
+    ///
+    /// # Errors
+    /// Whatever is wrong with the machine or the motion.
+    pub fn new(
+        scene: &Scene,
+        study: &SimulateStudy,
+        stop: &Arc<AtomicBool>,
+    ) -> Result<Moved, Error> {
+        let prepared = Prepared::new(&scene.model)?;
+        let ready = MotionScene::new(&prepared, &scene.start, study)?;
+        let choice = choice::choose(&ready.moving.train, study)?;
+        let plan = choice::plan(&ready, &choice, study);
+        let motion = run::run(&ready, &choice, study.energy, stop)?;
+        let step_at = only_step(scene).filter(|t| *t < ready.until);
+        // What is said of the operating point belongs to linear studies.
+        let warnings = prepared
+            .warnings()
+            .into_iter()
+            .filter(|w| !["no-load", "contact-open", "loads-accelerate"].contains(&w.code));
+        Ok(Moved {
+            scene: ready,
+            choice,
+            motion,
+            plan,
+            step_at,
+            warnings: warnings.collect(),
+        })
+    }
+
+    /// The tables.
+    pub fn text(&self) -> String {
+        let mut text = report::motion_table::readings(&self.scene, &self.motion);
+        if let Some(at) = self.step_at {
+            text += &report::motion_table::steps(&self.scene, &self.motion, at);
+        }
+        text
+    }
+
+    /// The document.
+    pub fn json(&self, scene: &Scene) -> Value {
+        report::motion::json(
+            &scene.sources,
+            &self.scene,
+            &self.choice,
+            &self.motion,
+            self.step_at,
+            &self.warnings,
+        )
+    }
+
+    /// What was done and left out, what it cost, doubts.
+    pub fn epilogue(&self) -> String {
+        let mut text = String::from("\n");
+        for (name, verdict) in &self.plan {
+            text += &match verdict {
+                Verdict::Runs(what) => format!("{name}: {what}\n"),
+                Verdict::LeftOut(why) => format!("left out {name}: {why}\n"),
+            };
+        }
+        text += &report::motion_table::effort(&self.motion);
+        if let Some(balance) = &self.motion.balance {
+            text += &report::motion_table::balance(balance);
+        }
+        for warning in &self.warnings {
+            text += &diagnostic::warning(warning, diagnostic::colour());
+        }
+        if self.motion.interrupted {
+            let end = self.motion.time.last().copied().unwrap_or(0.0);
+            text += &format!("interrupted at {end} s: what is shown ends there\n");
+        }
+        text
+    }
+
+    /// How the command ends.
+    pub fn exit(&self) -> u8 {
+        match self.motion.interrupted {
+            true => INTERRUPTED,
+            false => 0,
+        }
+    }
+}
+
+/// The instant of the one step among the loads: the answer to it can be read off.
+fn only_step(scene: &Scene) -> Option<f64> {
+    let steps = scene
+        .model
+        .loads
+        .iter()
+        .filter_map(|load| match load.history {
+            History::Step { time, .. } => Some(time),
+            _ => None,
+        });
+    let mut instants: Vec<f64> = steps.collect();
+    instants.dedup();
+    match instants[..] {
+        [at] if at >= 0.0 => Some(at),
+        _ => None,
+    }
+}

@@ -1,0 +1,192 @@
+//! The energy balance: what is stored, what is put in, what is lost.
+
+use super::problem::Problem;
+use super::train::{BranchStand, Law, Regime, Train};
+use crate::numeric::Matrix;
+
+/// Powers at one instant, W.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Powers {
+    /// By loads, motors, imposed motions and stiffness that varies of itself.
+    pub put_in: f64,
+    /// In dampers, friction, flanks that let go.
+    pub lost: f64,
+}
+
+impl Train {
+    /// Kinetic and potential energy, J.
+    pub fn stored(&self, regime: &Regime, t: f64, y: &[f64]) -> f64 {
+        let n = self.n();
+        let (q, v) = (&y[..n], &y[n..2 * n]);
+        let kinetic: f64 = 0.5
+            * v.iter()
+                .zip(self.momentum(v))
+                .map(|(v, p)| v * p)
+                .sum::<f64>();
+        let mut inner = 2 * n;
+        let mut potential = 0.0;
+        for (at, b) in self.branches.iter().enumerate() {
+            let (delta, _) = b.deflection(t, q, v, self.imposed_piece(regime, at));
+            potential += match (&b.law, regime.stands[at]) {
+                (Law::Linear { stiffness, .. }, _) => 0.5 * stiffness * delta * delta,
+                (Law::Contact(contact), BranchStand::Contact(stand, piece)) => {
+                    contact.stored(stand, b.factor(t, q, piece).0, delta)
+                }
+                (
+                    Law::Power {
+                        stiffness,
+                        exponent,
+                        ..
+                    },
+                    _,
+                ) => stiffness * delta.abs().powf(exponent + 1.0) / (exponent + 1.0),
+                (Law::Maxwell { stiffness, .. }, _) => 0.5 * y[inner] * y[inner] / stiffness,
+                _ => 0.0,
+            };
+            inner += b.inner();
+        }
+        let general = self
+            .general
+            .as_ref()
+            .map_or(0.0, |(k, _)| 0.5 * form(k, q, q));
+        kinetic + potential + general
+    }
+
+    /// What is put in and lost at an instant.
+    pub fn powers(&self, regime: &Regime, t: f64, y: &[f64]) -> Powers {
+        let n = self.n();
+        let (q, v) = (&y[..n], &y[n..2 * n]);
+        let mut powers = Powers::default();
+        for (at, drive) in self.drives.iter().enumerate() {
+            powers.put_in +=
+                drive.signal.value(t, regime.pieces[at] as usize) * drive.direction.dot(v);
+        }
+        let mut inner = 2 * n;
+        for (at, b) in self.branches.iter().enumerate() {
+            let z = if b.inner() > 0 { y[inner] } else { 0.0 };
+            inner += b.inner();
+            let piece = self.imposed_piece(regime, at);
+            let (delta, rate) = b.deflection(t, q, v, piece);
+            let force = match b.law {
+                Law::Friction(_) => self.held(regime, t, y, at),
+                _ => self.force(at, Some(regime), t, y, z).0,
+            };
+            // Where the force does not act along w, the difference is put in; so is what an imposed e pushes.
+            let acted = b.acts().dot(v);
+            powers.put_in += force * (b.direction.dot(v) - acted);
+            powers.put_in -= b
+                .imposed
+                .as_ref()
+                .map_or(0.0, |e| force * e.slope(t, piece as usize));
+            match &b.law {
+                Law::Linear { stiffness, .. } => powers.lost += (force - stiffness * delta) * rate,
+                Law::Contact(contact) => {
+                    let BranchStand::Contact(stand, of_wave) = regime.stands[at] else {
+                        continue;
+                    };
+                    let (factor, slope) = b.factor(t, q, of_wave);
+                    let beyond = contact.beyond(stand, delta);
+                    powers.lost += (force - factor * contact.stiffness * beyond) * rate;
+                    if let Some(wave) = b.variation.as_ref().filter(|w| w.phase.angle().is_none()) {
+                        powers.put_in +=
+                            0.5 * contact.stiffness * slope * wave.phase.rate(v) * beyond * beyond;
+                    }
+                }
+                Law::Power { damping, .. } => powers.lost += damping * rate * rate,
+                Law::Friction(_) => powers.lost += force * rate,
+                Law::Curve(_) | Law::Lagged { .. } => powers.put_in -= force * rate,
+                Law::Maxwell { damping, .. } => powers.lost += z * z / damping,
+            }
+        }
+        powers.lost += self.drag
+            * v.iter()
+                .zip(self.momentum(v))
+                .map(|(v, p)| v * p)
+                .sum::<f64>();
+        if let Some((k, c)) = &self.general {
+            powers.lost += form(c, v, v) + 0.5 * (form(k, v, q) - form(k, q, v));
+        }
+        powers
+    }
+}
+
+/// `xᵀ A y`.
+fn form(a: &Matrix, x: &[f64], y: &[f64]) -> f64 {
+    (0..x.len())
+        .map(|i| x[i] * (0..y.len()).map(|j| a[(i, j)] * y[j]).sum::<f64>())
+        .sum()
+}
+
+/// The balance over a run, J.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Balance {
+    /// Stored at the start.
+    pub before: f64,
+    /// Stored at the end.
+    pub after: f64,
+    /// Put in.
+    pub put_in: f64,
+    /// Lost.
+    pub lost: f64,
+    /// The largest energy stored at any sample.
+    pub largest: f64,
+}
+
+impl Balance {
+    /// What does not add up, as a share of the largest of all parts.
+    pub fn gap(&self) -> f64 {
+        let size = self.largest.max(self.put_in.abs()).max(self.lost.abs());
+        match size {
+            0.0 => 0.0,
+            size => ((self.after - self.before) - self.put_in + self.lost) / size,
+        }
+    }
+}
+
+/// Adds up powers over equally spaced samples by Simpson's rule. What jumps between two samples costs it order there.
+#[derive(Debug, Default)]
+pub struct Meter {
+    samples: Vec<Sample>,
+    balance: Balance,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Sample {
+    t: f64,
+    powers: Powers,
+}
+
+impl Meter {
+    /// Takes one more sample.
+    pub fn sample(&mut self, train: &Train, t: f64, y: &[f64]) {
+        debug_assert_eq!(y.len(), train.len());
+        let regime = train.regime(t, y);
+        let stored = train.stored(&regime, t, y);
+        if self.samples.is_empty() && self.balance == Balance::default() {
+            self.balance.before = stored;
+        }
+        self.balance.after = stored;
+        self.balance.largest = self.balance.largest.max(stored.abs());
+        self.samples.push(Sample {
+            t,
+            powers: train.powers(&regime, t, y),
+        });
+        if let [a, b, c] = self.samples[..] {
+            let sixth = (c.t - a.t) / 6.0;
+            self.balance.put_in +=
+                sixth * (a.powers.put_in + 4.0 * b.powers.put_in + c.powers.put_in);
+            self.balance.lost += sixth * (a.powers.lost + 4.0 * b.powers.lost + c.powers.lost);
+            self.samples = vec![c];
+        }
+    }
+
+    /// The balance so far.
+    pub fn balance(mut self) -> Balance {
+        if let [a, b] = self.samples[..] {
+            let half = (b.t - a.t) / 2.0;
+            self.balance.put_in += half * (a.powers.put_in + b.powers.put_in);
+            self.balance.lost += half * (a.powers.lost + b.powers.lost);
+        }
+        self.balance
+    }
+}

@@ -1,0 +1,126 @@
+//! The state a scene starts from.
+
+use super::assemble::Moving;
+use super::contact::Contact;
+use super::problem::Problem;
+use super::train::{Law, Train};
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::machine::linear::Linear;
+use crate::numeric::{Matrix, definite};
+use crate::scene::laws::StartAt;
+
+/// The state at rest, or running at the given speeds and wound up under the loads of the instant `t`.
+///
+/// The winding up: `K q = f − M r a`, the accelerations a of rigid motions r taken off first (inertia relief); contacts carry
+/// on the flank their load presses, at the end of their play.
+///
+/// # Errors
+/// A static solution that does not exist.
+pub fn state(
+    moving: &Moving,
+    linear: &Linear,
+    speeds: Option<&[f64]>,
+    at: StartAt,
+    t: f64,
+) -> Result<Vec<f64>, Error> {
+    let train = &moving.train;
+    let n = train.n();
+    let mut y = vec![0.0; train.len()];
+    if at == StartAt::Rest {
+        prescribe(moving, &mut y, t);
+        return Ok(y);
+    }
+    let Some(speeds) = speeds else {
+        let hint = "state the speed of a node in [speed] of the model, or start from rest";
+        return Err(Error::new(Code::NoSpeed, "a steady start needs the speeds").hint(hint));
+    };
+    for (j, &freedom) in linear.free.iter().enumerate() {
+        y[n + j] = speeds[freedom];
+    }
+    prescribe(moving, &mut y, t);
+    lag(train, &mut y);
+    let mut tight = train.clone();
+    for b in &mut tight.branches {
+        if let Law::Contact(contact) = &mut b.law {
+            contact.half = 0.0;
+        }
+    }
+    let mut push = tight.pushed(None, t, &y);
+    relieve(train, &linear.rigid, &mut push);
+    let mut k = Matrix::zeros(n, n);
+    for (at, b) in tight.branches.iter().enumerate() {
+        let stiffness = tight.force(at, None, t, &y, 0.0).1;
+        for (i, a) in b.direction.scaled() {
+            for (j, c) in b.direction.scaled() {
+                k[(i, j)] += stiffness * a * c;
+            }
+        }
+    }
+    let tight_q = definite::solve_semidefinite(&k, &push)?;
+    for (at, b) in train.branches.iter().enumerate() {
+        let Law::Contact(Contact { half, .. }) = &b.law else {
+            continue;
+        };
+        let stiffness = tight.force(at, None, t, &y, 0.0).1;
+        let force = stiffness * b.direction.dot(&tight_q);
+        let largest = push.iter().fold(0.0f64, |m, f| m.max(f.abs()));
+        // A force this small is rounding of a branch that carries nothing: it stays in the middle of its play.
+        if force.abs() * b.direction.scale > 1e-9 * largest {
+            let offset = stiffness * force.signum() * half;
+            b.direction
+                .scaled()
+                .for_each(|(i, a)| push[i] += a * offset);
+        }
+    }
+    let q = definite::solve_semidefinite(&k, &push)?;
+    y[..n].copy_from_slice(&q);
+    Ok(y)
+}
+
+/// Coordinates of prescribed speed have it.
+fn prescribe(moving: &Moving, y: &mut [f64], t: f64) {
+    let n = moving.train.n();
+    for (at, points) in &moving.prescribed {
+        let first = points.first().map_or(0.0, |p| p.1);
+        let at_or_before = points
+            .iter()
+            .rev()
+            .find(|p| p.0 <= t)
+            .map_or(first, |p| p.1);
+        let next = points.iter().position(|p| p.0 > t).filter(|&i| i > 0);
+        y[n + at] = next.map_or(at_or_before, |i| {
+            let ((t0, a), (t1, b)) = (points[i - 1], points[i]);
+            a + (b - a) * (t - t0) / (t1 - t0)
+        });
+    }
+}
+
+/// Inner states as they are at steady speed.
+fn lag(train: &Train, y: &mut [f64]) {
+    let n = train.n();
+    let mut inner = 2 * n;
+    for b in &train.branches {
+        if let Law::Lagged { curve, .. } = &b.law {
+            y[inner] = curve.torque(b.direction.dot(&y[n..2 * n]));
+        }
+        inner += b.inner();
+    }
+}
+
+/// Takes off the forces that accelerate rigid motions.
+fn relieve(train: &Train, rigid: &[Vec<f64>], push: &mut [f64]) {
+    let m = rigid.len();
+    if m == 0 {
+        return;
+    }
+    let momenta: Vec<Vec<f64>> = rigid.iter().map(|r| train.momentum(r)).collect();
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+    let inertia = Matrix::from_fn(m, m, |i, j| dot(&rigid[i], &momenta[j]));
+    let right: Vec<f64> = rigid.iter().map(|r| dot(r, push)).collect();
+    if let Ok(a) = definite::solve_semidefinite(&inertia, &right) {
+        for (p, a) in momenta.iter().zip(a) {
+            push.iter_mut().zip(p).for_each(|(f, p)| *f -= a * p);
+        }
+    }
+}

@@ -1,0 +1,235 @@
+//! Which method integrates a machine, and why; which of its parts the scene does not need.
+
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::base::words::suggestion;
+use crate::motion::methods::{self, Ladder, METHODS, Method};
+use crate::motion::problem::Wanted;
+use crate::motion::train::{Law, Train};
+use crate::plan::stages::Verdict;
+use crate::scene::study::SimulateStudy;
+
+use super::scene::MotionScene;
+
+/// Local error per step where a study names none.
+pub const TOLERANCE: f64 = 1e-8;
+
+/// A method with what is asked of it.
+#[derive(Clone)]
+pub struct Choice {
+    /// The method.
+    pub method: &'static Method,
+    /// How exact, or how fine.
+    pub wanted: Wanted,
+    /// Why this one.
+    pub reason: String,
+}
+
+/// The order in which methods are taken: exact ones first, then those that keep their order across events and stiffness.
+const PREFERRED: &[&str] = &[
+    "exact",
+    "switched",
+    "periodic",
+    "taylor",
+    "radau5",
+    "generalized-alpha",
+    "dopri5",
+];
+
+/// Chooses a method for a machine.
+///
+/// # Errors
+/// An unknown word; a method that cannot take the machine; a step for a method that chooses its own.
+pub fn choose(train: &Train, study: &SimulateStudy) -> Result<Choice, Error> {
+    let (method, reason) = match &study.method {
+        Some(name) => (named(name)?, "asked for".to_string()),
+        None => automatic(train, study)?,
+    };
+    if let Some(why) = (method.refuses)(train) {
+        let able: Vec<&str> = METHODS
+            .iter()
+            .filter(|m| (m.refuses)(train).is_none())
+            .map(|m| m.name)
+            .collect();
+        let message = format!("{} cannot take this machine: {why}", method.name);
+        return Err(Error::new(Code::Conflict, message).hint(format!("{} can", able.join(", "))));
+    }
+    let wanted = match (method.ladder, study.step, study.tolerance) {
+        (Ladder::Step, Some(step), _) => Wanted::Step(step),
+        (Ladder::Step, None, _) => {
+            let message = format!("{} goes by a fixed step, and none is given", method.name);
+            return Err(Error::new(Code::Usage, message)
+                .hint("add --step \"10 µs\", or take a method that chooses its steps"));
+        }
+        (_, Some(_), _) => {
+            let message = format!("{} takes no fixed step", method.name);
+            let fixed: Vec<&str> = METHODS
+                .iter()
+                .filter(|m| m.ladder == Ladder::Step)
+                .map(|m| m.name)
+                .collect();
+            return Err(Error::new(Code::Usage, message)
+                .hint(format!("fixed steps are for {}", fixed.join(", "))));
+        }
+        (_, None, tolerance) => Wanted::Tolerance(tolerance.unwrap_or(TOLERANCE)),
+    };
+    Ok(Choice {
+        method,
+        wanted,
+        reason,
+    })
+}
+
+/// The method of a word.
+///
+/// # Errors
+/// No such word, with the nearest.
+pub fn named(name: &str) -> Result<&'static Method, Error> {
+    methods::find(name).ok_or_else(|| {
+        let error = Error::new(Code::OutOfRange, format!("there is no method `{name}`"));
+        let words: Vec<&str> = METHODS.iter().map(|m| m.name).collect();
+        match suggestion(name, words.iter().copied()) {
+            Some(near) => error.hint(format!("did you mean `{near}`?")),
+            None => error.hint(format!("the methods are {}", words.join(", "))),
+        }
+    })
+}
+
+fn automatic(train: &Train, study: &SimulateStudy) -> Result<(&'static Method, String), Error> {
+    let able = |name: &&&str| {
+        methods::find(name).is_some_and(|m| {
+            (m.refuses)(train).is_none() && (study.step.is_none() || m.ladder == Ladder::Step)
+        })
+    };
+    let first = PREFERRED
+        .iter()
+        .chain(&METHODS.iter().map(|m| m.name).collect::<Vec<_>>()[..])
+        .find(able)
+        .copied()
+        .and_then(methods::find);
+    let Some(method) = first else {
+        let why: Vec<String> = METHODS
+            .iter()
+            .filter_map(|m| (m.refuses)(train).map(|why| format!("{}: {why}", m.name)))
+            .collect();
+        return Err(Error::new(Code::Hopeless, "no method takes this machine").hint(why.join("; ")));
+    };
+    Ok((method, format!("{}: {}", structure(train), method.title)))
+}
+
+/// What kind of equations a machine has.
+pub fn structure(train: &Train) -> String {
+    if train.is_linear() {
+        return "linear and time-invariant".to_string();
+    }
+    let count =
+        |test: &dyn Fn(&Law) -> bool| train.branches.iter().filter(|b| test(&b.law)).count();
+    let mut parts = Vec::new();
+    let mut part = |n: usize, one: &str, many: &str| {
+        if n > 0 {
+            parts.push(format!("{n} {}", if n == 1 { one } else { many }));
+        }
+    };
+    part(
+        count(&|l| matches!(l, Law::Contact(c) if c.half > 0.0)),
+        "contact with play",
+        "contacts with play",
+    );
+    let waves = train.branches.iter().filter(|b| b.variation.is_some());
+    let (steps, smooth): (Vec<_>, Vec<_>) =
+        waves.partition(|b| b.variation.as_ref().is_some_and(|w| w.shape.is_steps()));
+    part(steps.len(), "stiffness in steps", "stiffnesses in steps");
+    part(
+        smooth.len(),
+        "smooth stiffness wave",
+        "smooth stiffness waves",
+    );
+    part(
+        count(&|l| matches!(l, Law::Friction(_))),
+        "friction pair",
+        "friction pairs",
+    );
+    part(
+        count(&|l| matches!(l, Law::Curve(_) | Law::Lagged { .. })),
+        "motor",
+        "motors",
+    );
+    part(
+        train
+            .branches
+            .iter()
+            .filter(|b| b.followed.is_some())
+            .count(),
+        "error that follows an angle",
+        "errors that follow angles",
+    );
+    part(
+        count(&|l| matches!(l, Law::Power { .. })),
+        "nonlinear spring",
+        "nonlinear springs",
+    );
+    match train.is_piecewise_linear() {
+        true => format!("piecewise linear ({})", parts.join(", ")),
+        false => format!("nonlinear or time-varying ({})", parts.join(", ")),
+    }
+}
+
+/// The plan of a motion, row by row.
+pub fn plan(
+    scene: &MotionScene,
+    choice: &Choice,
+    study: &SimulateStudy,
+) -> Vec<(&'static str, Verdict)> {
+    let train = &scene.moving.train;
+    let outputs = scene.outputs.list.len();
+    let mut rows = vec![
+        (
+            "equations",
+            Verdict::Runs(format!(
+                "{} coordinates, {} branches, {} loads",
+                train.n(),
+                train.branches.len(),
+                train.drives.len()
+            )),
+        ),
+        ("structure", Verdict::Runs(structure(train))),
+        (
+            "method",
+            Verdict::Runs(format!("{}: {}", choice.method.name, choice.reason)),
+        ),
+        (
+            "outputs",
+            Verdict::Runs(format!(
+                "{outputs} of {} states kept at {} instants, every {} s",
+                2 * train.n() + train.inner(),
+                scene.samples + 1,
+                scene.until / scene.samples as f64
+            )),
+        ),
+    ];
+    let lateral = train.coordinates.iter().any(|c| !c.ends_with(".theta"));
+    if !lateral {
+        rows.push((
+            "lateral motion",
+            Verdict::LeftOut("no bearing supports a lateral freedom".to_string()),
+        ));
+    }
+    if train.is_linear() {
+        rows.push(("events", Verdict::LeftOut("nothing can switch".to_string())));
+        rows.push((
+            "Newton iterations",
+            Verdict::LeftOut("the equations are linear".to_string()),
+        ));
+    }
+    rows.push((
+        "energy balance",
+        match study.energy {
+            true => Verdict::Runs(
+                "powers added up by Simpson's rule over the samples and their refinement"
+                    .to_string(),
+            ),
+            false => Verdict::LeftOut("not asked for".to_string()),
+        },
+    ));
+    rows
+}

@@ -1,0 +1,13 @@
+//! Motion of a machine: what is assembled, by which method it runs, what is kept.
+
+/// A scene ready to move.
+pub mod scene;
+
+/// Which method, and why.
+pub mod choice;
+
+/// The run.
+pub mod run;
+
+/// What can be read off an output.
+pub mod reading;

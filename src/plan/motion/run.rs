@@ -1,0 +1,104 @@
+//! Runs a motion and keeps what was asked of it.
+
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use super::choice::Choice;
+use super::scene::MotionScene;
+use crate::base::error::Error;
+use crate::motion::energy::{Balance, Meter};
+use crate::motion::problem::{Ask, Effort};
+
+/// The answer to a study of motion.
+#[derive(Debug, Clone)]
+pub struct Motion {
+    /// Instants, s.
+    pub time: Vec<f64>,
+    /// Values of each output, SI.
+    pub values: Vec<Vec<f64>>,
+    /// What it cost.
+    pub effort: Effort,
+    /// Seconds.
+    pub seconds: f64,
+    /// The energy balance, where asked for, and the same from half as many samples.
+    pub balance: Option<[Balance; 2]>,
+    /// It was stopped before its end.
+    pub interrupted: bool,
+}
+
+/// Evaluations after which a run is refused as hopeless: some minutes for twenty freedoms.
+pub const BUDGET: u64 = 400_000_000;
+
+/// What a scene asks of a method.
+pub fn ask(scene: &MotionScene, choice: &Choice, samples: usize) -> Ask {
+    Ask {
+        from: 0.0,
+        to: scene.until,
+        start: scene.start.clone(),
+        samples,
+        effort: choice.wanted,
+        budget: BUDGET,
+    }
+}
+
+/// Integrates. `stop` ends the run early; what was finished is whole.
+///
+/// # Errors
+/// Those of the method.
+pub fn run(
+    scene: &MotionScene,
+    choice: &Choice,
+    energy: bool,
+    stop: &AtomicBool,
+) -> Result<Motion, Error> {
+    let train = &scene.moving.train;
+    // Powers change faster than what is shown of them.
+    let finer = if energy {
+        FINER.max(LEAST.div_ceil(scene.samples))
+    } else {
+        1
+    };
+    let ask = ask(scene, choice, scene.samples * finer);
+    let (mut time, mut values) = (Vec::new(), vec![Vec::new(); scene.outputs.list.len()]);
+    let mut meters = [Meter::default(), Meter::default()];
+    let mut count = 0;
+    let mut interrupted = false;
+    let start = Instant::now();
+    let effort = (choice.method.run)(train, &ask, &mut |t, y| {
+        if energy {
+            meters[0].sample(train, t, y);
+            if count % 2 == 0 {
+                meters[1].sample(train, t, y);
+            }
+        }
+        if count % finer == 0 {
+            time.push(t);
+            for (list, value) in values.iter_mut().zip(scene.outputs.at(train, t, y)) {
+                list.push(value);
+            }
+        }
+        count += 1;
+        interrupted = stop.load(Ordering::Relaxed);
+        match interrupted {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
+    })?;
+    let seconds = start.elapsed().as_secs_f64();
+    let balance = energy.then(|| meters.map(Meter::balance));
+    Ok(Motion {
+        time,
+        values,
+        effort,
+        seconds,
+        balance,
+        interrupted,
+    })
+}
+
+/// Samples of powers for each sample shown.
+const FINER: usize = 4;
+
+/// The least number of samples of powers.
+const LEAST: usize = 20_000;

@@ -1,0 +1,129 @@
+//! Motion in time as tables for a terminal.
+
+use super::number::{brief, percent};
+use super::table::{finish, plain, right_but_first};
+use crate::motion::energy::Balance;
+use crate::plan::motion::reading::{read, step};
+use crate::plan::motion::run::Motion;
+use crate::plan::motion::scene::MotionScene;
+
+/// Extremes and means of every output.
+pub fn readings(scene: &MotionScene, motion: &Motion) -> String {
+    let mut table = plain();
+    table.set_header([
+        "output",
+        "unit",
+        "end",
+        "least",
+        "at s",
+        "greatest",
+        "at s",
+        "mean",
+        "rms about it",
+    ]);
+    for (output, values) in scene.outputs.list.iter().zip(&motion.values) {
+        let Some(r) = read(&motion.time, values) else {
+            continue;
+        };
+        let numbers = [
+            r.end,
+            r.least.0,
+            r.least.1,
+            r.greatest.0,
+            r.greatest.1,
+            r.mean,
+            r.rms,
+        ];
+        table.add_row(
+            [output.name.clone(), output.unit.to_string()]
+                .into_iter()
+                .chain(numbers.map(brief)),
+        );
+    }
+    right_but_first(&mut table);
+    finish(&table)
+}
+
+/// Answers to a step at an instant.
+pub fn steps(scene: &MotionScene, motion: &Motion, at: f64) -> String {
+    let mut table = plain();
+    table.set_header([
+        "answer to the step",
+        "before",
+        "after",
+        "overshoot",
+        "after s",
+        "rise s",
+        "settled s",
+        "oscillations",
+    ]);
+    let mut restless = Vec::new();
+    for (output, values) in scene.outputs.list.iter().zip(&motion.values) {
+        match step(&motion.time, values, at) {
+            None => restless.push(output.name.as_str()),
+            Some(a) => {
+                let numbers = [
+                    brief(a.before),
+                    brief(a.after),
+                    percent(a.overshoot.0),
+                    brief(a.overshoot.1),
+                    brief(a.rise_s),
+                    brief(a.settling_s),
+                    brief(a.oscillations),
+                ];
+                table.add_row([output.name.clone()].into_iter().chain(numbers));
+            }
+        }
+    }
+    right_but_first(&mut table);
+    let mut text = match table.row_count() {
+        0 => String::new(),
+        _ => format!("\n{}", finish(&table)),
+    };
+    if !restless.is_empty() {
+        text += &format!(
+            "\nnot settled within 2 % by the end, so no answer is read off: {}\n",
+            restless.join(", ")
+        );
+    }
+    text
+}
+
+/// What the run cost.
+pub fn effort(motion: &Motion) -> String {
+    let e = &motion.effort;
+    let counts = [
+        (e.steps, "steps"),
+        (e.rejected, "rejected"),
+        (e.evaluations, "evaluations"),
+        (e.jacobians, "Jacobians"),
+        (e.factorisations, "factorisations"),
+        (e.machines, "linear machines"),
+        (e.events, "events"),
+        (e.grazed, "grazed"),
+    ];
+    let told: Vec<String> = counts
+        .iter()
+        .filter(|c| c.0 > 0)
+        .map(|c| format!("{} {}", c.0, c.1))
+        .collect();
+    let told = if told.is_empty() {
+        String::new()
+    } else {
+        format!("{}, ", told.join(", "))
+    };
+    format!("effort: {told}{} s\n", brief(motion.seconds))
+}
+
+/// The energy balance, J.
+pub fn balance([fine, coarse]: &[Balance; 2]) -> String {
+    format!(
+        "energy: stored {} J, put in {} J, lost {} J, stored at the end {} J; it closes to {} ({} with half as many samples)\n",
+        brief(fine.before),
+        brief(fine.put_in),
+        brief(fine.lost),
+        brief(fine.after),
+        brief(fine.gap().abs()),
+        brief(coarse.gap().abs()),
+    )
+}

@@ -1,0 +1,4 @@
+//! Studies over plans: what an answer costs, where methods break.
+
+/// Error against run time.
+pub mod accuracy;
