@@ -21,6 +21,9 @@ pub mod problem;
 /// A machine in motion.
 pub mod train;
 
+/// Exact motion from switch to switch.
+pub mod segment;
+
 /// The methods, one file each.
 pub mod methods;
 
