@@ -21,6 +21,9 @@ pub mod problem;
 /// A machine in motion.
 pub mod train;
 
+/// Exact motion from switch to switch.
+pub mod segment;
+
 /// What of a state is wanted.
 pub mod outputs;
 

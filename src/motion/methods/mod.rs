@@ -3,6 +3,12 @@
 use super::problem::Run;
 use super::train::Train;
 
+/// Linear machines.
+pub mod exact;
+
+/// Machines that are linear between switches.
+pub mod switched;
+
 /// A method for machines in motion.
 pub struct Method {
     /// The word for it in commands and files.
@@ -33,7 +39,7 @@ pub enum Ladder {
 }
 
 /// Every method, the most special first.
-pub const METHODS: &[Method] = &[];
+pub const METHODS: &[Method] = &[exact::METHOD, switched::METHOD];
 
 /// The method of a name.
 pub fn find(name: &str) -> Option<&'static Method> {

@@ -1,0 +1,65 @@
+//! Modes that do not act on each other: every one a part of its own.
+
+use super::equations::{Damping, Equations};
+use super::spectrum::{Other, Spectrum};
+use super::stage::{Pair, Stage};
+use crate::numeric::Complex;
+
+/// Roots nearer to each other than this share of ω are taken together.
+const NEAR_CRITICAL: f64 = 0.25;
+
+/// The parts; nothing where modes are mixed.
+pub fn parts(equations: &Equations) -> Option<(Spectrum, Stage)> {
+    let Damping::Diagonal(damping) = &equations.damping else {
+        return None;
+    };
+    if equations.stiffness.is_some() || !equations.inner.is_empty() {
+        return None;
+    }
+    let under = |w: f64, d: f64| w > 0.0 && (w - 0.5 * d) * (w + 0.5 * d) >= NEAR_CRITICAL * w * w;
+    let modes = || equations.omega.iter().zip(damping);
+    let swings = modes().filter(|&(&w, &d)| under(w, d)).count();
+    let mut spectrum = Spectrum::default();
+    let mut pairs = Vec::with_capacity(equations.len());
+    let mut next = 2 * swings;
+    for (&w, &d) in modes() {
+        if under(w, d) {
+            let nu = ((w - 0.5 * d) * (w + 0.5 * d)).sqrt();
+            let at = 2 * spectrum.swings.len();
+            // ζ = (η̇ + dη/2)/ν + iη
+            spectrum.swings.push(Complex::new(-0.5 * d, nu));
+            pairs.push(Pair {
+                at: [at, at + 1],
+                out: [0.0, 1.0, nu, -0.5 * d],
+                into: [0.5 * d / nu, 1.0 / nu, 1.0, 0.0],
+            });
+            continue;
+        }
+        let gap = 0.25 * d * d - w * w;
+        let own = Pair {
+            at: [next, next + 1],
+            out: [1.0, 0.0, 0.0, 1.0],
+            into: [1.0, 0.0, 0.0, 1.0],
+        };
+        next += 2;
+        if w == 0.0 {
+            spectrum.others.push(Other::Coast(-d));
+            pairs.push(own);
+        } else if gap < NEAR_CRITICAL * w * w {
+            spectrum.others.push(Other::Critical { d, square: w * w });
+            pairs.push(own);
+        } else {
+            // The larger root by a sum, the other from their product.
+            let fast = -(0.5 * d + gap.sqrt().copysign(d));
+            let slow = w * w / fast;
+            let apart = fast - slow;
+            spectrum.others.extend([Other::Decay(fast), Other::Decay(slow)]);
+            pairs.push(Pair {
+                out: [1.0, 1.0, fast, slow],
+                into: [-slow / apart, 1.0 / apart, fast / apart, -1.0 / apart],
+                ..own
+            });
+        }
+    }
+    Some((spectrum, Stage::Pairs(pairs)))
+}

@@ -1,0 +1,281 @@
+//! Coordinates in which the inertia is one, `x = Lᵀ q` with `M = L Lᵀ`, and the modes of what has stiffness in them.
+//!
+//! Frequencies are singular values of `√k W L⁻ᵀ`, so that slow modes keep their digits beside fast ones; motions that strain
+//! nothing are found from the geometry alone and have exactly no frequency.
+
+use crate::base::error::Error;
+use crate::machine::direction::Direction;
+use crate::motion::train::{Mass, Train};
+use crate::numeric::{Matrix, definite, graded};
+
+/// `L`.
+#[derive(Debug)]
+pub enum Root {
+    /// The square roots of the inertias.
+    Diagonal(Vec<f64>),
+    /// Cholesky's factor.
+    Lower(Matrix),
+}
+
+impl Root {
+    /// Of a machine's inertia.
+    ///
+    /// # Errors
+    /// A mass matrix that is not positive definite.
+    pub fn new(train: &Train) -> Result<Root, Error> {
+        match &train.mass {
+            Mass::Diagonal(mass) => Ok(Root::Diagonal(mass.iter().map(|m| m.sqrt()).collect())),
+            Mass::Full { matrix, .. } => definite::cholesky(matrix).map(Root::Lower),
+        }
+    }
+
+    /// `L⁻¹ w`: a direction as seen by x.
+    pub fn see(&self, w: &[f64]) -> Vec<f64> {
+        match self {
+            Root::Diagonal(root) => w.iter().zip(root).map(|(w, r)| w / r).collect(),
+            Root::Lower(l) => {
+                let column = Matrix::from_fn(w.len(), 1, |i, _| w[i]);
+                let seen = definite::solve_lower(l, &column);
+                (0..w.len()).map(|i| seen[(i, 0)]).collect()
+            }
+        }
+    }
+
+    /// `L⁻ᵀ V`.
+    fn shapes(&self, v: &Matrix) -> Matrix {
+        match self {
+            Root::Diagonal(root) => {
+                Matrix::from_fn(v.nrows(), v.ncols(), |i, j| v[(i, j)] / root[i])
+            }
+            Root::Lower(l) => definite::solve_lower_transposed(l, v),
+        }
+    }
+
+    /// `L V`.
+    fn momenta(&self, v: &Matrix) -> Matrix {
+        match self {
+            Root::Diagonal(root) => {
+                Matrix::from_fn(v.nrows(), v.ncols(), |i, j| v[(i, j)] * root[i])
+            }
+            Root::Lower(l) => l * v,
+        }
+    }
+}
+
+/// A direction over all coordinates.
+pub fn spread(direction: &Direction, n: usize) -> Vec<f64> {
+    let mut w = vec![0.0; n];
+    direction.scaled().for_each(|(i, a)| w[i] += a);
+    w
+}
+
+/// What the motions of a machine must not do to be called rigid, over x.
+#[derive(Debug, Default)]
+pub struct Rows {
+    /// Directions of springs whose energy is a square, with √k.
+    pub squares: Vec<(Vec<f64>, f64)>,
+    /// Further directions that springs see or act in.
+    pub springs: Vec<Vec<f64>>,
+    /// What dampers and all else see or act in.
+    pub dampers: Vec<Vec<f64>>,
+    /// What may not move at all.
+    pub stuck: Vec<Vec<f64>>,
+}
+
+/// Modes in the order: motions that strain nothing at all, those that strain dampers only, those without a square of energy,
+/// the others by rising frequency.
+#[derive(Debug)]
+pub struct Modes {
+    /// Φ: mass-normalised shapes as columns over q.
+    pub shapes: Matrix,
+    /// MΦ.
+    pub momenta: Matrix,
+    /// rad/s.
+    pub omega: Vec<f64>,
+    /// How many strain nothing at all.
+    pub free: usize,
+    /// How many strain no spring, the free ones among them.
+    pub rigid: usize,
+}
+
+impl Modes {
+    /// Of the rows of a machine.
+    ///
+    /// # Errors
+    /// Numbers out of range; no convergence.
+    pub fn new(root: &Root, rows: &Rows, n: usize) -> Result<Modes, Error> {
+        let allowed = allowed(&rows.stuck, n)?;
+        let m = allowed.len();
+        let inside = |row: &Vec<f64>| -> Vec<f64> { allowed.iter().map(|a| dot(a, row)).collect() };
+        let inside_all = |rows: &[Vec<f64>]| rows.iter().map(inside).collect::<Vec<_>>();
+        let squares: Vec<Vec<f64>> = rows.squares.iter().map(|(row, _)| inside(row)).collect();
+        let springs = inside_all(&rows.springs);
+        let dampers = inside_all(&rows.dampers);
+
+        let still = null_motions(&squares, m)?;
+        let resting = match springs.is_empty() {
+            true => still.clone(),
+            false => null_motions(&[squares.clone(), springs.clone()].concat(), m)?,
+        };
+        let free = match dampers.is_empty() {
+            true => resting.clone(),
+            false => null_motions(&[squares.clone(), springs, dampers].concat(), m)?,
+        };
+        let mut zero: Vec<Vec<f64>> = Vec::new();
+        extend(&mut zero, &free);
+        let n_free = zero.len();
+        extend(&mut zero, &resting);
+        let n_rigid = zero.len();
+        extend(&mut zero, &still);
+
+        let roots = rows.squares.iter().map(|(_, root)| *root);
+        let weighed: Vec<Vec<f64>> = squares
+            .iter()
+            .zip(roots)
+            .map(|(row, root)| row.iter().map(|a| root * a).collect())
+            .collect();
+        let a = Matrix::from_fn(weighed.len(), m, |i, j| weighed[i][j]);
+        let found = graded::svd(&a, Some(m - zero.len()))?;
+        let column = |j: usize, i: usize| match zero.get(j) {
+            Some(rigid) => rigid[i],
+            None => found.vectors[(i, j)],
+        };
+        let vectors = Matrix::from_fn(n, m, |i, j| {
+            (0..m).map(|k| allowed[k][i] * column(j, k)).sum()
+        });
+        let mut omega = found.values;
+        omega.iter_mut().take(zero.len()).for_each(|w| *w = 0.0);
+        Ok(Modes {
+            shapes: root.shapes(&vectors),
+            momenta: root.momenta(&vectors),
+            omega,
+            free: n_free,
+            rigid: n_rigid,
+        })
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.omega.len()
+    }
+
+    /// `wᵀΦ`, exactly zero for the first `blind` modes.
+    pub fn seen(&self, w: &[f64], blind: usize) -> Vec<f64> {
+        let column = |j: usize| dot(self.shapes.col_as_slice(j), w);
+        (0..self.len())
+            .map(|j| if j < blind { 0.0 } else { column(j) })
+            .collect()
+    }
+}
+
+/// Orthonormal motions over x that the stuck directions allow.
+fn allowed(stuck: &[Vec<f64>], n: usize) -> Result<Vec<Vec<f64>>, Error> {
+    let unit = |i: usize| (0..n).map(|j| f64::from(u8::from(i == j))).collect();
+    if stuck.is_empty() {
+        return Ok((0..n).map(unit).collect());
+    }
+    let mut basis = Vec::new();
+    extend(&mut basis, &null_motions(stuck, n)?);
+    Ok(basis)
+}
+
+/// The scalar product.
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// Adds to an orthonormal basis what a list of motions adds to its span.
+fn extend(basis: &mut Vec<Vec<f64>>, motions: &[Vec<f64>]) {
+    const DEPENDENT: f64 = 1e-9; // of a unit vector; what depends is at rounding
+    for motion in motions {
+        let size = dot(motion, motion).sqrt();
+        let mut v: Vec<f64> = motion.iter().map(|x| x / size).collect();
+        let mut rest = 1.0;
+        // Twice is enough (Giraud, Langou & Rozložník 2005, Numer. Math. 101, 87).
+        for _ in 0..2 {
+            for b in basis.iter() {
+                let share = dot(b, &v);
+                v.iter_mut().zip(b).for_each(|(x, b)| *x -= share * b);
+            }
+            rest *= dot(&v, &v).sqrt();
+            let size = dot(&v, &v).sqrt();
+            v.iter_mut().for_each(|x| *x /= size);
+        }
+        if rest > DEPENDENT {
+            basis.push(v);
+        }
+    }
+}
+
+/// Motions that no row sees, from the geometry: rows and columns brought to unit size, stiffness and inertia playing no part.
+fn null_motions(rows: &[Vec<f64>], n: usize) -> Result<Vec<Vec<f64>>, Error> {
+    let mut units: Vec<Vec<f64>> = Vec::new();
+    for row in rows {
+        let size = row.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        if size > 0.0 {
+            units.push(row.iter().map(|x| x / size).collect());
+        }
+    }
+    // Columns first differ by the roots of the inertias; a few rounds bring both sides to like size.
+    let mut size = vec![1.0; n];
+    for _ in 0..3 {
+        for j in 0..n {
+            let most = units.iter().fold(0.0, |m: f64, row| m.max(row[j].abs()));
+            if most > 0.0 {
+                size[j] *= most;
+                units.iter_mut().for_each(|row| row[j] /= most);
+            }
+        }
+        for row in &mut units {
+            let most = row.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+            row.iter_mut().for_each(|x| *x /= most);
+        }
+    }
+    let a = Matrix::from_fn(units.len().max(1), n, |i, j| {
+        units.get(i).map_or(0.0, |row| row[j])
+    });
+    let found = graded::svd(&a, None)?;
+    let largest = found.values.last().copied().unwrap_or(0.0);
+    const FREE: f64 = 1e-10; // geometry is known to 1e-16; a motion this free is free
+    let null = (0..n).filter(|&k| found.values[k] <= FREE * largest);
+    Ok(null
+        .map(|k| (0..n).map(|j| found.vectors[(j, k)] / size[j]).collect())
+        .collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Three discs of very different inertia on two springs, one damper to ground: one motion strains the damper only.
+    #[test]
+    fn exact_rigid_motion_with_a_brake() {
+        let root = Root::Diagonal(vec![1e-4, 1.0, 1e5]);
+        let row = |w: [f64; 3], k: f64| (root.see(&w), f64::sqrt(k));
+        let rows = Rows {
+            squares: vec![row([-1.0, 1.0, 0.0], 1e9), row([0.0, -1.0, 1.0], 1.0)],
+            dampers: vec![root.see(&[1.0, 0.0, 0.0])],
+            ..Rows::default()
+        };
+        let modes = Modes::new(&root, &rows, 3).unwrap();
+        assert_eq!((modes.free, modes.rigid, modes.omega[0]), (0, 1, 0.0));
+        let shape = modes.shapes.col_as_slice(0);
+        assert!((shape[0] / shape[2] - 1.0).abs() < 1e-13, "{shape:?}");
+        let gram = modes.shapes.transpose() * &modes.momenta;
+        assert!((gram - Matrix::identity(3, 3)).norm_max() < 1e-14);
+    }
+
+    /// Held at the middle disc the two ends swing alone.
+    #[test]
+    fn exact_stuck_middle() {
+        let root = Root::Diagonal(vec![1.0; 3]);
+        let rows = Rows {
+            squares: vec![(vec![-1.0, 1.0, 0.0], 2.0), (vec![0.0, -1.0, 1.0], 3.0)],
+            stuck: vec![vec![0.0, 1.0, 0.0]],
+            ..Rows::default()
+        };
+        let modes = Modes::new(&root, &rows, 3).unwrap();
+        assert_eq!(modes.len(), 2);
+        assert!((modes.omega[0] - 2.0).abs() < 1e-14 && (modes.omega[1] - 3.0).abs() < 1e-14);
+    }
+}

@@ -1,0 +1,270 @@
+//! A run from switch to switch: regimes, their machines, known times, samples.
+
+use std::collections::HashMap;
+
+use super::clock::{Clock, Tick};
+use super::flight::Flight;
+use super::instant::Instant;
+use super::machine::Machine;
+use super::search::{Outcome, Reached, Search};
+use super::shared::Shared;
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::motion::friction::Slip;
+use crate::motion::problem::{Ask, Effort, Sink};
+use crate::motion::train::{BranchStand, Law, Regime, Train};
+
+/// Switches within a few rounding errors of one instant beyond which they will not end.
+const CHATTER: u32 = 200;
+
+/// Runs a machine that is linear between switches.
+///
+/// # Errors
+/// A machine that is not; no convergence; a budget spent; switches that pile up at an instant.
+pub fn run(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
+    let shared = Shared::new(train, ask.to - ask.from)?;
+    let mut clock = Clock::new(train, ask.from)?;
+    let mut regime = train.regime(ask.from, &ask.start);
+    for (branch, piece) in clock.pieces() {
+        if let BranchStand::Contact(stand, _) = regime.stands[branch] {
+            regime.stands[branch] = BranchStand::Contact(stand, piece);
+        }
+    }
+    train.let_slip(&mut regime, ask.from, &ask.start);
+    let mut journey = Journey {
+        shared: &shared,
+        ask,
+        now: Instant::new(ask.from),
+        y: ask.start.clone(),
+        regime,
+        effort: Effort::default(),
+        sample: 0,
+        busy: vec![0; train.branches.len()],
+        crowd: (ask.from, 0),
+    };
+    let mut machines: Vec<Machine> = Vec::new();
+    let mut places: HashMap<Vec<BranchStand>, usize> = HashMap::new();
+    let mut flight = Flight::default();
+    let mut search = Search::default();
+    let mut out = vec![0.0; ask.start.len()];
+    let mut ticks = Vec::new();
+    let mut crossed: Option<(usize, usize)> = None;
+    loop {
+        let place = match places.get(&journey.regime.stands[..]) {
+            Some(&place) => place,
+            None => {
+                machines.push(Machine::new(&shared, &journey.regime.stands)?);
+                places.insert(journey.regime.stands.clone(), machines.len() - 1);
+                machines.len() - 1
+            }
+        };
+        journey.effort.machines = machines.len() as u64;
+        journey.effort.steps += 1;
+        let machine = &machines[place];
+        let known = clock.next(&journey.regime.pieces);
+        let end = known.min(ask.to);
+        let span = journey.now.until(end).max(0.0);
+        let from = crossed.map(|(machine, border)| &machines[machine].borders[border]);
+        flight.start(
+            &shared,
+            machine,
+            (journey.now, &journey.regime.pieces),
+            &journey.y,
+            span,
+            from,
+        );
+        let budget = (&mut journey.effort, ask.budget);
+        let outcome = search.next(&shared, machine, &mut flight, span, budget);
+        let reached = match outcome {
+            Outcome::Clear => None,
+            Outcome::Reached(reached) => Some(reached),
+            Outcome::Spent(tau) => return Err(journey.spent(journey.now.high + tau)),
+        };
+        let tau = reached.map_or(span, |reached| reached.tau);
+        let last = reached.is_none() && end >= ask.to;
+        if journey.deliver(machine, &mut flight, (tau, last), &mut out, sink) {
+            return Ok(journey.effort);
+        }
+        if last {
+            return Ok(journey.effort);
+        }
+        if tau > 0.0 {
+            flight.move_to(&shared, machine, tau);
+            flight.state(machine, tau, &mut journey.y);
+        }
+        match reached {
+            Some(reached) => {
+                journey.now = journey.now.after(tau);
+                journey.cross(machine, reached)?;
+                crossed = Some((place, reached.border));
+            }
+            None => {
+                journey.now = Instant::new(end);
+                clock.tick(&journey.regime.pieces, end, &mut ticks);
+                journey.tick(&ticks);
+                crossed = None;
+            }
+        }
+        if journey.y.iter().any(|y| !y.is_finite()) {
+            let message = format!("the motion leaves the range of numbers at t = {:e} s", end);
+            return Err(Error::new(Code::Overflow, message).hint("look for a machine that is not stable"));
+        }
+    }
+}
+
+struct Journey<'a> {
+    shared: &'a Shared<'a>,
+    ask: &'a Ask,
+    now: Instant,
+    y: Vec<f64>,
+    regime: Regime,
+    effort: Effort,
+    /// The next sample.
+    sample: usize,
+    /// Events of every branch.
+    busy: Vec<u64>,
+    /// An instant, and how many events came within rounding of it.
+    crowd: (f64, u32),
+}
+
+impl Journey<'_> {
+    /// Delivers the samples up to τ; true where the run is to end early.
+    fn deliver(
+        &mut self,
+        machine: &Machine,
+        flight: &mut Flight,
+        (tau, last): (f64, bool),
+        out: &mut [f64],
+        sink: &mut Sink,
+    ) -> bool {
+        while self.sample <= self.ask.samples {
+            let t = self.ask.time(self.sample);
+            let ahead = self.now.until(t).max(0.0);
+            if ahead >= tau && !last {
+                return false;
+            }
+            self.sample += 1;
+            let flow = if ahead == 0.0 {
+                sink(t, &self.y)
+            } else {
+                flight.move_to(self.shared, machine, ahead);
+                flight.state(machine, ahead, out);
+                sink(t, out)
+            };
+            if flow.is_break() {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// A border was reached: what stands beyond it.
+    fn cross(&mut self, machine: &Machine, reached: Reached) -> Result<(), Error> {
+        let border = &machine.borders[reached.border];
+        self.effort.events += 1;
+        self.busy[border.branch] += 1;
+        self.regime.stands[border.branch] = border.to;
+        let near = 64.0 * f64::EPSILON * self.now.high.abs().max(self.shared.span);
+        self.crowd = match (self.now.high - self.crowd.0).abs() <= near {
+            true => (self.crowd.0, self.crowd.1 + 1),
+            false => (self.now.high, 0),
+        };
+        if self.crowd.1 > CHATTER {
+            let name = &self.shared.train.branches[border.branch].name;
+            let message = format!(
+                "`{name}` switches without end at t = {:.6e} s",
+                self.now.high
+            );
+            return Err(Error::new(Code::NoConvergence, message)
+                .hint("give it some damping, or take a method that does not locate switches"));
+        }
+        self.shared
+            .train
+            .let_slip(&mut self.regime, self.now.high, &self.y);
+        Ok(())
+    }
+
+    /// Known times were passed: lines, waves, and what stands otherwise since.
+    fn tick(&mut self, ticks: &[Tick]) {
+        let train = self.shared.train;
+        let before = self.regime.pieces.clone();
+        for tick in ticks {
+            match *tick {
+                Tick::Piece(at, piece) => self.regime.pieces[at] = piece,
+                Tick::Wave(branch, piece) => {
+                    if let BranchStand::Contact(stand, _) = self.regime.stands[branch] {
+                        self.regime.stands[branch] = BranchStand::Contact(stand, piece);
+                    }
+                }
+            }
+        }
+        for tick in ticks {
+            let branch = match *tick {
+                Tick::Piece(at, _) => at.checked_sub(train.drives.len()),
+                Tick::Wave(branch, _) => Some(branch),
+            };
+            if let Some(branch) = branch {
+                self.stand_again(branch, &before);
+            }
+        }
+        train.let_slip(&mut self.regime, self.now.high, &self.y);
+    }
+
+    /// How a branch stands whose wave or imposed motion jumped.
+    fn stand_again(&mut self, branch: usize, before: &[u32]) {
+        let train = self.shared.train;
+        let (n, t) = (train.n(), self.now.high);
+        let b = &train.branches[branch];
+        let (q, v) = (&self.y[..n], &self.y[n..2 * n]);
+        let piece = train.imposed_piece(&self.regime, branch);
+        let (delta, rate) = b.deflection(t, q, v, piece);
+        const ROUNDED: f64 = 64.0 * f64::EPSILON;
+        let next = match (&b.law, self.regime.stands[branch]) {
+            (Law::Contact(contact), BranchStand::Contact(stand, of_wave)) => {
+                let factor = b.factor(t, q, of_wave).0;
+                let holds = contact.borders(stand, factor).iter().all(|(border, _)| {
+                    let size = border.constant.abs()
+                        + (border.deflection * delta).abs()
+                        + (border.rate * rate).abs();
+                    border.at(delta, rate) >= -ROUNDED * size
+                });
+                match holds {
+                    true => return,
+                    false => BranchStand::Contact(contact.stand(delta, rate, factor), of_wave),
+                }
+            }
+            (Law::Friction(_), BranchStand::Friction(_)) => {
+                let was = before[train.drives.len() + branch];
+                let slope = |piece: u32| b.imposed.as_ref().map_or(0.0, |e| e.slope(t, piece as usize));
+                if slope(was) == slope(piece) {
+                    return;
+                }
+                BranchStand::Friction(match rate {
+                    rate if rate > 0.0 => Slip::Forward,
+                    rate if rate < 0.0 => Slip::Backward,
+                    _ => Slip::Stick,
+                })
+            }
+            _ => return,
+        };
+        self.effort.events += 1;
+        self.busy[branch] += 1;
+        self.regime.stands[branch] = next;
+    }
+
+    fn spent(&self, t: f64) -> Error {
+        let most = (0..self.busy.len()).max_by_key(|&at| self.busy[at]);
+        let busiest = match most {
+            Some(at) if self.busy[at] > 0 => {
+                let name = &self.shared.train.branches[at].name;
+                format!("; `{name}` switched most, {} times", self.busy[at])
+            }
+            _ => String::new(),
+        };
+        let message = format!(
+            "the budget of {} evaluations was spent at t = {t:.6e} s of {:.6e} s, after {} switches{busiest}",
+            self.ask.budget, self.ask.to, self.effort.events
+        );
+        Error::new(Code::Hopeless, message).hint("ask for a shorter time or a larger budget")
+    }
+}

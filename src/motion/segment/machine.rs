@@ -1,0 +1,498 @@
+//! The linear machine of one regime: its parts, how forces and borders enter them.
+
+use std::collections::BTreeMap;
+
+use super::border::{Border, Kind};
+use super::equations::{Damping, Equations, Inner};
+use super::frame::{Modes, Rows, dot, spread};
+use super::hold::Hold;
+use super::inputs::{Entry, Input, Inputs};
+use super::law::{Held, held};
+use super::shared::Shared;
+use super::spectrum::{Resonance, Spectrum};
+use super::stage::Stage;
+use super::{apart, mixed};
+use crate::base::error::Error;
+use crate::motion::contact::Affine;
+use crate::motion::friction::Slip;
+use crate::motion::train::{BranchStand, Law, Train};
+use crate::numeric::{Complex, Matrix};
+
+/// A machine in one regime.
+#[derive(Debug)]
+pub struct Machine {
+    /// What it does by itself.
+    pub spectrum: Spectrum,
+    /// How modal states become σ.
+    pub stage: Stage,
+    /// Φ, MΦ.
+    pub modes: Modes,
+    /// Constant push on σ.
+    pub constant: Vec<f64>,
+    /// Push on σ per value and per rate of every input.
+    pub pushes: Vec<[Vec<f64>; 2]>,
+    /// σ under every harmonic, and the state y: phasors, by rows real and imaginary.
+    pub steady: Vec<Answer>,
+    /// Harmonics that are no part of it.
+    pub near: Vec<Resonance>,
+    /// Pairs that stick.
+    pub hold: Option<Hold>,
+    /// Where it gives way.
+    pub borders: Vec<Border>,
+    /// The fastest growth, 1/s.
+    pub growth: f64,
+}
+
+/// The steady answer to a harmonic: real and imaginary parts.
+#[derive(Debug)]
+pub struct Answer {
+    /// Of σ.
+    pub sigma: [Vec<f64>; 2],
+    /// Of the modal state.
+    pub modal: [Vec<f64>; 2],
+}
+
+impl Machine {
+    /// Of a regime.
+    ///
+    /// # Errors
+    /// Laws that are not linear; numbers out of range; no convergence.
+    pub fn new(shared: &Shared, stands: &[BranchStand]) -> Result<Machine, Error> {
+        let train = shared.train;
+        let laws = train.branches.iter().zip(stands);
+        let laws: Vec<Held> = laws.map(|(b, s)| held(b, *s)).collect::<Result<_, _>>()?;
+        let modes = Modes::new(&shared.root, &rows(shared, &laws), train.n())?;
+        let seen = Seen::new(train, &laws, &modes);
+        let equations = equations(train, &laws, &modes, &seen);
+
+        let raw = RawPushes::new(shared, &laws, &seen, &modes, equations.inner.len());
+        let harmonics = raw.harmonics(&shared.inputs);
+        let (spectrum, stage) = match apart::parts(&equations) {
+            Some(found) => found,
+            None => mixed::parts(&equations, &harmonics)?,
+        };
+        let len = spectrum.len();
+        let into = |modal: &[f64]| {
+            let mut sigma = vec![0.0; len];
+            stage.enter(modal, &mut sigma);
+            sigma
+        };
+        let mut steady = Vec::new();
+        let mut near = Vec::new();
+        let mut left = Vec::new();
+        for (at, (omega, push)) in harmonics.iter().enumerate() {
+            let part = |of: fn(&Complex) -> f64| into(&push.iter().map(of).collect::<Vec<f64>>());
+            let (re, im) = (part(|x| x.re), part(|x| x.im));
+            let push: Vec<Complex> = re
+                .iter()
+                .zip(&im)
+                .map(|(&re, &im)| Complex::new(re, im))
+                .collect();
+            let found = spectrum.steady(&push, (at, *omega), shared.span);
+            let sigma = [
+                found.answer.iter().map(|x| x.re).collect::<Vec<f64>>(),
+                found.answer.iter().map(|x| x.im).collect(),
+            ];
+            let out = |sigma: &[f64]| {
+                let mut modal = vec![0.0; 2 * modes.len() + equations.inner.len()];
+                stage.leave(sigma, &mut modal);
+                modal
+            };
+            let modal = [out(&sigma[0]), out(&sigma[1])];
+            steady.push(Answer { sigma, modal });
+            near.extend(found.near);
+            left.push(found.left);
+        }
+        let stuck: Vec<usize> = (0..laws.len()).filter(|&b| laws[b].sticks).collect();
+        let hold = match stuck.is_empty() {
+            true => None,
+            false => Some(Hold::new(shared, &laws, &stuck, &modes, &stage, len)?),
+        };
+        let growth = spectrum.growth();
+        let mut machine = Machine {
+            constant: into(&raw.constant),
+            pushes: raw
+                .inputs
+                .iter()
+                .map(|[value, rate]| [into(value), into(rate)])
+                .collect(),
+            spectrum,
+            stage,
+            steady,
+            near,
+            hold,
+            borders: Vec::new(),
+            growth,
+            modes,
+        };
+        machine.borders = machine.make_borders(shared, stands, &seen, &left, &laws)?;
+        Ok(machine)
+    }
+
+    /// Every border of every stand.
+    fn make_borders(
+        &self,
+        shared: &Shared,
+        stands: &[BranchStand],
+        seen: &Seen,
+        left: &[Vec<Complex>],
+        laws: &[Held],
+    ) -> Result<Vec<Border>, Error> {
+        let mut found = Vec::new();
+        for (at, branch) in shared.train.branches.iter().enumerate() {
+            match (&branch.law, stands[at]) {
+                (Law::Contact(contact), BranchStand::Contact(stand, piece)) => {
+                    let factor = branch.factor(0.0, &[], piece).0;
+                    for (affine, to) in contact.borders(stand, factor) {
+                        let kind = Kind::Deflection(affine);
+                        let next = BranchStand::Contact(to, piece);
+                        found.push(self.border(shared, at, kind, next, seen, left));
+                    }
+                }
+                (Law::Friction(_), BranchStand::Friction(slip)) if slip != Slip::Stick => {
+                    let affine = Affine {
+                        rate: slip.sign(),
+                        ..Default::default()
+                    };
+                    let kind = Kind::Deflection(affine);
+                    let next = BranchStand::Friction(Slip::Stick);
+                    found.push(self.border(shared, at, kind, next, seen, left));
+                }
+                (Law::Friction(friction), BranchStand::Friction(_)) => {
+                    let Some(hold) = &self.hold else { continue };
+                    for slip in [Slip::Forward, Slip::Backward] {
+                        let held = hold.reaction(shared, laws, at, friction.breakaway, slip)?;
+                        let next = BranchStand::Friction(slip);
+                        found.push(self.border(shared, at, Kind::Reaction(held), next, seen, left));
+                    }
+                }
+                _ => {}
+            }
+        }
+        Ok(found)
+    }
+
+    fn border(
+        &self,
+        shared: &Shared,
+        branch: usize,
+        kind: Kind,
+        to: BranchStand,
+        seen: &Seen,
+        left: &[Vec<Complex>],
+    ) -> Border {
+        let (m, len) = (self.modes.len(), self.spectrum.len());
+        let states = self.steady.first().map_or(0, |a| a.modal[0].len());
+        let inner = shared.train.inner();
+        let mut modal = vec![0.0; states.max(2 * m + inner)];
+        let mut direct: BTreeMap<usize, [f64; 2]> = BTreeMap::new();
+        let (constant, dense) = match &kind {
+            Kind::Deflection(affine) => {
+                for j in 0..m {
+                    modal[j] = affine.deflection * seen.sees[branch][j];
+                    modal[m + j] = affine.rate * seen.sees[branch][j];
+                }
+                let own = |input: &Input| input.entry == Entry::Imposed(branch);
+                if let Some(at) = shared.inputs.list.iter().position(own) {
+                    direct.insert(at, [-affine.deflection, -affine.rate]);
+                }
+                let dense = self.hold.as_ref().map(|_| {
+                    let w = spread(&shared.train.branches[branch].direction, shared.train.n());
+                    let times = |a: f64| w.iter().map(|w| a * w).collect::<Vec<f64>>();
+                    [times(affine.deflection), times(affine.rate)]
+                });
+                (affine.constant, dense)
+            }
+            Kind::Reaction(held) => {
+                for j in 0..m {
+                    let shape = self.modes.shapes.col_as_slice(j);
+                    modal[j] = dot(&held.place, shape);
+                    modal[m + j] = dot(&held.rate, shape);
+                }
+                modal[2 * m..].copy_from_slice(&held.inner);
+                direct.extend(held.direct.iter().copied());
+                (held.constant, Some([held.place.clone(), held.rate.clone()]))
+            }
+        };
+        let row = self.stage.row(&modal, len);
+        let rate = self.spectrum.rate_of(&row);
+        let phasors = shared.inputs.frequencies.iter().enumerate();
+        let phasors = phasors.map(|(f, &omega)| {
+            let s = Complex::new(0.0, omega);
+            let answer = &self.steady[f].sigma;
+            let steady = Complex::new(dot(&row, &answer[0]), dot(&row, &answer[1]));
+            let fed = direct.iter().fold(Complex::ZERO, |sum, (&input, [value, rate])| {
+                let own = shared.inputs.list[input].harmonics.iter();
+                own.filter(|(at, _)| *at == f)
+                    .fold(sum, |sum, (_, phasor)| sum + phasor * (s * rate + *value))
+            });
+            let rest = row
+                .iter()
+                .zip(&left[f])
+                .fold(Complex::ZERO, |sum, (c, left)| sum + left * *c);
+            let value = steady + fed;
+            [value, value * s + rest]
+        });
+        Border {
+            branch,
+            to,
+            phasors: phasors.collect(),
+            sizes: self.spectrum.sizes_of(&row),
+            row,
+            rate,
+            constant,
+            direct: direct.into_iter().collect(),
+            dense,
+            kind,
+        }
+    }
+}
+
+/// The rows that decide which motions are rigid.
+fn rows(shared: &Shared, laws: &[Held]) -> Rows {
+    let train = shared.train;
+    let n = train.n();
+    let mut rows = Rows::default();
+    for (branch, law) in train.branches.iter().zip(laws) {
+        let w = shared.root.see(&spread(&branch.direction, n));
+        let u = branch
+            .force
+            .as_ref()
+            .map(|u| shared.root.see(&spread(u, n)));
+        if law.sticks {
+            rows.stuck.push(w);
+            continue;
+        }
+        let (k, c) = (law.force.deflection, law.force.rate);
+        if k > 0.0 && u.is_none() {
+            rows.squares.push((w, k.sqrt()));
+        } else if k != 0.0 {
+            rows.springs.extend(std::iter::once(w).chain(u));
+        } else if c != 0.0 || law.inner.is_some() {
+            rows.dampers.extend(std::iter::once(w).chain(u));
+        }
+    }
+    if let Some((k, c)) = &train.general {
+        let row = |a: &Matrix, i: usize| shared.root.see(&(0..n).map(|j| a[(i, j)]).collect::<Vec<_>>());
+        rows.springs.extend((0..n).map(|i| row(k, i)));
+        rows.dampers.extend((0..n).map(|i| row(c, i)));
+        let transposed = |a: &Matrix| a.transpose().to_owned();
+        let (k, c) = (transposed(k), transposed(c));
+        rows.dampers.extend((0..n).flat_map(|i| [row(&k, i), row(&c, i)]));
+    }
+    rows.springs.retain(|row| row.iter().any(|x| *x != 0.0));
+    rows.dampers.retain(|row| row.iter().any(|x| *x != 0.0));
+    rows
+}
+
+/// Directions over the modes.
+#[derive(Debug)]
+struct Seen {
+    /// wᵀΦ of every branch.
+    sees: Vec<Vec<f64>>,
+    /// uᵀΦ.
+    acts: Vec<Vec<f64>>,
+}
+
+impl Seen {
+    fn new(train: &Train, laws: &[Held], modes: &Modes) -> Seen {
+        let n = train.n();
+        let blind = |law: &Held, acting: bool| match law {
+            // What a spring sees is not rigid, and where it acts along what it sees nothing rigid is pushed.
+            law if law.force.deflection != 0.0 && !acting => modes.rigid,
+            law if law.force.deflection != 0.0 || law.force.rate != 0.0 || law.inner.is_some() => {
+                modes.free
+            }
+            _ => 0,
+        };
+        let of = |direction, blind| modes.seen(&spread(direction, n), blind);
+        let both = train.branches.iter().zip(laws);
+        let sees = both.clone().map(|(b, law)| of(&b.direction, blind(law, false)));
+        let acts = both.map(|(b, law)| of(b.acts(), blind(law, b.force.is_some())));
+        Seen {
+            sees: sees.collect(),
+            acts: acts.collect(),
+        }
+    }
+}
+
+fn equations(train: &Train, laws: &[Held], modes: &Modes, seen: &Seen) -> Equations {
+    let m = modes.len();
+    let mut stiffness = Matrix::zeros(m, m);
+    let mut beside = false;
+    let mut inner = Vec::new();
+    for (at, (branch, law)) in train.branches.iter().zip(laws).enumerate() {
+        let (sees, acts) = (&seen.sees[at], &seen.acts[at]);
+        let k = law.force.deflection;
+        if k != 0.0 && (k < 0.0 || branch.force.is_some()) {
+            beside = true;
+            for (i, j) in (0..m).flat_map(|i| (0..m).map(move |j| (i, j))) {
+                stiffness[(i, j)] += k * acts[i] * sees[j];
+            }
+        }
+        if let Some(own) = &law.inner {
+            inner.push(Inner {
+                decay: own.decay,
+                seen: sees.iter().map(|w| own.seen * w).collect(),
+                acts: acts.iter().map(|u| -own.force * u).collect(),
+                scale: own.scale,
+            });
+        }
+    }
+    if let Some((k, _)) = &train.general {
+        if k.norm_max() > 0.0 {
+            beside = true;
+            let over = modes.shapes.transpose() * k * &modes.shapes;
+            for (i, j) in (0..m).flat_map(|i| (modes.rigid..m).map(move |j| (i, j))) {
+                stiffness[(i, j)] += over[(i, j)];
+            }
+        }
+    }
+    Equations {
+        omega: modes.omega.clone(),
+        free: modes.free,
+        rigid: modes.rigid,
+        drag: train.drag,
+        damping: damping(train, laws, modes, seen),
+        stiffness: beside.then_some(stiffness),
+        inner,
+    }
+}
+
+/// D: by its diagonal where that is all of it.
+fn damping(train: &Train, laws: &[Held], modes: &Modes, seen: &Seen) -> Damping {
+    if let Some(beta) = rayleigh(train, laws) {
+        let own = modes.omega.iter().map(|w| train.drag + beta * w * w);
+        return Damping::Diagonal(own.collect());
+    }
+    let (n, m) = (train.n(), modes.len());
+    let pairs = || (0..m).flat_map(|i| (0..m).map(move |j| (i, j)));
+    let mut d = Matrix::zeros(m, m);
+    // What each entry sums, without signs.
+    let mut size = Matrix::zeros(m, m);
+    let whole = |w: &[f64], j: usize| -> f64 {
+        let shape = modes.shapes.col_as_slice(j);
+        w.iter().zip(shape).map(|(w, x)| (w * x).abs()).sum()
+    };
+    for (at, (branch, law)) in train.branches.iter().zip(laws).enumerate() {
+        let c = law.force.rate;
+        if c == 0.0 {
+            continue;
+        }
+        let (sees, acts) = (&seen.sees[at], &seen.acts[at]);
+        let (w, u) = (spread(&branch.direction, n), spread(branch.acts(), n));
+        let large = |w: &[f64]| (0..m).map(|j| whole(w, j)).collect::<Vec<f64>>();
+        let (large_w, large_u) = (large(&w), large(&u));
+        for (i, j) in pairs() {
+            d[(i, j)] += c * acts[i] * sees[j];
+            size[(i, j)] += c.abs() * large_u[i] * large_w[j];
+        }
+    }
+    if let Some((_, c)) = &train.general {
+        let over = modes.shapes.transpose() * c * &modes.shapes;
+        let plain = |a: &Matrix| Matrix::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)].abs());
+        let shapes = plain(&modes.shapes);
+        let large = shapes.transpose() * plain(c) * &shapes;
+        for (i, j) in pairs().filter(|&(i, j)| i >= modes.free && j >= modes.free) {
+            d[(i, j)] += over[(i, j)];
+            size[(i, j)] += large[(i, j)];
+        }
+    }
+    (0..m).for_each(|j| d[(j, j)] += train.drag);
+    let rounding = 4.0 * n as f64 * f64::EPSILON;
+    let beside = pairs().any(|(i, j)| i != j && d[(i, j)].abs() > rounding * size[(i, j)]);
+    match beside {
+        true => Damping::Full(d),
+        false => Damping::Diagonal((0..m).map(|j| d[(j, j)]).collect()),
+    }
+}
+
+/// β where every spring's damper is β times the spring and nothing else damps but drag.
+fn rayleigh(train: &Train, laws: &[Held]) -> Option<f64> {
+    if train.general.is_some() {
+        return None;
+    }
+    let mut beta: Option<f64> = None;
+    for (branch, law) in train.branches.iter().zip(laws) {
+        let (k, c) = (law.force.deflection, law.force.rate);
+        if law.sticks || (k == 0.0 && c == 0.0) {
+            continue;
+        }
+        if !(k > 0.0) || branch.force.is_some() {
+            return None;
+        }
+        let own = c / k;
+        let known = *beta.get_or_insert(own);
+        if (own - known).abs() > 8.0 * f64::EPSILON * known.abs() {
+            return None;
+        }
+    }
+    Some(beta.unwrap_or(0.0))
+}
+
+/// Pushes on modal states.
+struct RawPushes {
+    constant: Vec<f64>,
+    inputs: Vec<[Vec<f64>; 2]>,
+}
+
+impl RawPushes {
+    fn new(shared: &Shared, laws: &[Held], seen: &Seen, modes: &Modes, inner: usize) -> RawPushes {
+        let train = shared.train;
+        let (m, n) = (modes.len(), train.n());
+        let nothing = vec![0.0; 2 * m + inner];
+        let mut constant = nothing.clone();
+        let before = |branch: usize| {
+            train.branches[..branch]
+                .iter()
+                .map(|b| b.inner())
+                .sum::<usize>()
+        };
+        for (at, law) in laws.iter().enumerate() {
+            (0..m).for_each(|j| constant[m + j] -= law.force.constant * seen.acts[at][j]);
+            if let Some(own) = &law.inner {
+                constant[2 * m + before(at)] += own.constant;
+            }
+        }
+        let inputs = shared.inputs.list.iter().map(|input| {
+            let (mut value, mut rate) = (nothing.clone(), nothing.clone());
+            match input.entry {
+                Entry::Drive(at) => {
+                    let d = modes.seen(&spread(&train.drives[at].direction, n), 0);
+                    value[m..2 * m].copy_from_slice(&d);
+                }
+                Entry::Imposed(at) => {
+                    let law = &laws[at];
+                    for j in 0..m {
+                        value[m + j] = law.force.deflection * seen.acts[at][j];
+                        rate[m + j] = law.force.rate * seen.acts[at][j];
+                    }
+                    if let Some(own) = &law.inner {
+                        rate[2 * m + before(at)] = -own.imposed;
+                    }
+                }
+            }
+            [value, rate]
+        });
+        RawPushes {
+            inputs: inputs.collect(),
+            constant,
+        }
+    }
+
+    /// ω and phasors of the push on modal states.
+    fn harmonics(&self, inputs: &Inputs) -> Vec<(f64, Vec<Complex>)> {
+        let of = |(f, &omega): (usize, &f64)| {
+            let mut push = vec![Complex::ZERO; self.constant.len()];
+            for (input, [value, rate]) in inputs.list.iter().zip(&self.inputs) {
+                for (_, phasor) in input.harmonics.iter().filter(|(at, _)| *at == f) {
+                    for (i, push) in push.iter_mut().enumerate() {
+                        *push += phasor * Complex::new(value[i], omega * rate[i]);
+                    }
+                }
+            }
+            (omega, push)
+        };
+        inputs.frequencies.iter().enumerate().map(of).collect()
+    }
+}

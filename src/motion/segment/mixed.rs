@@ -1,0 +1,374 @@
+//! Modes that act on each other: complex roots and vectors of the first-order form over energies.
+//!
+//! States are `(sη, η̇, ẑ)` with s = ω: each squared is an energy, and light damping leaves the vectors nearly at right
+//! angles. Positions of rigid motions act on nothing and are integrals. Roots are polished on the quadratic form.
+
+use super::dense::Dense;
+use super::equations::Equations;
+use super::spectrum::{Other, Spectrum};
+use super::stage::Stage;
+use crate::base::error::Error;
+use crate::numeric::quadratic::Quadratic;
+use crate::numeric::{Complex, Matrix, definite, general};
+
+/// The product of a part's lengths there and back beyond which its digits are not trusted.
+const ILL: f64 = 1e4;
+
+/// The parts, or all as one where vectors nearly coincide; `pushes` are ω and the harmonic push on modal states, for the latter.
+///
+/// # Errors
+/// No convergence; numbers out of range.
+pub fn parts(
+    equations: &Equations,
+    pushes: &[(f64, Vec<Complex>)],
+) -> Result<(Spectrum, Stage), Error> {
+    let states = States::new(equations);
+    let matrix = states.matrix(equations);
+    let modes = roots(equations, &states, &matrix)?;
+    match apart(equations, &states, &modes)? {
+        Some(found) => Ok(found),
+        None => together(equations, &states, &matrix, pushes),
+    }
+}
+
+/// Which modal states take part, and in what units.
+struct States {
+    /// Modes with a position that acts, and s.
+    places: Vec<(usize, f64)>,
+    /// Modes with a rate: all but the free ones.
+    first: usize,
+    modes: usize,
+    /// Units of the inner states.
+    scales: Vec<f64>,
+}
+
+impl States {
+    fn new(equations: &Equations) -> States {
+        let stiff = |j: usize| {
+            let w = equations.omega[j];
+            let beside = equations.stiffness.as_ref().map_or(0.0, |k| {
+                (0..equations.len()).fold(0.0, |m: f64, i| m.max(k[(i, j)].abs()))
+            });
+            match w.max(beside.sqrt()) {
+                0.0 => 1.0,
+                s => s,
+            }
+        };
+        States {
+            places: (equations.rigid..equations.len())
+                .map(|j| (j, stiff(j)))
+                .collect(),
+            first: equations.free,
+            modes: equations.len(),
+            scales: equations.inner.iter().map(|inner| inner.scale).collect(),
+        }
+    }
+
+    fn rates(&self) -> usize {
+        self.modes - self.first
+    }
+
+    fn len(&self) -> usize {
+        self.places.len() + self.rates() + self.scales.len()
+    }
+
+    /// Where the rate of a mode stands.
+    fn rate(&self, mode: usize) -> usize {
+        self.places.len() + mode - self.first
+    }
+
+    fn inner(&self, at: usize) -> usize {
+        self.places.len() + self.rates() + at
+    }
+
+    fn matrix(&self, equations: &Equations) -> Matrix {
+        let d = equations.damping_matrix();
+        let mut a = Matrix::zeros(self.len(), self.len());
+        for (at, &(j, s)) in self.places.iter().enumerate() {
+            a[(at, self.rate(j))] = s;
+            a[(self.rate(j), at)] = -equations.omega[j] * (equations.omega[j] / s);
+            if let Some(k) = &equations.stiffness {
+                (self.first..self.modes).for_each(|i| a[(self.rate(i), at)] -= k[(i, j)] / s);
+            }
+        }
+        for i in self.first..self.modes {
+            (self.first..self.modes).for_each(|j| a[(self.rate(i), self.rate(j))] = -d[(i, j)]);
+        }
+        for (at, inner) in equations.inner.iter().enumerate() {
+            let own = self.inner(at);
+            a[(own, own)] = -inner.decay;
+            for j in self.first..self.modes {
+                a[(own, self.rate(j))] = inner.seen[j] / inner.scale;
+                a[(self.rate(j), own)] = inner.acts[j] * inner.scale;
+            }
+        }
+        a
+    }
+
+    /// Modal state of the states, without rigid positions and free modes.
+    fn out(&self) -> Matrix {
+        let mut out = Matrix::zeros(2 * self.modes + self.scales.len(), self.len());
+        for (at, &(j, s)) in self.places.iter().enumerate() {
+            out[(j, at)] = 1.0 / s;
+        }
+        (self.first..self.modes).for_each(|j| out[(self.modes + j, self.rate(j))] = 1.0);
+        for (at, scale) in self.scales.iter().enumerate() {
+            out[(2 * self.modes + at, self.inner(at))] = *scale;
+        }
+        out
+    }
+
+    /// States of a modal state.
+    fn into(&self) -> Matrix {
+        let mut into = Matrix::zeros(self.len(), 2 * self.modes + self.scales.len());
+        for (at, &(j, s)) in self.places.iter().enumerate() {
+            into[(at, j)] = s;
+        }
+        (self.first..self.modes).for_each(|j| into[(self.rate(j), self.modes + j)] = 1.0);
+        for (at, scale) in self.scales.iter().enumerate() {
+            into[(self.inner(at), 2 * self.modes + at)] = 1.0 / scale;
+        }
+        into
+    }
+}
+
+/// A root with Im ≥ 0 and its vector over the states.
+struct Root {
+    value: Complex,
+    vector: Vec<Complex>,
+}
+
+fn roots(equations: &Equations, states: &States, matrix: &Matrix) -> Result<Vec<Root>, Error> {
+    let n = states.len();
+    let eigen = general::eigen(matrix)?;
+    let quadratic = equations.inner.is_empty().then(|| quadratic(equations));
+    let mut found: Vec<Root> = Vec::new();
+    for k in (0..n).filter(|&k| eigen.values[k].im >= 0.0) {
+        let value = eigen.values[k];
+        let vector: Vec<Complex> = (0..n).map(|i| eigen.right[(i, k)]).collect();
+        let error = f64::EPSILON * eigen.norm * eigen.condition[k];
+        let alone = eigen.values.iter().enumerate().all(|(i, other)| {
+            const REPEATED: f64 = 1e-8; // √ε, where the vectors of a pair keep half their digits
+            i == k || (other - value).norm() > REPEATED * value.norm()
+        });
+        let polished = match &quadratic {
+            Some(quadratic) if alone && value.norm() > 0.0 => {
+                polish(quadratic, states, (value, &vector), error)
+            }
+            _ => None,
+        };
+        found.push(polished.unwrap_or(Root { value, vector }));
+    }
+    Ok(found)
+}
+
+/// The modes that are not free, as a quadratic eigenproblem.
+fn quadratic(equations: &Equations) -> Quadratic {
+    let first = equations.free;
+    let m = equations.len() - first;
+    let d = equations.damping_matrix();
+    let stiffness = Matrix::from_fn(m, m, |i, j| {
+        let beside = equations
+            .stiffness
+            .as_ref()
+            .map_or(0.0, |k| k[(first + i, first + j)]);
+        let w = equations.omega[first + i];
+        if i == j { w * w + beside } else { beside }
+    });
+    Quadratic {
+        inertial: m,
+        damping: Matrix::from_fn(m, m, |i, j| d[(first + i, first + j)]),
+        stiffness,
+        hysteretic: None,
+    }
+}
+
+/// A root polished, unless that leads to another or off the axis of what it is.
+fn polish(
+    quadratic: &Quadratic,
+    states: &States,
+    (value, vector): (Complex, &[Complex]),
+    error: f64,
+) -> Option<Root> {
+    let start: Vec<Complex> = (states.first..states.modes)
+        .map(|j| vector[states.rate(j)] / value)
+        .collect();
+    let root = quadratic.polish(value, &start).ok()?;
+    const REACH: f64 = 1e3; // of the error the start is known to have
+    const SOUND: f64 = 1e-12;
+    let near = (root.value - value).norm() <= REACH * error;
+    if !near || root.residual > SOUND || root.value.norm() == 0.0 {
+        return None;
+    }
+    let mut polished = root.value;
+    if value.im == 0.0 {
+        polished = Complex::new(polished.re, 0.0);
+    } else if polished.re.abs() <= f64::EPSILON * quadratic.condition(&root) * polished.norm() {
+        // No damper is certain to see it.
+        polished = Complex::new(0.0, polished.im);
+    }
+    let rate = |j: usize| root.right[j - states.first] * polished;
+    let places = states
+        .places
+        .iter()
+        .map(|&(j, s)| root.right[j - states.first] * s);
+    let vector: Vec<Complex> = places
+        .chain((states.first..states.modes).map(rate))
+        .collect();
+    let mut vector = vector;
+    if value.im == 0.0 {
+        // A real root has a real vector up to a factor.
+        let largest = vector
+            .iter()
+            .fold(Complex::ZERO, |m, &x| if x.norm() > m.norm() { x } else { m });
+        vector.iter_mut().for_each(|x| *x = Complex::new((*x / largest).re, 0.0));
+    }
+    Some(Root {
+        value: polished,
+        vector,
+    })
+}
+
+/// Parts of their own, unless vectors nearly coincide.
+fn apart(
+    equations: &Equations,
+    states: &States,
+    roots: &[Root],
+) -> Result<Option<(Spectrum, Stage)>, Error> {
+    let n = states.len();
+    let (swings, slow): (Vec<&Root>, Vec<&Root>) = roots.iter().partition(|r| r.value.im > 0.0);
+    if 2 * swings.len() + slow.len() != n {
+        return Ok(None);
+    }
+    let mut vectors = Matrix::zeros(n, n);
+    for (k, root) in swings.iter().enumerate() {
+        let size = length(&root.vector);
+        for i in 0..n {
+            vectors[(i, 2 * k)] = root.vector[i].re / size;
+            vectors[(i, 2 * k + 1)] = -root.vector[i].im / size;
+        }
+    }
+    for (k, root) in slow.iter().enumerate() {
+        let size = length(&root.vector);
+        (0..n).for_each(|i| vectors[(i, 2 * swings.len() + k)] = root.vector[i].re / size);
+    }
+    let Ok(inverse) = definite::solve(&vectors, &Matrix::identity(n, n)) else {
+        return Ok(None);
+    };
+    let long = |k: usize| (0..n).map(|j| inverse[(k, j)] * inverse[(k, j)]).sum::<f64>();
+    if !(0..n).all(|k| long(k) < ILL * ILL) {
+        return Ok(None);
+    }
+
+    // σ: swings; then coasts (p, v) or decays; then what rigid positions keep; then free modes.
+    let (rigid, free) = (equations.free..equations.rigid, 0..equations.free);
+    let wide = if rigid.is_empty() { 1 } else { 2 };
+    let kept = 2 * swings.len() + wide * slow.len();
+    let total = kept + rigid.len() + 2 * free.len();
+    let modal = 2 * states.modes + states.scales.len();
+    let (from_states, to_states) = (states.out(), states.into());
+    let own = |k: usize| match k < 2 * swings.len() {
+        true => k,
+        false => 2 * swings.len() + wide * (k - 2 * swings.len()) + wide - 1,
+    };
+    let (mut out, mut into) = (Matrix::zeros(modal, total), Matrix::zeros(total, modal));
+    let (some_out, some_into) = (&from_states * &vectors, &inverse * &to_states);
+    for k in 0..n {
+        (0..modal).for_each(|i| out[(i, own(k))] = some_out[(i, k)]);
+        (0..modal).for_each(|i| into[(own(k), i)] = some_into[(k, i)]);
+    }
+    for (at, mode) in rigid.clone().enumerate() {
+        let keep = kept + at;
+        out[(mode, keep)] = 1.0;
+        into[(keep, mode)] = 1.0;
+        for (k, root) in swings.iter().enumerate() {
+            // The integral of Re(X ζ) is Re(X ζ/λ) and something that keeps.
+            let rate = states.rate(mode);
+            let x = Complex::new(vectors[(rate, 2 * k)], -vectors[(rate, 2 * k + 1)]) / root.value;
+            out[(mode, 2 * k)] = x.re;
+            out[(mode, 2 * k + 1)] = -x.im;
+            for i in 0..modal {
+                let share = x.re * into[(2 * k, i)] - x.im * into[(2 * k + 1, i)];
+                into[(keep, i)] -= share;
+            }
+        }
+        for k in 0..slow.len() {
+            let column = 2 * swings.len() + k;
+            out[(mode, own(column) - 1)] = vectors[(states.rate(mode), column)];
+        }
+    }
+    for mode in free {
+        let at = kept + rigid.len() + 2 * mode;
+        for (state, row) in [(at, mode), (at + 1, states.modes + mode)] {
+            out[(row, state)] = 1.0;
+            into[(state, row)] = 1.0;
+        }
+    }
+    let slow = slow.iter().map(|root| match wide {
+        1 => Other::Decay(root.value.re),
+        _ => Other::Coast(root.value.re),
+    });
+    let kept = rigid.map(|_| Other::Decay(0.0));
+    let coasts = (0..equations.free).map(|_| Other::Coast(-equations.drag));
+    Ok(Some((
+        Spectrum {
+            swings: swings.iter().map(|root| root.value).collect(),
+            others: slow.chain(kept).chain(coasts).collect(),
+        },
+        Stage::Full { out, into },
+    )))
+}
+
+fn length(v: &[Complex]) -> f64 {
+    v.iter().map(Complex::norm_sqr).sum::<f64>().sqrt()
+}
+
+/// All states as one part, rigid positions and free modes with them.
+fn together(
+    equations: &Equations,
+    states: &States,
+    matrix: &Matrix,
+    pushes: &[(f64, Vec<Complex>)],
+) -> Result<(Spectrum, Stage), Error> {
+    let n = states.len();
+    let rigid = equations.rigid;
+    let total = n + rigid + equations.free;
+    let modal = 2 * states.modes + states.scales.len();
+    // The others' states, then positions of rigid motions, then rates of the free ones.
+    let rate = |mode: usize| match mode < equations.free {
+        true => n + rigid + mode,
+        false => states.rate(mode),
+    };
+    let mut a = Matrix::zeros(total, total);
+    for i in 0..n {
+        (0..n).for_each(|j| a[(i, j)] = matrix[(i, j)]);
+    }
+    (0..rigid).for_each(|mode| a[(n + mode, rate(mode))] = 1.0);
+    (0..equations.free).for_each(|mode| a[(rate(mode), rate(mode))] = -equations.drag);
+    let (from_states, to_states) = (states.out(), states.into());
+    let (mut out, mut into) = (Matrix::zeros(modal, total), Matrix::zeros(total, modal));
+    for k in 0..n {
+        (0..modal).for_each(|i| out[(i, k)] = from_states[(i, k)]);
+        (0..modal).for_each(|i| into[(k, i)] = to_states[(k, i)]);
+    }
+    let mut one = |row: usize, state: usize| {
+        out[(row, state)] = 1.0;
+        into[(state, row)] = 1.0;
+    };
+    (0..rigid).for_each(|mode| one(mode, n + mode));
+    (0..equations.free).for_each(|mode| one(states.modes + mode, rate(mode)));
+    let harmonics = pushes.iter().map(|(omega, push)| {
+        let state = |k: usize| {
+            (0..modal).fold(Complex::ZERO, |sum, i| sum + push[i] * into[(k, i)])
+        };
+        (*omega, (0..total).map(state).collect())
+    });
+    let dense = Dense::new(a, harmonics.collect())?;
+    Ok((
+        Spectrum {
+            swings: Vec::new(),
+            others: vec![Other::Dense(Box::new(dense))],
+        },
+        Stage::Full { out, into },
+    ))
+}

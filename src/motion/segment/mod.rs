@@ -1,0 +1,58 @@
+//! Motion between switches, exactly: every regime of a machine is linear, and its motion a sum of exponentials.
+
+/// The functions φ.
+pub mod phi;
+
+/// Instants to twice the digits.
+pub mod instant;
+
+/// What is known in time.
+pub mod inputs;
+
+/// When what is known jumps.
+pub mod clock;
+
+/// Coordinates of unit inertia, and modes in them.
+pub mod frame;
+
+/// From modal states to parts and back.
+pub mod stage;
+
+/// Machines by matrix exponentials.
+pub mod dense;
+
+/// Parts in closed form.
+pub mod spectrum;
+
+/// A regime over its modes.
+pub mod equations;
+
+/// Modes that do not act on each other.
+pub mod apart;
+
+/// Modes that do.
+pub mod mixed;
+
+/// Branches in a regime.
+pub mod law;
+
+/// What regimes share.
+pub mod shared;
+
+/// Pairs that stick.
+pub mod hold;
+
+/// Borders of a regime.
+pub mod border;
+
+/// The machine of a regime.
+pub mod machine;
+
+/// Its motion from a state.
+pub mod flight;
+
+/// The next switch.
+pub mod search;
+
+/// From switch to switch.
+pub mod journey;

@@ -1,0 +1,118 @@
+//! The functions `φ` of exponential integration, without loss of digits near zero.
+//!
+//! With `E = e^{λτ}`: `Φ₁ = (E − 1)/λ`, `Φ₂ = (Φ₁ − τ)/λ`, `Φ₃ = (Φ₂ − τ²/2)/λ`: what a constant, a straight line and its
+//! integral leave after τ (Hochbruck & Ostermann, Exponential integrators, Acta Numerica 19 (2010), §2).
+
+use crate::numeric::Complex;
+
+/// 1/0! … 1/23!.
+const INVERSE_FACTORIALS: [f64; 24] = {
+    let mut all = [1.0; 24];
+    let mut n = 1;
+    while n < all.len() {
+        all[n] = all[n - 1] / n as f64;
+        n += 1;
+    }
+    all
+};
+
+/// `E, Φ₁, Φ₂, Φ₃` of a real λ after τ.
+pub fn real(lambda: f64, tau: f64) -> [f64; 4] {
+    let x = lambda * tau;
+    if x.abs() < 1.0 {
+        // Σ xⁿ/(n+3)!: 20 terms are exact to rounding below one.
+        let series = (0..20)
+            .rev()
+            .fold(0.0, |sum, n| sum * x + INVERSE_FACTORIALS[n + 3]);
+        let third = series * tau * tau * tau;
+        let second = 0.5 * tau * tau + lambda * third;
+        let first = tau + lambda * second;
+        return [1.0 + lambda * first, first, second, third];
+    }
+    let first = x.exp_m1() / lambda;
+    let second = (first - tau) / lambda;
+    [
+        x.exp(),
+        first,
+        second,
+        (second - 0.5 * tau * tau) / lambda,
+    ]
+}
+
+/// `(eˣ − 1)/x` and `(eˣ − 1 − x)/x²` by their series, for |x| below [`SMALL`].
+pub fn small(x: Complex) -> (Complex, Complex) {
+    let second = (0..14).rev().fold(Complex::ZERO, |sum, n| {
+        sum * x + INVERSE_FACTORIALS[n + 2]
+    });
+    (second * x + 1.0, second)
+}
+
+/// Where [`small`] is exact to rounding.
+pub const SMALL: f64 = 0.5;
+
+/// `(e^{κτ} − 1)/κ`, also where κ is zero or nearly so.
+pub fn first(kappa: Complex, tau: f64) -> Complex {
+    let x = kappa * tau;
+    match x.norm() < SMALL {
+        true => small(x).0 * tau,
+        false => (x.exp() - 1.0) / kappa,
+    }
+}
+
+/// `e^{λτ}` convolved with `e^{iωτ}`, and the integral of that, for a real λ and any ω: divided differences of the exponential
+/// over (iω, λ) and (iω, λ, 0).
+pub fn pushed(lambda: f64, omega: f64, tau: f64) -> (Complex, Complex) {
+    let (x, y) = (Complex::new(0.0, omega * tau), lambda * tau);
+    if x.norm().max(y.abs()) < 1.0 {
+        // Complete homogeneous polynomials h_n(x, y) over (n+1)! and (n+2)!.
+        let (mut h, mut power) = (Complex::ONE, 1.0);
+        let (mut rate, mut place) = (Complex::ZERO, Complex::ZERO);
+        for n in 0..22 {
+            rate += h * INVERSE_FACTORIALS[n + 1];
+            place += h * INVERSE_FACTORIALS[n + 2];
+            power *= y;
+            h = h * x + power;
+        }
+        return (rate * tau, place * (tau * tau));
+    }
+    let kappa = Complex::new(-lambda, omega);
+    let [e, by_lambda, ..] = real(lambda, tau);
+    let by_omega = first(Complex::new(0.0, omega), tau);
+    ((x.exp() - e) / kappa, (by_omega - by_lambda) / kappa)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Both branches agree where they meet, and the recurrence holds.
+    #[test]
+    fn law_branches_meet() {
+        for lambda in [0.9999999, 1.0000001, -0.9999999, -1.0000001] {
+            let [e, f1, f2, f3] = real(lambda, 1.0);
+            assert!((e - f64::exp(lambda)).abs() < 1e-15 * 4.0);
+            assert!((1.0 + lambda * f1 - e).abs() < 4e-15);
+            assert!((1.0 + lambda * f2 - f1).abs() < 4e-15);
+            assert!((0.5 + lambda * f3 - f2).abs() < 8e-15);
+        }
+        for x in [0.4999999, 0.5000001] {
+            let kappa = Complex::new(0.6, 0.8) * x;
+            let exact = (kappa.exp() - 1.0) / kappa;
+            assert!((first(kappa, 1.0) - exact).norm() < 1e-15);
+        }
+    }
+
+    /// Without λ and ω: τ and τ²/2; with both, against the integral by Gauss points.
+    #[test]
+    fn exact_limits() {
+        assert_eq!(real(0.0, 2.0), [1.0, 2.0, 2.0, 8.0 / 6.0]);
+        let (rate, place) = pushed(0.0, 0.0, 2.0);
+        assert!((rate - 2.0).norm() < 1e-15 && (place - 2.0).norm() < 1e-15);
+        let (rate, place) = pushed(-0.0, 3.0, 2.0);
+        assert!((rate - Complex::new(6f64.sin(), 1.0 - 6f64.cos()) / 3.0).norm() < 1e-15);
+        assert!((place.re - (1.0 - 6f64.cos()) / 9.0).abs() < 1e-15);
+        let near = pushed(-0.3, 0.4999999, 2.0);
+        let far = pushed(-0.3, 0.5000001, 2.0);
+        assert!((near.0 - far.0).norm() < 1e-6 && (near.1 - far.1).norm() < 1e-6);
+    }
+}

@@ -1,0 +1,92 @@
+//! From modal states to the parts of a spectrum and back.
+//!
+//! A modal state is `(η, η̇, z)`: modes, their rates, inner states.
+
+use crate::numeric::Matrix;
+
+/// Both ways.
+#[derive(Debug)]
+pub enum Stage {
+    /// Every mode is a part of its own, with two states.
+    Pairs(Vec<Pair>),
+    /// All are mixed.
+    Full {
+        /// Modal state of σ.
+        out: Matrix,
+        /// σ of a modal state.
+        into: Matrix,
+    },
+}
+
+/// A mode: its two states in σ, and two-by-two matrices by rows.
+#[derive(Debug, Clone, Copy)]
+pub struct Pair {
+    /// Where its states are.
+    pub at: [usize; 2],
+    /// (η, η̇) of the two.
+    pub out: [f64; 4],
+    /// The two of (η, η̇).
+    pub into: [f64; 4],
+}
+
+impl Stage {
+    /// The modal state of σ.
+    pub fn leave(&self, sigma: &[f64], modal: &mut [f64]) {
+        match self {
+            Stage::Pairs(pairs) => {
+                let (places, rates) = modal.split_at_mut(pairs.len());
+                for ((pair, eta), rate) in pairs.iter().zip(places).zip(rates) {
+                    let (a, b) = (sigma[pair.at[0]], sigma[pair.at[1]]);
+                    *eta = pair.out[0] * a + pair.out[1] * b;
+                    *rate = pair.out[2] * a + pair.out[3] * b;
+                }
+            }
+            Stage::Full { out, .. } => product(out, sigma, modal),
+        }
+    }
+
+    /// σ of a modal state.
+    pub fn enter(&self, modal: &[f64], sigma: &mut [f64]) {
+        match self {
+            Stage::Pairs(pairs) => {
+                for (j, pair) in pairs.iter().enumerate() {
+                    let (eta, rate) = (modal[j], modal[pairs.len() + j]);
+                    sigma[pair.at[0]] = pair.into[0] * eta + pair.into[1] * rate;
+                    sigma[pair.at[1]] = pair.into[2] * eta + pair.into[3] * rate;
+                }
+            }
+            Stage::Full { into, .. } => product(into, modal, sigma),
+        }
+    }
+
+    /// A row over modal states as a row over σ.
+    pub fn row(&self, modal: &[f64], len: usize) -> Vec<f64> {
+        match self {
+            Stage::Pairs(pairs) => {
+                let mut row = vec![0.0; len];
+                for (j, pair) in pairs.iter().enumerate() {
+                    let (eta, rate) = (modal[j], modal[pairs.len() + j]);
+                    row[pair.at[0]] = pair.out[0] * eta + pair.out[2] * rate;
+                    row[pair.at[1]] = pair.out[1] * eta + pair.out[3] * rate;
+                }
+                row
+            }
+            Stage::Full { out, .. } => (0..len)
+                .map(|j| super::frame::dot(out.col_as_slice(j), modal))
+                .collect(),
+        }
+    }
+}
+
+/// `A x`, column by column.
+pub fn product(a: &Matrix, x: &[f64], out: &mut [f64]) {
+    out.fill(0.0);
+    for (j, &x) in x.iter().enumerate() {
+        add(out, x, a.col_as_slice(j));
+    }
+}
+
+/// `out += x · column`.
+pub fn add(out: &mut [f64], x: f64, column: &[f64]) {
+    out.iter_mut().zip(column).for_each(|(o, c)| *o += x * c);
+}
