@@ -180,7 +180,6 @@ impl Site<'_> {
         (bare.damping.mass, bare.damping.stiffness) = (0.0, 0.0);
         let mut linear = self.linear.clone();
         linear.branches.clear();
-        linear.masses.clear();
         let case = Case {
             machine: &bare,
             linear: &linear,
