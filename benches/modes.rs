@@ -5,12 +5,17 @@
 
 use std::f64::consts::PI;
 use std::process::Command;
-use std::time::Instant;
 
+use beside::{Took, best, python};
 use geardyn::modes::basis::{self, Solver};
 use geardyn::modes::lowest::{self, Wanted};
 use geardyn::plan::prepared::Prepared;
 use geardyn::scene;
+
+mod beside;
+
+/// Of the first column.
+const WIDTH: usize = 34;
 
 fn model(n: usize) -> String {
     format!(
@@ -35,50 +40,18 @@ fn worst(n: usize, omega: impl Iterator<Item = f64>) -> f64 {
         .fold(0.0, f64::max)
 }
 
-fn best<T>(runs: usize, mut work: impl FnMut() -> T) -> (f64, T) {
-    let mut found = None;
-    let mut least = f64::INFINITY;
-    for _ in 0..runs {
-        let start = Instant::now();
-        let answer = work();
-        least = least.min(start.elapsed().as_secs_f64());
-        found = Some(answer);
-    }
-    (least, found.expect("at least one run"))
-}
-
 /// Seconds and worst error of the peer.
-fn peer(kind: &str, n: usize) -> Option<(f64, f64)> {
-    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/peer.py");
-    let output = python()
-        .args([script, kind, &n.to_string()])
-        .output()
-        .ok()?;
-    let text = String::from_utf8(output.stdout).ok()?;
-    let mut numbers = text.split_whitespace().map(|word| word.parse::<f64>().ok());
-    Some((numbers.next()??, numbers.next()??))
+fn peer(kind: &str, n: usize) -> Option<Took> {
+    beside::peer("peer.py", &[kind, &n.to_string()])
 }
 
-fn python() -> Command {
-    let mut command = Command::new("python3");
-    for variable in ["OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"] {
-        command.env(variable, "1");
-    }
-    command
-}
-
-fn row(what: &str, ours: (f64, f64), peer: Option<(f64, f64)>) {
-    let shown = |(time, error): (f64, f64)| format!("{:>10.3} ms {error:>9.1e}", 1e3 * time);
-    let theirs = peer.map_or("–".to_string(), shown);
-    let ratio = peer.map_or("–".to_string(), |p| format!("{:.2}", p.0 / ours.0));
-    println!("{what:<34} {} {theirs:>23} {ratio:>8}", shown(ours));
+fn row(what: &str, (seconds, error): (f64, f64), peer: Option<Took>) {
+    let error = Some(error);
+    beside::row(WIDTH, what, Took { seconds, error }, peer);
 }
 
 fn main() {
-    println!(
-        "{:<34} {:>13} {:>9} {:>13} {:>9} {:>8}",
-        "", "geardyn", "error", "SciPy", "error", "ratio"
-    );
+    beside::head(WIDTH, "SciPy");
     for n in [20, 100, 500, 1500] {
         let machine = prepared(n);
         let theirs = peer("dense", n);
@@ -132,9 +105,13 @@ fn whole_process() {
         .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/benches/peer.py"))
         .arg("whole")
         .arg(&path);
-    let theirs = time(theirs).map(|seconds| (seconds, 0.0));
+    let took = |seconds| Took {
+        seconds,
+        error: None,
+    };
+    let theirs = time(theirs).map(took);
     if let Some(seconds) = time(ours) {
-        row("whole process, n = 50", (seconds, 0.0), theirs);
+        beside::row(WIDTH, "whole process, n = 50", took(seconds), theirs);
     }
     let _ = std::fs::remove_file(path);
 }

@@ -46,3 +46,16 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     }
     sums.iter().sum::<f64>() + rest
 }
+
+/// `Σ a`, in eight partial sums as [`dot`].
+pub fn sum(a: &[f64]) -> f64 {
+    let mut sums = [0.0; 8];
+    let a = a.chunks_exact(8);
+    let rest: f64 = a.remainder().iter().sum();
+    for a in a {
+        for lane in 0..8 {
+            sums[lane] += a[lane];
+        }
+    }
+    sums.iter().sum::<f64>() + rest
+}

@@ -16,6 +16,7 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::Complex;
 use crate::numeric::fft::RealFft;
+use crate::numeric::slices;
 
 /// What is taken off each block before the window.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -289,7 +290,7 @@ fn load(work: &mut [f64], block: &[f64], window: &[f64], detrend: Detrend) {
     let middle = 0.5 * (n - 1.0);
     let mean = match detrend {
         Detrend::None => 0.0,
-        _ => block.iter().sum::<f64>() / n,
+        _ => slices::sum(block) / n,
     };
     let slope = match detrend {
         Detrend::Linear => {

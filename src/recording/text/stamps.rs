@@ -393,9 +393,19 @@ impl Reader {
     }
 }
 
-/// `10ⁿ`.
+/// Powers of ten by their exponent, the most a plain number takes.
+const POWERS: [f64; 19] = [
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
+    1e17, 1e18,
+];
+
+/// `10ⁿ`; read from a table where every row of a log asks for it.
 fn power_of_ten(n: i32) -> f64 {
-    10_f64.powi(n)
+    match POWERS.get(n.unsigned_abs() as usize) {
+        Some(power) if n >= 0 => *power,
+        Some(power) => power.recip(),
+        None => 10_f64.powi(n),
+    }
 }
 
 /// A plain number without exponent as its digits and how many stand after the mark; at most 18 digits.
@@ -426,6 +436,11 @@ fn exact(cell: &[u8], decimal: u8) -> Option<(i64, i32)> {
 /// The difference of two plain numbers, rounded once.
 fn difference(a: i64, a_after: i32, b: i64, b_after: i32) -> f64 {
     let after = a_after.max(b_after);
+    if a_after == b_after
+        && let Some(whole) = a.checked_sub(b)
+    {
+        return whole as f64 / power_of_ten(after);
+    }
     let scaled =
         |v: i64, digits: i32| i128::from(v) * 10_i128.pow((after - digits).clamp(0, 18) as u32);
     (scaled(a, a_after) - scaled(b, b_after)) as f64 / power_of_ten(after)
