@@ -21,6 +21,30 @@ pub mod problem;
 /// A machine in motion.
 pub mod train;
 
+/// How far a run has come.
+pub mod progress;
+
+/// The size of every state.
+pub mod scale;
+
+/// Steps with the motion inside each.
+pub mod stepper;
+
+/// Linear systems of implicit methods.
+pub mod pencil;
+
+/// The first crossing of zero inside a step.
+pub mod bernstein;
+
+/// Where a regime ends.
+pub mod borders;
+
+/// Which branch made a step fail.
+pub mod trouble;
+
+/// From regime to regime.
+pub mod events;
+
 /// The methods, one file each.
 pub mod methods;
 
