@@ -17,7 +17,7 @@ pub fn beside(mut error: Error, train: &Train, t: f64, y: &[f64]) -> Error {
 
 /// The branch nearest to a switch: a contact by its distance from the edge over its play, a friction pair by its rate over
 /// its creep speed.
-pub fn nearest(train: &Train, t: f64, y: &[f64]) -> Option<&str> {
+pub fn nearest<'t>(train: &'t Train, t: f64, y: &[f64]) -> Option<&'t str> {
     let n = train.n();
     let (q, v) = (&y[..n], &y[n..2 * n]);
     let distance = |b: &super::train::Branch| {
