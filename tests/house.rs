@@ -189,6 +189,8 @@ const OWNERS: &[(&str, &str)] = &[
     ("tempfile", "recording/column.rs"),
     ("encoding_rs", "recording/"),
     ("zip", "recording/"),
+    ("ode_solvers", "motion/methods/explicit.rs"),
+    ("nalgebra", "motion/methods/explicit.rs"),
 ];
 
 /// Outside packages are named where they belong and nowhere else.

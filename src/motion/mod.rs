@@ -24,6 +24,30 @@ pub mod train;
 /// Exact motion from switch to switch.
 pub mod segment;
 
+/// How far a run has come.
+pub mod progress;
+
+/// The size of every state.
+pub mod scale;
+
+/// Steps with the motion inside each.
+pub mod stepper;
+
+/// Linear systems of implicit methods.
+pub mod pencil;
+
+/// The first crossing of zero inside a step.
+pub mod bernstein;
+
+/// Where a regime ends.
+pub mod borders;
+
+/// Which branch made a step fail.
+pub mod trouble;
+
+/// From regime to regime.
+pub mod events;
+
 /// What of a state is wanted.
 pub mod outputs;
 

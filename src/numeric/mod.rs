@@ -45,6 +45,9 @@ pub mod collinearity;
 /// Symmetric eigenproblems, Cholesky factors, linear systems.
 pub mod definite;
 
+/// LU factors that are kept.
+pub mod lu;
+
 /// Least squares with many right-hand sides.
 pub mod overdetermined;
 

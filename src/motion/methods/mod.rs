@@ -9,6 +9,24 @@ pub mod exact;
 /// Machines that are linear between switches.
 pub mod switched;
 
+/// Coefficients of a method of order 8.
+mod dop853_table;
+
+/// Explicit, order 8.
+pub mod dop853;
+
+/// Implicit, order 5.
+pub mod radau;
+
+/// Both, on machines and on plain problems.
+pub mod stepping;
+
+/// Newmark's and its kin.
+pub mod alpha;
+
+/// The methods of ode_solvers.
+pub mod explicit;
+
 /// A method for machines in motion.
 pub struct Method {
     /// The word for it in commands and files.
@@ -39,7 +57,91 @@ pub enum Ladder {
 }
 
 /// Every method, the most special first.
-pub const METHODS: &[Method] = &[exact::METHOD, switched::METHOD];
+pub const METHODS: &[Method] = &[
+    exact::METHOD,
+    switched::METHOD,
+    Method {
+        name: "dop853-events",
+        title: "Dormand–Prince 8(5,3) with switches located",
+        ladder: Ladder::Tolerance,
+        order: Some(8),
+        locates_events: true,
+        refuses: |_| None,
+        run: stepping::dop853,
+    },
+    Method {
+        name: "radau5",
+        title: "Radau IIA of order 5 with switches located, for stiff machines",
+        ladder: Ladder::Tolerance,
+        order: Some(5),
+        locates_events: true,
+        refuses: |_| None,
+        run: stepping::radau5,
+    },
+    Method {
+        name: "dop853",
+        title: "Dormand–Prince 8(5,3) of ode_solvers",
+        ladder: Ladder::Tolerance,
+        order: Some(8),
+        locates_events: false,
+        refuses: |_| None,
+        run: explicit::dop853,
+    },
+    Method {
+        name: "dopri5",
+        title: "Dormand–Prince 5(4) of ode_solvers",
+        ladder: Ladder::Tolerance,
+        order: Some(5),
+        locates_events: false,
+        refuses: |_| None,
+        run: explicit::dopri5,
+    },
+    Method {
+        name: "rk4",
+        title: "Runge–Kutta of order 4 of ode_solvers",
+        ladder: Ladder::Step,
+        order: Some(4),
+        locates_events: false,
+        refuses: |_| None,
+        run: explicit::rk4,
+    },
+    Method {
+        name: "generalized-alpha-controlled",
+        title: "generalised α with ρ∞ = 0.8, steps by a tolerance",
+        ladder: Ladder::Tolerance,
+        order: Some(2),
+        locates_events: false,
+        refuses: alpha::refuses,
+        run: alpha::generalized,
+    },
+    Method {
+        name: "generalized-alpha",
+        title: "generalised α with ρ∞ = 0.8",
+        ladder: Ladder::Step,
+        order: Some(2),
+        locates_events: false,
+        refuses: alpha::refuses,
+        run: alpha::generalized,
+    },
+    Method {
+        name: "hht",
+        title: "Hilber, Hughes and Taylor with ρ∞ = 0.8",
+        ladder: Ladder::Step,
+        order: Some(2),
+        locates_events: false,
+        refuses: alpha::refuses,
+        run: alpha::hht,
+    },
+    Method {
+        name: "newmark",
+        title: "Newmark, average acceleration",
+        ladder: Ladder::Step,
+        order: Some(2),
+        locates_events: false,
+        refuses: alpha::refuses,
+        run: alpha::newmark,
+    },
+];
 
 /// The method of a name.
 pub fn find(name: &str) -> Option<&'static Method> {

@@ -1,0 +1,330 @@
+//! A machine stepped from regime to regime: every switch ends a step.
+//!
+//! In a step the regime is frozen, so the method sees a smooth problem and runs past the border. The border is then a
+//! polynomial of the step; where it crosses zero, the step is taken again with h ← h − p/ṗ until it ends on the border.
+
+use super::bernstein::{Basis, Course, Nine, course};
+use super::borders::{Border, Span, borders, of_contact, spans};
+use super::friction::Slip;
+use super::problem::{Ask, Effort, Problem, Sink};
+use super::progress::{Samples, check, next_stop, within_budget};
+use super::stepper::Stepper;
+use super::train::{BranchStand, Frozen, Law, Regime, Train};
+use super::wave::Phase;
+use crate::base::code::Code;
+use crate::base::error::Error;
+
+/// Rounding of a border's value and of the coefficients made from it, in units of ε and its size.
+const ROUNDING: f64 = 256.0 * f64::EPSILON;
+
+/// Where a border is crossed.
+struct Crossing {
+    border: Border,
+    /// Share of the step.
+    at: f64,
+    /// How fast the border's value falls there, per step.
+    fall: f64,
+}
+
+/// A machine on its way.
+struct Way<'a> {
+    train: &'a Train,
+    basis: Basis,
+    regime: Regime,
+    spans: Vec<Span>,
+    /// Branches that have switched at the present instant.
+    entered: Vec<bool>,
+    effort: Effort,
+    t: f64,
+    y: Vec<f64>,
+}
+
+/// Integrates a machine, locating its switches.
+///
+/// # Errors
+/// Those of the steps; `NoConvergence` where switches follow each other without time passing.
+pub fn run<S>(train: &Train, ask: &Ask, sink: &mut Sink, stepper: &mut S) -> Result<Effort, Error>
+where
+    S: for<'f> Stepper<Frozen<'f>>,
+{
+    check(ask, train.len())?;
+    let mut samples = Samples::new(ask, sink);
+    let mut way = Way {
+        train,
+        basis: Basis::new()?,
+        regime: train.regime(ask.from, &ask.start),
+        spans: spans(train, ask.from, &ask.start),
+        entered: vec![false; train.branches.len()],
+        effort: Effort::default(),
+        t: ask.from,
+        y: ask.start.clone(),
+    };
+    let mut sample = way.y.clone();
+    samples.give_until(way.t, &mut sample, |_, _| ())?;
+    while samples.due().is_some() && way.t < ask.to {
+        let stop = next_stop(|t| train.next_break(t), way.t, ask.to);
+        way.enter_stretch(stop);
+        stepper.restart();
+        let mut standing = 0;
+        while way.t < stop && samples.due().is_some() {
+            let (t, y) = (way.t, way.y.clone());
+            let switched = way.step(stop, stepper)?;
+            within_budget(ask, &way.effort, way.t)?;
+            if way.t > t {
+                let (reached, span) = (way.t, way.t - t);
+                samples.give_until(reached, &mut sample, |due, into| match due == reached {
+                    true => into.copy_from_slice(&way.y),
+                    false => stepper.inside((due - t) / span, into),
+                })?;
+                way.entered.fill(false);
+            }
+            standing = match way.t - t > 64.0 * f64::EPSILON * t.abs() {
+                true => 0,
+                false => standing + 1,
+            };
+            if let Some(border) = switched {
+                if standing > 20 + 4 * train.branches.len() {
+                    return Err(way.chatters(border, y));
+                }
+                way.switch(border);
+                stepper.restart();
+            }
+        }
+    }
+    Ok(way.effort)
+}
+
+impl Way<'_> {
+    /// The pieces known beforehand, up to the next known break.
+    fn enter_stretch(&mut self, stop: f64) {
+        let middle = self.t + 0.5 * (stop - self.t);
+        let train = self.train;
+        let drives = train.drives.len();
+        for (at, drive) in train.drives.iter().enumerate() {
+            self.regime.pieces[at] = drive.signal.piece(middle) as u32;
+        }
+        for (at, branch) in train.branches.iter().enumerate() {
+            let mut jumps = false;
+            if let Some(e) = &branch.imposed {
+                let piece = e.piece(middle) as u32;
+                jumps |= piece != self.regime.pieces[drives + at];
+                self.regime.pieces[drives + at] = piece;
+            }
+            if let (Some(wave), BranchStand::Contact(stand, old)) =
+                (&branch.variation, self.regime.stands[at])
+                && let Phase::Imposed { .. } = wave.phase
+            {
+                let piece = wave.shape.piece(wave.phase.at(middle, &[])) as u32;
+                jumps |= piece != old;
+                self.regime.stands[at] = BranchStand::Contact(stand, piece);
+            }
+            if jumps {
+                self.stand_anew(at);
+            }
+        }
+        self.settle();
+    }
+
+    /// One step, to `stop` at most, and the border it ends on.
+    fn step<S>(&mut self, stop: f64, stepper: &mut S) -> Result<Option<Border>, Error>
+    where
+        S: for<'f> Stepper<Frozen<'f>>,
+    {
+        let frozen = Frozen {
+            train: self.train,
+            regime: &self.regime,
+        };
+        let (t, y) = (self.t, &self.y);
+        let mut effort = self.effort;
+        let (mut reached, mut state) = stepper.step(&frozen, (t, y), stop, &mut effort)?;
+        effort.steps += 1;
+        let h = reached - t;
+        let mut switched = None;
+        if let Some(crossing) = self.crossing(t, h, stepper, &mut effort) {
+            let rounding = 4.0 * f64::EPSILON * t.abs().max(reached.abs());
+            let mut target = t + crossing.at * h;
+            if target - t <= rounding {
+                self.effort = effort;
+                return Ok(Some(crossing.border));
+            }
+            let rate = crossing.fall / h;
+            for _ in 0..4 {
+                (reached, state) = stepper.step(&frozen, (t, y), target, &mut effort)?;
+                switched = (reached == target).then_some(crossing.border);
+                let (value, size) =
+                    crossing
+                        .border
+                        .value(self.train, &self.regime, &self.spans, reached, &state);
+                effort.evaluations += 1;
+                let change = value / rate;
+                let better = (target + change).min(stop);
+                let near = value.abs() <= 8.0 * f64::EPSILON * size || change.abs() <= rounding;
+                if switched.is_none() || near || !(better > t + rounding && change.abs() < 0.1 * h)
+                {
+                    break;
+                }
+                target = better;
+            }
+        }
+        self.effort = effort;
+        (self.t, self.y) = (reached, state);
+        Ok(switched)
+    }
+
+    /// The first border that the last step crosses.
+    fn crossing<S>(&self, t: f64, h: f64, stepper: &S, effort: &mut Effort) -> Option<Crossing>
+    where
+        S: for<'f> Stepper<Frozen<'f>>,
+    {
+        let all = borders(self.train, &self.regime, &self.spans);
+        if all.is_empty() {
+            return None;
+        }
+        let mut first: Option<Crossing> = None;
+        let states: Vec<Vec<f64>> = self
+            .basis
+            .points
+            .iter()
+            .map(|&theta| {
+                let mut y = self.y.clone();
+                if theta > 0.0 {
+                    stepper.inside(theta, &mut y);
+                }
+                y
+            })
+            .collect();
+        effort.evaluations += all.len() as u64;
+        for border in all {
+            let mut size: f64 = 0.0;
+            let values: Nine = std::array::from_fn(|j| {
+                let u = t + self.basis.points[j] * h;
+                let (value, of) =
+                    border.value(self.train, &self.regime, &self.spans, u, &states[j]);
+                size = size.max(of);
+                value
+            });
+            let b = self.basis.coefficients(&values);
+            let steepest = b
+                .windows(2)
+                .map(|p| (p[1] - p[0]).abs())
+                .fold(0.0, f64::max)
+                * 8.0
+                / h;
+            let noise = ROUNDING * size + 8.0 * f64::EPSILON * t.abs() * steepest;
+            match course(&b, noise, self.entered[border.branch(&self.spans)]) {
+                Course::Clear => {}
+                Course::Grazed => effort.grazed += 1,
+                Course::Crossed(at, fall) => {
+                    if first.as_ref().is_none_or(|f| at < f.at) {
+                        first = Some(Crossing { border, at, fall });
+                    }
+                }
+            }
+        }
+        first
+    }
+
+    /// Goes to the other side of a border.
+    fn switch(&mut self, border: Border) {
+        let n = self.train.n();
+        let branch = border.branch(&self.spans);
+        self.entered[branch] = true;
+        self.effort.events += 1;
+        match border {
+            Border::Contact(_, which) => {
+                let beyond = of_contact(
+                    self.train,
+                    &self.regime,
+                    branch,
+                    which,
+                    self.t,
+                    &self.y[..n],
+                );
+                if let (Some((_, stand)), BranchStand::Contact(_, piece)) =
+                    (beyond, self.regime.stands[branch])
+                {
+                    self.regime.stands[branch] = BranchStand::Contact(stand, piece);
+                }
+            }
+            Border::Rest(_) => {
+                self.regime.stands[branch] = BranchStand::Friction(Slip::Stick);
+                self.stop();
+            }
+            Border::Loose(_, slip) => {
+                self.regime.stands[branch] = BranchStand::Friction(slip);
+            }
+            Border::Piece(span, up) => {
+                self.effort.events -= 1;
+                self.spans[span].step(self.train, up);
+                let span = self.spans[span];
+                if let (false, BranchStand::Contact(stand, _)) =
+                    (span.of_error, self.regime.stands[branch])
+                {
+                    self.regime.stands[branch] = BranchStand::Contact(stand, span.piece());
+                    self.stand_anew(branch);
+                }
+            }
+        }
+        self.settle();
+    }
+
+    /// How a contact stands after its stiffness or its e has jumped.
+    fn stand_anew(&mut self, branch: usize) {
+        let n = self.train.n();
+        let b = &self.train.branches[branch];
+        let (q, v) = (&self.y[..n], &self.y[n..2 * n]);
+        if let (Law::Contact(contact), BranchStand::Contact(stand, piece)) =
+            (&b.law, self.regime.stands[branch])
+        {
+            let imposed = self.train.imposed_piece(&self.regime, branch);
+            let (delta, rate) = b.deflection(self.t, q, v, imposed);
+            let anew = contact.stand(delta, rate, b.factor(self.t, q, piece).0);
+            self.effort.events += u64::from(anew != stand);
+            self.regime.stands[branch] = BranchStand::Contact(anew, piece);
+        }
+    }
+
+    /// Lets overloaded pairs slide.
+    fn settle(&mut self) {
+        let before = self.regime.sticking().len();
+        self.train.let_slip(&mut self.regime, self.t, &self.y);
+        let after = self.regime.sticking().len();
+        self.effort.events += (before - after) as u64;
+    }
+
+    /// Takes the last rounding of a rate from pairs that have come to rest: `v ← v − M⁻¹Wᵀ(W M⁻¹Wᵀ)⁻¹ W v`.
+    fn stop(&mut self) {
+        let n = self.train.n();
+        let v = self.y[n..2 * n].to_vec();
+        let sticking = self.regime.sticking();
+        let momentum: Vec<f64> = self
+            .train
+            .momentum(&v)
+            .iter()
+            .map(|p| p * (1.0 + self.train.drag))
+            .collect();
+        let held = self.train.reactions(&sticking, &momentum, &v);
+        let mut change = vec![0.0; n];
+        for (&at, held) in sticking.iter().zip(held) {
+            let direction = &self.train.branches[at].direction;
+            direction.scaled().for_each(|(i, a)| change[i] += a * held);
+        }
+        self.train.accelerate(&mut change);
+        for (v, change) in self.y[n..2 * n].iter_mut().zip(change) {
+            *v -= change;
+        }
+    }
+
+    fn chatters(&self, border: Border, y: Vec<f64>) -> Error {
+        let name = &self.train.branches[border.branch(&self.spans)].name;
+        let (_, size) = border.value(self.train, &self.regime, &self.spans, self.t, &y);
+        Error::new(
+            Code::NoConvergence,
+            format!(
+                "branch {name} switches to and fro at t = {} s without time passing (values of size {size:.1e})",
+                self.t
+            ),
+        )
+        .hint("give it damping, or take a method without events")
+    }
+}

@@ -1,0 +1,455 @@
+//! Newmark's method and its kin, implicit, of order 2: one linear system of constant parts factored once per step length,
+//! and a correction of low rank for the branches that are not constant.
+//!
+//! `q₁ = q₀ + h v₀ + h² ((½ − β) a₀ + β a₁)`, `v₁ = v₀ + h ((1 − γ) a₀ + γ a₁)`, and the equation of motion holds for
+//! `(1 − α_f) x₁ + α_f x₀` with the acceleration `(1 − α_m) a₁ + α_m a₀`.
+//!
+//! Sources: Newmark 1959; Hilber, Hughes and Taylor 1977; Chung and Hulbert 1993, equations 3 to 8 and 17, 25.
+
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::motion::pencil::{add, mass};
+use crate::motion::problem::{Ask, Effort, Problem, Sink, Wanted};
+use crate::motion::progress::{Samples, check, inside, next_stop, within_budget};
+use crate::motion::scale::{Scale, norm};
+use crate::motion::train::{Law, Regime, Train};
+use crate::numeric::Matrix;
+use crate::numeric::lu::Lu;
+
+/// Weights of a method of the family.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Alpha {
+    /// α_m: the share of the old acceleration.
+    pub inertia: f64,
+    /// α_f: the share of the old state.
+    pub force: f64,
+    /// β.
+    pub beta: f64,
+    /// γ.
+    pub gamma: f64,
+}
+
+impl Alpha {
+    /// Newmark's average acceleration: β = ¼, γ = ½; no numerical damping.
+    pub fn newmark() -> Alpha {
+        Alpha {
+            inertia: 0.0,
+            force: 0.0,
+            beta: 0.25,
+            gamma: 0.5,
+        }
+    }
+
+    /// Hilber, Hughes and Taylor's, by the spectral radius at infinity, from ½ to 1: α = (ρ − 1)/(ρ + 1).
+    pub fn hht(radius: f64) -> Alpha {
+        let force = (1.0 - radius) / (1.0 + radius);
+        Alpha {
+            inertia: 0.0,
+            force,
+            beta: 0.25 * (1.0 + force) * (1.0 + force),
+            gamma: 0.5 + force,
+        }
+    }
+
+    /// Chung and Hulbert's, by the spectral radius at infinity, from 0 to 1.
+    pub fn generalized(radius: f64) -> Alpha {
+        let (inertia, force) = (
+            (2.0 * radius - 1.0) / (radius + 1.0),
+            radius / (radius + 1.0),
+        );
+        let offset = inertia - force;
+        Alpha {
+            inertia,
+            force,
+            beta: 0.25 * (1.0 - offset) * (1.0 - offset),
+            gamma: 0.5 - offset,
+        }
+    }
+
+    /// The factor of `h² (a₁ − a₀)` in the local error of positions: ⅙ − β, less what a's offset in time makes up for.
+    ///
+    /// Source: Zienkiewicz and Xie 1991, equation 9, for Newmark's; with the offset `(α_m − α_f) h` of a after Arnold and
+    /// Brüls 2007 for the others.
+    pub fn local_error(&self) -> f64 {
+        1.0 / 6.0 - self.beta - 0.5 * (self.inertia - self.force)
+    }
+}
+
+/// Newmark's average acceleration.
+///
+/// # Errors
+/// Those of [`run`].
+pub fn newmark(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
+    run(&Alpha::newmark(), train, ask, sink)
+}
+
+/// Hilber, Hughes and Taylor's with ρ = 0.8 (α = −1/9).
+///
+/// # Errors
+/// Those of [`run`].
+pub fn hht(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
+    run(&Alpha::hht(0.8), train, ask, sink)
+}
+
+/// Chung and Hulbert's with ρ = 0.8.
+///
+/// # Errors
+/// Those of [`run`].
+pub fn generalized(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
+    run(&Alpha::generalized(0.8), train, ask, sink)
+}
+
+/// Why the family cannot take a machine.
+pub fn refuses(train: &Train) -> Option<String> {
+    (train.inner() > 0).then(|| {
+        "a branch has an inner state (a late torque, a spring and a damper in series), which is not of second order"
+            .to_string()
+    })
+}
+
+/// Rounds of Newton's iteration; from the tenth on half steps, which end cycles about a corner.
+const ROUNDS: u32 = 60;
+
+/// Parts a stretch is divided into where the step is chosen by the error: steps are powers of two of them.
+const PARTS: u64 = 1 << 40;
+
+/// The constant parts of a machine.
+struct Constant<'a> {
+    weights: &'a Alpha,
+    train: &'a Train,
+    mass: Matrix,
+    stiffness: Matrix,
+    damping: Matrix,
+    /// Branches that are not constant.
+    others: Vec<usize>,
+    /// By step length.
+    systems: Vec<System>,
+}
+
+/// `S = (1 − α_m)/(β h²) M + (1 − α_f) (γ/(β h) C + K)` with the other branches' directions solved for.
+struct System {
+    h: f64,
+    lu: Lu,
+    /// S⁻¹ U.
+    columns: Matrix,
+    /// Wᵀ S⁻¹ U.
+    small: Matrix,
+}
+
+impl<'a> Constant<'a> {
+    fn new(weights: &'a Alpha, train: &'a Train) -> Constant<'a> {
+        let n = train.n();
+        let (mut stiffness, mut damping) = (Matrix::zeros(n, n), Matrix::zeros(n, n));
+        let mut others = Vec::new();
+        for (at, branch) in train.branches.iter().enumerate() {
+            match (&branch.law, &branch.followed) {
+                (
+                    Law::Linear {
+                        stiffness: k,
+                        damping: c,
+                    },
+                    None,
+                ) => {
+                    add(&mut stiffness, branch.acts(), &branch.direction, *k);
+                    add(&mut damping, branch.acts(), &branch.direction, *c);
+                }
+                _ => others.push(at),
+            }
+        }
+        if let Some((k, c)) = &train.general {
+            stiffness += k;
+            damping += c;
+        }
+        let mass = mass(train);
+        for j in 0..n {
+            for i in 0..n {
+                damping[(i, j)] += train.drag * mass[(i, j)];
+            }
+        }
+        Constant {
+            weights,
+            train,
+            mass,
+            stiffness,
+            damping,
+            others,
+            systems: Vec::new(),
+        }
+    }
+
+    /// The number of the system of a step length.
+    fn system(&mut self, h: f64, effort: &mut Effort) -> Result<usize, Error> {
+        if let Some(at) = self.systems.iter().position(|s| s.h == h) {
+            return Ok(at);
+        }
+        let (n, w) = (self.train.n(), self.weights);
+        let inertia = (1.0 - w.inertia) / (w.beta * h * h);
+        let rate = w.gamma / (w.beta * h);
+        let lu = Lu::new(&Matrix::from_fn(n, n, |i, j| {
+            inertia * self.mass[(i, j)]
+                + (1.0 - w.force) * (rate * self.damping[(i, j)] + self.stiffness[(i, j)])
+        }))?;
+        effort.factorisations += 1;
+        let mut forces = Matrix::zeros(n, self.others.len());
+        for (j, &at) in self.others.iter().enumerate() {
+            for (i, a) in self.train.branches[at].acts().scaled() {
+                forces[(i, j)] = a;
+            }
+        }
+        let columns = match self.others.is_empty() {
+            true => forces,
+            false => lu.solve_all(&forces),
+        };
+        let m = self.others.len();
+        let small = Matrix::from_fn(m, m, |i, j| {
+            self.train.branches[self.others[i]]
+                .direction
+                .dot(columns.col_as_slice(j))
+        });
+        if self.systems.len() == 16 {
+            self.systems.remove(0);
+        }
+        self.systems.push(System {
+            h,
+            lu,
+            columns,
+            small,
+        });
+        Ok(self.systems.len() - 1)
+    }
+
+    /// `(S + U D Wᵀ)⁻¹ r`, D the slopes of the other branches' forces (Woodbury's formula), in place.
+    fn correct(&self, system: &System, slopes: &[f64], r: &mut [f64]) -> Result<(), Error> {
+        system.lu.solve(r);
+        let m = slopes.len();
+        if slopes.iter().all(|&d| d == 0.0) {
+            return Ok(());
+        }
+        let direction = |i: usize| &self.train.branches[self.others[i]].direction;
+        let matrix = Matrix::from_fn(m, m, |i, j| {
+            f64::from(u8::from(i == j)) + slopes[i] * system.small[(i, j)]
+        });
+        let mut right: Vec<f64> = (0..m).map(|i| slopes[i] * direction(i).dot(r)).collect();
+        Lu::new(&matrix)?.solve(&mut right);
+        for (j, x) in right.iter().enumerate() {
+            for (r, a) in r.iter_mut().zip(system.columns.col_as_slice(j)) {
+                *r -= a * x;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A state with its acceleration.
+#[derive(Clone)]
+struct State {
+    q: Vec<f64>,
+    v: Vec<f64>,
+    a: Vec<f64>,
+}
+
+/// Integrates a machine, with a fixed step or by a tolerance on positions. Contacts stand where each step's state puts
+/// them, and dry friction is spread over its creep speed.
+///
+/// # Errors
+/// `NoConvergence` of Newton's iteration, `Hopeless` beyond the budget, and what cannot be asked.
+pub fn run(weights: &Alpha, train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
+    check(ask, train.len())?;
+    if let Some(why) = refuses(train) {
+        return Err(Error::new(Code::Usage, why).hint("take radau5"));
+    }
+    let n = train.n();
+    let mut effort = Effort::default();
+    let mut samples = Samples::new(ask, sink);
+    let mut constant = Constant::new(weights, train);
+    let mut scale = Scale::of_train(train);
+    scale.note(&ask.start);
+    let mut y = ask.start.clone();
+    samples.give_until(ask.from, &mut y, |_, _| ())?;
+    let mut size = PARTS >> 10;
+    let mut from = ask.from;
+    while samples.due().is_some() && from < ask.to {
+        let to = next_stop(|t| train.next_break(t), from, ask.to);
+        let clock = |t: f64| inside(t, from, to);
+        let mut slope = vec![0.0; train.len()];
+        train.slope(clock(from), &y, &mut slope);
+        let mut state = State {
+            q: y[..n].to_vec(),
+            v: y[n..2 * n].to_vec(),
+            a: slope[n..2 * n].to_vec(),
+        };
+        let parts = match ask.effort {
+            Wanted::Step(h) => ((to - from) / h - 1e-6).ceil().max(1.0) as u64,
+            Wanted::Tolerance(_) => PARTS,
+        };
+        let part = (to - from) / parts as f64;
+        let mut done = 0;
+        while done < parts && samples.due().is_some() {
+            let t = from + part * done as f64;
+            let (h, taken) = match ask.effort {
+                Wanted::Step(_) => (part, 1),
+                // A step of a power of two begins at a multiple of itself.
+                Wanted::Tolerance(_) => {
+                    size = size.min(1 << done.trailing_zeros().min(40));
+                    (part * size as f64, size)
+                }
+            };
+            let next = match step(&mut constant, &state, t, h, clock, &scale, &mut effort) {
+                Err(_) if matches!(ask.effort, Wanted::Tolerance(_)) && size > 1 => {
+                    effort.rejected += 1;
+                    size /= 2;
+                    continue;
+                }
+                other => other?,
+            };
+            let mut reached = next.q.clone();
+            reached.extend(&next.v);
+            if let Wanted::Tolerance(tolerance) = ask.effort {
+                let error: Vec<f64> = (0..n)
+                    .map(|i| weights.local_error() * h * h * (next.a[i] - state.a[i]))
+                    .collect();
+                let before: Vec<f64> = [state.q.clone(), state.v.clone()].concat();
+                let error = norm(&error, &scale.sizes(&before, &reached)[..n]) / tolerance;
+                if !(error <= 1.0) {
+                    effort.rejected += 1;
+                    if size == 1 {
+                        return Err(Error::new(
+                            Code::NoConvergence,
+                            format!("no step from t = {t} s keeps the error within the tolerance"),
+                        )
+                        .hint("ask for a coarser tolerance"));
+                    }
+                    size /= 2;
+                    within_budget(ask, &effort, t)?;
+                    continue;
+                }
+                if error < 0.07 && size < PARTS {
+                    size *= 2;
+                }
+            }
+            effort.steps += 1;
+            done += taken;
+            let u = if done == parts {
+                to
+            } else {
+                from + part * done as f64
+            };
+            within_budget(ask, &effort, u)?;
+            scale.note(&reached);
+            samples.give_until(u, &mut y, |due, into| match due == u {
+                true => into.copy_from_slice(&reached),
+                false => between(&state, &next, h, (due - t) / h, into),
+            })?;
+            state = next;
+        }
+        y = [state.q, state.v].concat();
+        from = to;
+    }
+    Ok(effort)
+}
+
+/// One step of length `h` from `t`.
+fn step(
+    constant: &mut Constant,
+    from: &State,
+    t: f64,
+    h: f64,
+    clock: impl Fn(f64) -> f64,
+    scale: &Scale,
+    effort: &mut Effort,
+) -> Result<State, Error> {
+    let at = constant.system(h, effort)?;
+    let (train, w) = (constant.train, constant.weights);
+    let n = train.n();
+    let u = clock(t + (1.0 - w.force) * h);
+    let sizes = scale.sizes(
+        &[from.q.clone(), from.v.clone()].concat(),
+        &[from.q.clone(), from.v.clone()].concat(),
+    );
+    let reach: Vec<f64> = (0..n)
+        .map(|i| {
+            sizes[i]
+                .max(h * from.v[i].abs())
+                .max(h * h * from.a[i].abs())
+        })
+        .collect();
+    // Foot: acceleration carried on.
+    let mut to = State {
+        q: (0..n)
+            .map(|i| from.q[i] + h * from.v[i] + 0.5 * h * h * from.a[i])
+            .collect(),
+        v: (0..n).map(|i| from.v[i] + h * from.a[i]).collect(),
+        a: from.a.clone(),
+    };
+    let mut held: Option<Regime> = None;
+    for round in 0..ROUNDS {
+        let mix = |old: &[f64], new: &[f64], share: f64| -> Vec<f64> {
+            old.iter()
+                .zip(new)
+                .map(|(old, new)| share * old + (1.0 - share) * new)
+                .collect()
+        };
+        let y = [mix(&from.q, &to.q, w.force), mix(&from.v, &to.v, w.force)].concat();
+        let a = mix(&from.a, &to.a, w.inertia);
+        let pushed = train.pushed(held.as_ref(), u, &y);
+        effort.evaluations += 1;
+        let carried: Vec<f64> = (0..n).map(|i| a[i] + train.drag * y[n + i]).collect();
+        let mut change: Vec<f64> = train
+            .momentum(&carried)
+            .iter()
+            .zip(&pushed)
+            .map(|(p, g)| g - p)
+            .collect();
+        let slopes: Vec<f64> = constant
+            .others
+            .iter()
+            .map(|&b| {
+                let (_, k, c) = train.force(b, held.as_ref(), u, &y, 0.0);
+                (1.0 - w.force) * (k + c * w.gamma / (w.beta * h))
+            })
+            .collect();
+        constant.correct(&constant.systems[at], &slopes, &mut change)?;
+        let share = if round < 10 { 1.0 } else { 0.5 };
+        for i in 0..n {
+            let change = share * change[i];
+            to.q[i] += change;
+            to.v[i] += w.gamma / (w.beta * h) * change;
+            to.a[i] += change / (w.beta * h * h);
+        }
+        let size = norm(&change, &reach);
+        if !size.is_finite() {
+            break;
+        }
+        if size < 1e-13 || constant.others.is_empty() {
+            return Ok(to);
+        }
+        // A contact whose force jumps may have no solution at its border: it stands as it stood.
+        let only_contacts = || {
+            let law = |&b: &usize| matches!(train.branches[b].law, Law::Friction(_));
+            !constant.others.iter().any(law)
+        };
+        if round == ROUNDS / 2 && only_contacts() {
+            let start = [from.q.clone(), from.v.clone()].concat();
+            held = Some(train.regime(u, &start));
+        }
+    }
+    Err(Error::new(
+        Code::NoConvergence,
+        format!("Newton's iteration of a step of {h} s at t = {t} s does not converge"),
+    )
+    .hint("ask for a shorter step, or widen the creep speed of dry friction"))
+}
+
+/// The motion inside a step: the cubic through both ends' positions and speeds.
+fn between(from: &State, to: &State, h: f64, theta: f64, y: &mut [f64]) {
+    let n = from.q.len();
+    let rest = 1.0 - theta;
+    for i in 0..n {
+        let rise = to.q[i] - from.q[i];
+        let (left, right) = (h * from.v[i] - rise, rise - h * to.v[i]);
+        y[i] = from.q[i] + theta * (rise + rest * (rest * left + theta * right));
+        y[n + i] =
+            (rise + (rest - theta) * (rest * left + theta * right) + theta * rest * (right - left))
+                / h;
+    }
+}

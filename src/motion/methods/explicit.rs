@@ -1,0 +1,300 @@
+//! The explicit methods of ode_solvers: Runge and Kutta's of order 4, Dormand and Prince's of order 5 and 8.
+//!
+//! Two of its faults are gone round. Its Dormand–Prince method of order 8 has wrong nodes for explicit time, so time is
+//! one more state. Its dense output is wrong at the last point, so only its steps are used: it is started anew at every
+//! sample and every known break, and arrives there exactly.
+
+use std::cell::Cell;
+
+use nalgebra::DVector;
+use ode_solvers::dop_shared::{IntegrationError, OutputType};
+use ode_solvers::{Dop853, Dopri5, Rk4, System};
+
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::motion::problem::{Ask, Effort, Problem, Sink, Wanted};
+use crate::motion::progress::{Samples, check, inside, next_stop, too_dear, within_budget};
+use crate::motion::train::Train;
+use crate::motion::trouble;
+
+/// Which of them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Explicit {
+    /// Runge and Kutta's of order 4, fixed steps.
+    Rk4,
+    /// Dormand and Prince's of order 5.
+    Dopri5,
+    /// Dormand and Prince's of order 8.
+    Dop853,
+}
+
+/// A machine by Runge and Kutta's method.
+///
+/// # Errors
+/// Those of [`run`].
+pub fn rk4(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
+    machine(Explicit::Rk4, train, ask, sink)
+}
+
+/// A machine by Dormand and Prince's method of order 5.
+///
+/// # Errors
+/// Those of [`run`].
+pub fn dopri5(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
+    machine(Explicit::Dopri5, train, ask, sink)
+}
+
+/// A machine by Dormand and Prince's method of order 8.
+///
+/// # Errors
+/// Those of [`run`].
+pub fn dop853(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
+    machine(Explicit::Dop853, train, ask, sink)
+}
+
+fn machine(method: Explicit, train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
+    let mut last = (ask.from, ask.start.clone());
+    let result = run(method, train, ask, &mut |t, y| {
+        last = (t, y.to_vec());
+        sink(t, y)
+    });
+    result.map_err(|error| match error.code {
+        Code::NoConvergence | Code::Overflow => trouble::beside(error, train, last.0, &last.1),
+        _ => error,
+    })
+}
+
+/// Most steps of one call of the package.
+const STEPS_A_CALL: u32 = 5_000;
+
+/// Part of a stretch between two breaks, with time as one more state.
+struct Clocked<'a, P> {
+    problem: &'a P,
+    /// Both breaks, s.
+    stretch: [f64; 2],
+    /// Where the part begins, s.
+    from: f64,
+    /// The size of every state: tolerances are relative to it.
+    sizes: &'a [f64],
+    /// Something was not finite.
+    failed: &'a Cell<bool>,
+}
+
+impl<P: Problem> System<f64, DVector<f64>> for Clocked<'_, P> {
+    fn system(&self, _x: f64, y: &DVector<f64>, dy: &mut DVector<f64>) {
+        let n = self.sizes.len();
+        if self.failed.get() {
+            return;
+        }
+        let t = inside(self.from + y[n], self.stretch[0], self.stretch[1]);
+        let state: Vec<f64> = (0..n).map(|i| self.sizes[i] * y[i]).collect();
+        let mut slope = vec![0.0; n];
+        self.problem.slope(t, &state, &mut slope);
+        for i in 0..n {
+            dy[i] = slope[i] / self.sizes[i];
+        }
+        dy[n] = 1.0;
+        if !dy.iter().all(|x| x.is_finite()) {
+            self.failed.set(true);
+        }
+    }
+}
+
+/// Integrates a problem.
+///
+/// # Errors
+/// `NoConvergence` where steps shrink to nothing or the problem is too stiff, `Overflow` where a state is not finite,
+/// `Hopeless` beyond the budget, and what cannot be asked.
+pub fn run<P: Problem>(
+    method: Explicit,
+    problem: &P,
+    ask: &Ask,
+    sink: &mut Sink,
+) -> Result<Effort, Error> {
+    let n = problem.len();
+    check(ask, n)?;
+    if let (Explicit::Rk4, Wanted::Tolerance(_)) = (method, ask.effort) {
+        return Err(Error::new(Code::Usage, "rk4 takes a step, not a tolerance"));
+    }
+    if let Wanted::Step(h) = ask.effort {
+        let stages = [4.0, 6.0, 12.0][method as usize];
+        let cost = stages * (ask.to - ask.from) / h;
+        if cost > ask.budget as f64 {
+            return Err(too_dear(ask, 0, ask.from)
+                .hint(format!("steps of {h} s would take {cost:.1e} evaluations")));
+        }
+    }
+    let mut effort = Effort::default();
+    let mut samples = Samples::new(ask, sink);
+    let mut t = ask.from;
+    let mut y = ask.start.clone();
+    let mut sizes = first_sizes(problem, ask);
+    samples.give_until(t, &mut y, |_, _| ())?;
+    while samples.due().is_some() && t < ask.to {
+        let stop = next_stop(|t| problem.next_break(t), t, ask.to);
+        let start = t;
+        while let Some(due) = samples.due().filter(|_| t < stop) {
+            let end = due.min(stop);
+            part(
+                method,
+                problem,
+                ask,
+                [start, stop],
+                (&mut t, &mut y),
+                end,
+                &mut sizes,
+                &mut effort,
+            )?;
+            samples.give_until(t, &mut y, |_, _| ())?;
+        }
+    }
+    Ok(effort)
+}
+
+/// Sizes before anything has moved: what a state is, or a billionth of what the largest will soon be.
+fn first_sizes<P: Problem>(problem: &P, ask: &Ask) -> Vec<f64> {
+    let n = problem.len();
+    let mut slope = vec![0.0; n];
+    problem.slope(ask.from, &ask.start, &mut slope);
+    let soon = (ask.to - ask.from) / ask.samples.max(1) as f64;
+    let largest = (0..n)
+        .map(|i| ask.start[i].abs().max(soon * slope[i].abs()))
+        .filter(|x| x.is_finite())
+        .fold(0.0, f64::max);
+    let least = if largest > 0.0 { 1e-9 * largest } else { 1e-9 };
+    ask.start.iter().map(|x| x.abs().max(least)).collect()
+}
+
+/// From t to `end`, within the stretch between two breaks.
+#[allow(clippy::too_many_arguments, reason = "a part of a run has these parts")]
+fn part<P: Problem>(
+    method: Explicit,
+    problem: &P,
+    ask: &Ask,
+    stretch: [f64; 2],
+    (t, y): (&mut f64, &mut Vec<f64>),
+    end: f64,
+    sizes: &mut [f64],
+    effort: &mut Effort,
+) -> Result<(), Error> {
+    let n = sizes.len();
+    let failed = Cell::new(false);
+    while *t < end {
+        let left = end - *t;
+        let system = Clocked {
+            problem,
+            stretch,
+            from: *t,
+            sizes,
+            failed: &failed,
+        };
+        let mut start: Vec<f64> = (0..n).map(|i| y[i] / sizes[i]).collect();
+        start.push(0.0);
+        let start = DVector::from_vec(start);
+        // With a fixed step no error is too large.
+        let (tolerance, first, longest) = match ask.effort {
+            Wanted::Tolerance(tolerance) => (tolerance, 0.0, left),
+            Wanted::Step(h) => {
+                let h = left / (left / h - 1e-6).ceil().max(1.0);
+                (1e100, h, h)
+            }
+        };
+        macro_rules! controlled {
+            ($solver:ident, $grow:expr, $shrink:expr) => {{
+                let mut solver = $solver::from_param(
+                    system,
+                    0.0,
+                    left,
+                    left,
+                    start,
+                    tolerance,
+                    tolerance,
+                    0.9,
+                    0.0,
+                    $shrink,
+                    $grow,
+                    longest,
+                    first,
+                    STEPS_A_CALL,
+                    1000,
+                    OutputType::Sparse,
+                );
+                let outcome = solver.integrate();
+                let (times, states) = solver.results().get();
+                (
+                    outcome,
+                    times.last().copied(),
+                    states
+                        .iter()
+                        .map(|x| x.as_slice().to_vec())
+                        .collect::<Vec<_>>(),
+                )
+            }};
+        }
+        let (outcome, reached, states) = match method {
+            Explicit::Rk4 => {
+                let mut solver = Rk4::new(system, 0.0, start, left, longest);
+                let outcome = solver.integrate();
+                let states = solver.y_out().iter().map(|x| x.as_slice().to_vec());
+                (outcome, Some(left), states.collect())
+            }
+            Explicit::Dopri5 => controlled!(Dopri5, 10.0, 0.2),
+            Explicit::Dop853 => controlled!(Dop853, 6.0, 0.333),
+        };
+        let now = *t;
+        if failed.get() {
+            return Err(Error::new(
+                Code::Overflow,
+                format!("the motion leaves the range of numbers between t = {now} s and {end} s"),
+            )
+            .hint("the step is too long for the stiffness: take a shorter one, a tolerance, or a method for stiff machines"));
+        }
+        for state in &states {
+            for i in 0..n {
+                // The package keeps its own vector; sizes are of the peaks so far.
+                let x = state[i] * sizes[i];
+                y[i] = x;
+            }
+        }
+        for i in 0..n {
+            let peak = states.iter().map(|s| s[i].abs()).fold(0.0, f64::max);
+            sizes[i] = sizes[i].max(peak * sizes[i]);
+        }
+        *t = match (&outcome, reached) {
+            (Ok(_), _) => end,
+            (Err(_), Some(x)) => now + x,
+            (Err(_), None) => now,
+        };
+        match outcome {
+            Ok(stats) => {
+                effort.steps += u64::from(stats.accepted_steps);
+                effort.rejected += u64::from(stats.rejected_steps);
+                effort.evaluations += u64::from(stats.num_eval);
+            }
+            Err(IntegrationError::MaxNumStepReached { n_step, .. }) => {
+                let stages = if method == Explicit::Dopri5 { 6 } else { 12 };
+                effort.steps += u64::from(n_step);
+                effort.evaluations += u64::from(n_step) * stages;
+            }
+            Err(IntegrationError::StepSizeUnderflow { .. }) => {
+                return Err(Error::new(
+                    Code::NoConvergence,
+                    format!("no step from t = {} s keeps the error within the tolerance", *t),
+                )
+                .hint("the motion jumps there: take a method that locates events, or a coarser tolerance"));
+            }
+            Err(IntegrationError::StiffnessDetected { .. }) => {
+                return Err(Error::new(
+                    Code::NoConvergence,
+                    format!(
+                        "the motion is too stiff for an explicit method at t = {} s",
+                        *t
+                    ),
+                )
+                .hint("take radau5"));
+            }
+        }
+        within_budget(ask, effort, *t)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,148 @@
+//! How far a run has come: samples handed over, cost against the budget, failures told with their time.
+
+use super::problem::{Ask, Effort, Sink, Wanted};
+use crate::base::code::Code;
+use crate::base::error::Error;
+
+/// Hands over samples, each once and in order.
+pub struct Samples<'a, 's> {
+    ask: &'a Ask,
+    sink: &'a mut Sink<'s>,
+    next: usize,
+}
+
+impl<'a, 's> Samples<'a, 's> {
+    /// None handed over yet.
+    pub fn new(ask: &'a Ask, sink: &'a mut Sink<'s>) -> Samples<'a, 's> {
+        Samples { ask, sink, next: 0 }
+    }
+
+    /// The instant of the next sample, s; absent where all are handed over or no more are wanted.
+    pub fn due(&self) -> Option<f64> {
+        (self.next <= self.ask.samples).then(|| self.ask.time(self.next))
+    }
+
+    /// Whether a sample is due at or before `t`.
+    pub fn due_by(&self, t: f64) -> Option<f64> {
+        self.due().filter(|&due| due <= t)
+    }
+
+    /// Hands over the state at the next instant.
+    ///
+    /// # Errors
+    /// `Overflow` where a state is not finite.
+    pub fn give(&mut self, y: &[f64]) -> Result<(), Error> {
+        let t = self.ask.time(self.next);
+        if let Some(at) = y.iter().position(|x| !x.is_finite()) {
+            return Err(Error::new(
+                Code::Overflow,
+                format!("state {at} is {} at t = {t} s", y[at]),
+            ));
+        }
+        self.next += 1;
+        if (self.sink)(t, y).is_break() {
+            self.next = self.ask.samples + 1;
+        }
+        Ok(())
+    }
+
+    /// Hands over all that is due up to `t`, each from `state` at its instant.
+    ///
+    /// # Errors
+    /// Those of [`Samples::give`].
+    pub fn give_until(
+        &mut self,
+        t: f64,
+        y: &mut [f64],
+        mut state: impl FnMut(f64, &mut [f64]),
+    ) -> Result<(), Error> {
+        while let Some(due) = self.due_by(t) {
+            state(due, y);
+            self.give(y)?;
+        }
+        Ok(())
+    }
+}
+
+/// Refuses what cannot be asked.
+///
+/// # Errors
+/// `OutOfRange` for a start that does not fit or is not finite, time that runs backward, no tolerance or step.
+pub fn check(ask: &Ask, states: usize) -> Result<(), Error> {
+    let bad = |message: String| Err(Error::new(Code::OutOfRange, message));
+    if ask.start.len() != states {
+        return bad(format!(
+            "the start has {} states, the problem {states}",
+            ask.start.len()
+        ));
+    }
+    if let Some(at) = ask.start.iter().position(|x| !x.is_finite()) {
+        return bad(format!("state {at} is {} at the start", ask.start[at]));
+    }
+    if !(ask.to >= ask.from && ask.from.is_finite() && ask.to.is_finite()) {
+        return bad(format!(
+            "no time passes from {} s to {} s",
+            ask.from, ask.to
+        ));
+    }
+    match ask.effort {
+        Wanted::Tolerance(x) if !(x > 0.0 && x < 1.0) => {
+            bad(format!("a tolerance of {x} is not between 0 and 1"))
+        }
+        Wanted::Step(h) if !(h > 0.0 && h.is_finite()) => {
+            bad(format!("a step of {h} s is not above zero"))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Refuses to go on beyond the budget.
+///
+/// # Errors
+/// `Hopeless`, with the time reached and what the whole would cost at this pace.
+pub fn within_budget(ask: &Ask, effort: &Effort, t: f64) -> Result<(), Error> {
+    match effort.evaluations > ask.budget {
+        false => Ok(()),
+        true => Err(too_dear(ask, effort.evaluations, t)),
+    }
+}
+
+/// The refusal of a run that has cost `spent` evaluations by `t`.
+pub fn too_dear(ask: &Ask, spent: u64, t: f64) -> Error {
+    let share = ((t - ask.from) / (ask.to - ask.from)).max(0.0);
+    let whole = match share > 0.0 {
+        true => format!("about {:.1e} at this pace", spent as f64 / share),
+        false => "more than can be told".to_string(),
+    };
+    Error::new(
+        Code::Hopeless,
+        format!(
+            "{spent} evaluations brought the motion to t = {t} s, and {} allows no more; the whole would cost {whole}",
+            ask.budget
+        ),
+    )
+    .hint("ask for a shorter time, a coarser tolerance or step, a method for stiff machines, or allow more evaluations")
+}
+
+/// `t` kept inside a stretch between two breaks, so that nothing is evaluated on their far sides, s.
+pub fn inside(t: f64, from: f64, to: f64) -> f64 {
+    let margin = 8.0 * f64::EPSILON * from.abs().max(to.abs());
+    if to - from <= 2.0 * margin {
+        return from + 0.5 * (to - from);
+    }
+    t.clamp(from + margin, to - margin)
+}
+
+/// The first break after `t` that is more than rounding away, at most `to`, s.
+pub fn next_stop(next_break: impl Fn(f64) -> f64, t: f64, to: f64) -> f64 {
+    let near = t + 16.0 * f64::EPSILON * t.abs();
+    let mut stop = next_break(t);
+    while stop <= near {
+        let later = next_break(near.max(stop));
+        if later <= stop {
+            return to;
+        }
+        stop = later;
+    }
+    stop.min(to)
+}
