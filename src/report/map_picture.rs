@@ -45,6 +45,9 @@ const DEEPEST: f64 = 80.0;
 /// The share of cells below the scale: the quietest of a noise floor are its accidents.
 const BELOW: f64 = 0.02;
 
+/// Blocks reach under those drawn after them, so that no paper shines through between two.
+const UNDER: f64 = 1.0;
+
 const LEFT: f64 = 70.0;
 const RIGHT: f64 = WIDTH - 96.0;
 
@@ -72,12 +75,10 @@ fn draw(map: &Map, canvas: &mut Canvas, down: (f64, f64)) {
     };
     panel.rule_y(canvas, &ticks(panel.y, 6));
     frame(&panel, canvas, "frequency, Hz", Some("time, s"));
-    // Neighbours overlap a little, so that no paper shines through between them.
-    const OVERLAP: f64 = 0.25;
     for column in &cells.columns {
         let across = (
             panel.right_of(column.from),
-            panel.right_of(column.to) + OVERLAP,
+            (panel.right_of(column.to) + UNDER).min(RIGHT),
         );
         let step = |level: &f64| step_of(*level, scale);
         let mut at = 0;
@@ -86,7 +87,7 @@ fn draw(map: &Map, canvas: &mut Canvas, down: (f64, f64)) {
             let ends = (at as f64, (at + run.len()) as f64);
             at += run.len();
             let height = |k: f64| panel.height_of(cells.low + k * cells.step);
-            let upper = (height(ends.1) - OVERLAP).max(down.0);
+            let upper = (height(ends.1) - UNDER).max(down.0);
             canvas.block(
                 (across.0, height(ends.0)),
                 (across.1, upper),
@@ -108,7 +109,11 @@ fn colours(canvas: &mut Canvas, down: (f64, f64), scale: (f64, f64), name: &str)
     for k in 0..STEPS {
         let level = |k: usize| scale.0 + (scale.1 - scale.0) * k as f64 / STEPS as f64;
         let (from, to) = (bar.height_of(level(k)), bar.height_of(level(k + 1)));
-        canvas.block((bar.across.0, from), (bar.across.1, to), ink(k));
+        canvas.block(
+            (bar.across.0, from),
+            (bar.across.1, (to - UNDER).max(down.0)),
+            ink(k),
+        );
     }
     canvas.frame((bar.across.0, down.0), (bar.across.1, down.1), GREY, 0.6);
     for level in ticks(scale, 6) {
