@@ -185,6 +185,7 @@ const OWNERS: &[(&str, &str)] = &[
     ("comfy_table", "report/"),
     ("clap", "cli/"),
     ("annotate_snippets", "cli/"),
+    ("indicatif", "cli/progress.rs"),
     ("tempfile", "cli/output.rs"),
     ("tempfile", "recording/column.rs"),
     ("encoding_rs", "recording/"),

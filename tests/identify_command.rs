@@ -101,7 +101,7 @@ fn assert_modes(found: &Value, what: &str, share: f64) {
     }
 }
 
-const KEYS: [&str; 13] = [
+const KEYS: [&str; 14] = [
     "mode",
     "frequency_hz",
     "frequency_std_hz",
@@ -115,6 +115,7 @@ const KEYS: [&str; 13] = [
     "scatter_hz",
     "harmonic",
     "shape",
+    "participation",
 ];
 
 /// Each method finds both modes and answers with the same keys.
@@ -252,4 +253,104 @@ fn law_convert_and_back() {
             [1.5, 7.0, 5.0]
         ]
     );
+}
+
+/// Outputs that would end in one file, lie in no folder or do not say their format are refused before anything is written.
+#[test]
+fn refuses_outputs_before_work() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    log(folder);
+    let cases: [(&[&str], &str); 4] = [
+        (&["--frf", "q.csv", "--csv", "./q.csv"], "usage"),
+        (
+            &["--csv", "kept.csv", "--svg", "nowhere/x.svg"],
+            "output-failed",
+        ),
+        (&["--csv", "modes.toml"], "usage"),
+        (&["--csv", "two.csv"], "usage"),
+    ];
+    for (flags, word) in cases {
+        let base = ["identify", "two.csv", "--input", "force", "--output", "X1"];
+        assert_eq!(
+            refused(folder, &[&base[..], flags].concat()),
+            word,
+            "{flags:?}"
+        );
+    }
+    assert!(!folder.join("kept.csv").exists());
+}
+
+/// An order beyond what the record carries is refused or answered, never a panic.
+#[test]
+fn survives_high_orders() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    log(folder);
+    for (method, order) in [("arma", "30"), ("armax", "200")] {
+        let mut arguments = vec![
+            "identify", "two.csv", "--output", "X1", "--method", method, "--order", order,
+            "--before", "1.5",
+        ];
+        if method == "armax" {
+            arguments.extend(["--input", "force"]);
+        }
+        let code = geardyn(folder, &arguments).status.code();
+        assert!(matches!(code, Some(0 | 2 | 3)), "{method}: {code:?}");
+    }
+}
+
+/// Poles that are no modes are named with their reason; a file of responses is fitted where they are coherent, with the modes of the log.
+#[test]
+fn law_left_out_poles_and_coherent_bands() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/spindle_impact.csv");
+    let data = data.to_str().unwrap();
+    let output = geardyn(
+        folder,
+        &[
+            "identify", data, "--input", "force", "--output", "ax", "--quiet",
+        ],
+    );
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.contains("no mode at "), "{text}");
+    let direct = [
+        "identify", data, "--input", "force", "--output", "ax,ay", "--frf", "f.uff", "--json",
+    ];
+    let direct = document(folder, &direct);
+    let read = document(folder, &["identify", "f.uff", "--json"]);
+    let top = read["band_hz"][1].as_f64().unwrap();
+    assert!(top < 1500.0, "{}", read["band_hz"]);
+    for mode in direct["modes"].as_array().unwrap() {
+        let f = mode["frequency_hz"].as_f64().unwrap();
+        let near = |m: &Value| (m["frequency_hz"].as_f64().unwrap() / f - 1.0).abs() < 1e-3;
+        assert!(
+            read["modes"].as_array().unwrap().iter().any(near),
+            "{f}: {:#}",
+            read["modes"]
+        );
+    }
+}
+
+/// A fit farther from a response than nothing would be is said to be poor.
+#[test]
+fn exact_poor_fit() {
+    use geardyn::plan::logs::doubts::of_fit;
+    use geardyn::recording::responses::{FrequencyResponse, FrequencyResponses, Terminal};
+    let function = |name: &str| FrequencyResponse {
+        output: Terminal {
+            name: name.into(),
+            unit: String::new(),
+        },
+        ..FrequencyResponse::default()
+    };
+    let responses = FrequencyResponses {
+        functions: vec![function("ax"), function("ay")],
+        ..FrequencyResponses::default()
+    };
+    assert!(of_fit(&responses, &[0.2, 0.99]).is_none());
+    let found = of_fit(&responses, &[0.2, 17.0]).unwrap();
+    assert_eq!(found.code, "poor-fit");
+    assert!(found.message.contains("ay by 1700 %"), "{}", found.message);
 }

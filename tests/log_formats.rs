@@ -70,6 +70,25 @@ fn listed(document: &str, key: &str, nth: usize) -> Vec<f64> {
         .collect()
 }
 
+/// What is read of a file is told as it goes, up to all of it.
+#[test]
+fn exact_progress_of_reading() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("long.csv");
+    let mut text = String::from("t,a\n");
+    (0..200_000).for_each(|k| text += &format!("{k},{}\n", k % 17));
+    std::fs::write(&path, text).unwrap();
+    let seen = std::cell::RefCell::new(Vec::new());
+    let path = path.display().to_string();
+    let raw = geardyn::recording::open::watched(&path, &Settings::default(), &|share| {
+        seen.borrow_mut().push(share);
+    });
+    assert_eq!(raw.unwrap().groups[0].channels[0].samples.len(), 200_000);
+    let seen = seen.into_inner();
+    assert!(seen.len() > 10 && seen.iter().all(|s| (0.0..=1.0).contains(s)));
+    assert_eq!(seen.last(), Some(&1.0));
+}
+
 // MATLAB
 
 #[test]
@@ -674,8 +693,8 @@ fn responses(lines: impl Fn(f64) -> f64) -> FrequencyResponses {
         value: (0..50)
             .map(|_| Complex::new(rng.f64() - 0.5, rng.f64()))
             .collect(),
-        variance: None,
         coherence: with_coherence.then(|| (0..50).map(|_| rng.f64()).collect()),
+        ..FrequencyResponse::default()
     };
     FrequencyResponses {
         functions: vec![

@@ -197,6 +197,32 @@ fn ref_six_responses_of_a_beam() {
     }
 }
 
+/// The whole file, unasked: the first mode is a hundredth as high as the last.
+#[test]
+#[cfg_attr(
+    not(recordings),
+    ignore = "set GEARDYN_RECORDINGS to the folder of measured logs"
+)]
+fn ref_six_responses_of_a_beam_over_four_decades() {
+    let name = log("sdypy_ema_beam/sdypy_beam_frf_resp1.csv");
+    let found = document(&["identify", &name, "--json"]);
+    let known = [
+        (177.05, 0.0080),
+        (477.37, 0.0017),
+        (933.10, 0.0015),
+        (1376.7, 0.0034),
+        (1535.48, 0.0020),
+        (2286.86, 0.0028),
+        (3162.52, 0.0018),
+        (4181.87, 0.0015),
+    ];
+    for (frequency, damping) in known {
+        let (f, zeta) = mode(&found, frequency);
+        near(f, frequency, 5e-3, "frequency");
+        near(zeta, damping, 0.15, &format!("damping at {frequency} Hz"));
+    }
+}
+
 #[test]
 #[cfg_attr(
     not(recordings),

@@ -451,3 +451,136 @@ fn ref_measured_logs() {
         );
     }
 }
+
+/// Lines of a pair of gears 17/53 whose pinion turns at 25 Hz get their names from the machine: rotations, meshes, sidebands of both.
+#[test]
+fn exact_lines_named_by_a_machine() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = folder.path().join("pair.toml");
+    let text = "[[inertia]]\nname = \"pinion\"\nJ = \"1 kg·m²\"\n[[inertia]]\nname = \"wheel\"\nJ = \"9 kg·m²\"\n[[gear_pair]]\nname = \"stage\"\nbetween = [\"pinion\", \"wheel\"]\nteeth = [17, 53]\n";
+    std::fs::write(&model, text).unwrap();
+    let (pinion, mesh) = (25.0, 425.0);
+    let wheel = mesh / 53.0;
+    let tones = [
+        (pinion, 1.0, "rotation of pinion"),
+        (wheel, 0.5, "rotation of wheel"),
+        (mesh, 2.0, "mesh stage"),
+        (2.0 * mesh, 0.7, "2 × mesh stage"),
+        (mesh + pinion, 0.3, "mesh stage + rotation of pinion"),
+        (mesh - pinion, 0.25, "mesh stage − rotation of pinion"),
+        (mesh + wheel, 0.2, "mesh stage + rotation of wheel"),
+        (123.4, 0.6, ""),
+    ];
+    let mut rng = fastrand::Rng::with_seed(5);
+    let path = log(folder.path(), "ax [m/s²]", 2000.0, 80_000, |t| {
+        let tone = |(f, a, _): &(f64, f64, &str)| a * (TAU * f * t).cos();
+        vec![tones.iter().map(tone).sum::<f64>() + 0.1 * normal(&mut rng)]
+    });
+    let (file, model) = (path.to_str().unwrap(), model.to_str().unwrap());
+    let base = [
+        "spectrum",
+        file,
+        "--channel",
+        "ax",
+        "--model",
+        model,
+        "--json",
+        "--speed",
+    ];
+    // The wheel turns at 481.13 rpm while the pinion turns at 1500.
+    for (node, speed) in [("pinion", "1500"), ("wheel", "481.132075 rpm")] {
+        let found = document(&[&base[..], &[speed, "--at", node]].concat());
+        let peaks = found["channels"][0]["peaks"].as_array().unwrap();
+        for (f, a, name) in tones {
+            let apart = |p: &&Value| (p["frequency_hz"].as_f64().unwrap() - f).abs();
+            let nearest = peaks.iter().min_by(|a, b| apart(a).total_cmp(&apart(b)));
+            let peak = nearest.unwrap();
+            assert!(apart(&peak) < 0.05, "{node} {f}: {peak}");
+            assert!(
+                (peak["amplitude"].as_f64().unwrap() / a - 1.0).abs() < 0.1,
+                "{f}: {peak}"
+            );
+            let names: Vec<&str> = peak["names"]
+                .as_array()
+                .unwrap()
+                .iter()
+                .map(|n| n.as_str().unwrap())
+                .collect();
+            match name {
+                "" => assert!(names.is_empty(), "{node} {f}: {peak}"),
+                name => assert_eq!(names.first(), Some(&name), "{node} {f}: {peak}"),
+            }
+        }
+    }
+    let refused = |flags: &[&str]| {
+        refusal(
+            &[
+                &["spectrum", file, "--channel", "ax", "--model", model],
+                flags,
+            ]
+            .concat(),
+        )
+    };
+    assert_eq!(
+        refused(&["--speed", "1500", "--at", "pignon"]),
+        "unknown-node"
+    );
+    assert_eq!(refused(&["--at", "pinion"]), "usage");
+}
+
+/// Tones are taken off and noise stays: the level of the noise between, no tone above it.
+#[test]
+fn law_separation_leaves_the_noise() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut rng = fastrand::Rng::with_seed(6);
+    let tones = [37.0, 91.3, 222.2];
+    let path = log(folder.path(), "ax [m/s²]", 1000.0, 100_000, |t| {
+        let tone = |f: &f64| 2.0 * (TAU * f * t).sin();
+        vec![tones.iter().map(tone).sum::<f64>() + normal(&mut rng)]
+    });
+    let base = [
+        "spectrum",
+        path.to_str().unwrap(),
+        "--channel",
+        "ax",
+        "--resolution",
+        "1",
+        "--json",
+    ];
+    let (whole, rest) = (
+        document(&base),
+        document(&[&base[..], &["--separate"]].concat()),
+    );
+    assert!(
+        rest["how"].as_str().unwrap().contains("of the random part"),
+        "{}",
+        rest["how"]
+    );
+    let (lines, before, after) = (
+        numbers(&whole["frequency_hz"]),
+        numbers(&whole["channels"][0]["value"]),
+        numbers(&rest["channels"][0]["value"]),
+    );
+    let noise = 2.0 / 1000.0;
+    let away = |f: f64| tones.iter().all(|t| (t - f).abs() > 4.0) && f > 3.0;
+    let between: Vec<f64> = lines
+        .iter()
+        .zip(&after)
+        .filter(|(f, _)| away(**f))
+        .map(|(_, x)| *x)
+        .collect();
+    let mean = between.iter().sum::<f64>() / between.len() as f64;
+    assert!((mean / noise - 1.0).abs() < 0.05, "{mean}");
+    for tone in tones {
+        let near = |all: &[f64]| {
+            let inside = lines
+                .iter()
+                .zip(all)
+                .filter(|(f, _)| (**f - tone).abs() < 1.6);
+            inside.map(|(_, x)| *x).fold(0.0, f64::max)
+        };
+        // A tone of amplitude 2 stands 4/(2 · 1.5 Hz) high.
+        assert!(near(&before) > 0.8, "{tone}: {}", near(&before));
+        assert!(near(&after) < 3.0 * noise, "{tone}: {}", near(&after));
+    }
+}

@@ -14,7 +14,7 @@ pub const LARGEST: u64 = 64 << 20;
 /// The text of a file, refused before it is read where it cannot be a model.
 pub fn load(path: &Path) -> Result<Arc<Source>, Error> {
     let name = path.display().to_string();
-    let place = Place::new(source(name.clone(), ""), 0..0);
+    let place = Place::of_file(&name);
     let refuse =
         |code, message: String, hint: &str| Error::new(code, message).at(&place).hint(hint);
     let missing = |e: std::io::Error| {

@@ -281,7 +281,7 @@ pub struct SpectrumArgs {
     /// Write the spectra, one column a channel
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub csv: Option<PathBuf>,
-    /// Draw the spectra with their lines named
+    /// Draw the spectra with their lines named; spectrograms as a map over time and frequency
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub svg: Option<PathBuf>,
     /// One JSON document on standard output, nothing else there

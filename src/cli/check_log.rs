@@ -5,10 +5,10 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use super::log_args::LogArgs;
-use super::{diagnostic, output};
+use super::{diagnostic, output, progress};
 use crate::base::error::{Error, Errors};
+use crate::recording::settle;
 use crate::recording::survey::{Survey, survey};
-use crate::recording::{open, settle};
 use crate::report;
 use crate::scene;
 
@@ -28,7 +28,7 @@ pub struct Understood {
 /// Whatever is wrong with the log, the flags or the sidecar.
 pub fn check(path: &Path, args: &LogArgs, write: bool) -> Result<Understood, Errors> {
     let (settings, sidecar) = args.settings(path)?;
-    let raw = open::open(&path.display().to_string(), &settings)?;
+    let raw = progress::open(path, &settings, false)?;
     let written: Vec<(String, String)> = raw
         .groups
         .iter()

@@ -3,11 +3,10 @@
 use std::io::Write;
 
 use super::args::ConvertArgs;
-use super::{diagnostic, output};
+use super::{diagnostic, output, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::recording::names;
-use crate::recording::open;
 use crate::recording::raw::Raw;
 use crate::recording::responses::FrequencyResponses;
 use crate::recording::settings::Settings;
@@ -43,7 +42,7 @@ pub fn run(args: &ConvertArgs) -> Result<u8, Errors> {
     let (settings, sidecar) = args.log.settings(&args.file)?;
     let inputs: Vec<_> = sidecar.into_iter().chain([args.file.clone()]).collect();
     output::check(std::slice::from_ref(&args.to), &inputs)?;
-    let raw = open::open(&args.file.display().to_string(), &settings)?;
+    let raw = progress::open(&args.file, &settings, args.quiet)?;
     let mut told = String::new();
     let content = content(raw, settings, &args.channel, &mut told)?;
     let form = if args.binary {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::args::{DelayWord, EstimatorWord, IdentifyArgs, KindWord, MapWord, MethodWord};
-use super::{diagnostic, output};
+use super::{diagnostic, output, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::kind::Kind;
@@ -21,7 +21,7 @@ use crate::recording::names;
 use crate::recording::raw::Repair;
 use crate::recording::responses::FrequencyResponses;
 use crate::recording::write::uff::Form;
-use crate::recording::{open, settle, write};
+use crate::recording::{settle, write};
 use crate::report;
 use crate::spectrum::frf::Estimator;
 use crate::spectrum::window::Window;
@@ -36,16 +36,18 @@ pub fn run(args: &IdentifyArgs) -> Result<u8, Errors> {
     let (mut settings, sidecar) = args.log.settings(&args.file)?;
     let inputs: Vec<PathBuf> = sidecar.iter().cloned().chain([args.file.clone()]).collect();
     output::check(&outputs, &inputs)?;
-    let mut raw = open::open(&args.file.display().to_string(), &settings)?;
+    let mut raw = progress::open(&args.file, &settings, args.quiet)?;
     let responses = raw
         .responses
         .take()
         .filter(|r| raw.groups.is_empty() || are_meant(r, &study));
+    let work = |source: Source, study: &IdentifyStudy| {
+        progress::busy("identifying", args.quiet, || {
+            identification::identify(source, study)
+        })
+    };
     let (found, repairs) = match responses {
-        Some(responses) => (
-            identification::identify(Source::Responses(responses), &study)?,
-            raw.repairs,
-        ),
+        Some(responses) => (work(Source::Responses(responses), &study)?, raw.repairs),
         None => {
             // Without outputs all channels are settled, to be named in the error.
             if !study.outputs.is_empty() {
@@ -60,7 +62,7 @@ pub fn run(args: &IdentifyArgs) -> Result<u8, Errors> {
                 let (drive, answer) = names.split_at(study.inputs.len().min(names.len()));
                 (study.inputs, study.outputs) = (drive.to_vec(), answer.to_vec());
             }
-            let mut found = identification::identify(Source::Signals(&recording), &study)?;
+            let mut found = work(Source::Signals(&recording), &study)?;
             found
                 .warnings
                 .splice(0..0, recording.warnings.iter().cloned());
@@ -232,6 +234,9 @@ pub fn band(text: &str) -> Result<(f64, f64), Error> {
 /// Every file this command will write.
 fn outputs(args: &IdentifyArgs) -> Result<Vec<PathBuf>, Error> {
     let mut all: Vec<PathBuf> = args.csv.iter().cloned().collect();
+    if let Some(path) = &args.csv {
+        output::ends(path, &["csv"])?;
+    }
     if let Some(path) = &args.svg {
         output::ends(path, &["svg"])?;
         all.extend(pictures(path));

@@ -12,6 +12,9 @@ pub mod diagnostic;
 /// Standard output, and files that appear whole.
 pub mod output;
 
+/// How far long work is.
+pub mod progress;
+
 /// Flags as a study.
 pub mod study;
 

@@ -32,13 +32,17 @@ pub fn tell(text: &str) {
 /// # Errors
 /// Names the path.
 pub fn check(outputs: &[PathBuf], inputs: &[PathBuf]) -> Result<(), Error> {
-    let same = |a: &Path, b: &Path| {
-        a == b
-            || a.canonicalize()
-                .is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b))
-    };
+    let same = |a: &Path, b: &Path| resolved(a) == resolved(b);
     for (at, path) in outputs.iter().enumerate() {
         let name = path.display();
+        let folder = folder(path);
+        if !folder.is_dir() {
+            let message = format!(
+                "{name} cannot be written: there is no folder {}",
+                folder.display()
+            );
+            return Err(Error::new(Code::OutputFailed, message).hint("make the folder first"));
+        }
         if inputs.iter().any(|input| same(path, input)) {
             let message =
                 format!("{name} is read by this command and would be overwritten by its output");
@@ -51,6 +55,22 @@ pub fn check(outputs: &[PathBuf], inputs: &[PathBuf]) -> Result<(), Error> {
         }
     }
     Ok(())
+}
+
+/// The folder a file is in.
+fn folder(path: &Path) -> &Path {
+    path.parent()
+        .filter(|p| !p.as_os_str().is_empty())
+        .unwrap_or(Path::new("."))
+}
+
+/// A path by which two names of one file are equal, whether it exists yet or not.
+fn resolved(path: &Path) -> PathBuf {
+    let of_folder = || Some(folder(path).canonicalize().ok()?.join(path.file_name()?));
+    path.canonicalize()
+        .ok()
+        .or_else(of_folder)
+        .unwrap_or(path.to_path_buf())
 }
 
 /// Refuses a name that does not end in one of the known formats.
@@ -96,10 +116,7 @@ pub fn write_with(
         return to.flush().map_err(wrong);
     }
     let target = path.canonicalize().unwrap_or(path.to_path_buf());
-    let folder = target
-        .parent()
-        .filter(|p| !p.as_os_str().is_empty())
-        .unwrap_or(Path::new("."));
+    let folder = folder(&target);
     let mut to = BufWriter::new(builder().tempfile_in(folder).map_err(wrong)?);
     fill(&mut to)?;
     let file = to.into_inner().map_err(|e| wrong(e.into_error()))?;

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::path::PathBuf;
 
 use super::args::{DetrendWord, MotionWord, SpectrumArgs, SpectrumWord};
-use super::{diagnostic, identify, output};
+use super::{diagnostic, identify, output, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::kind::Kind;
@@ -14,7 +14,7 @@ use crate::plan::logs::spectrum;
 use crate::plan::logs::spectrum_study::{Spectrum, SpectrumKind, SpectrumStudy};
 use crate::plan::prepared::Prepared;
 use crate::recording::raw::{Raw, Repair};
-use crate::recording::{names, open, settle};
+use crate::recording::{names, settle};
 use crate::report;
 use crate::scene;
 use crate::spectrum::integrate::Motion;
@@ -29,8 +29,13 @@ use crate::spectrum::window::Window;
 pub fn run(args: &SpectrumArgs) -> Result<u8, Errors> {
     let mut study = study(args)?;
     let outputs: Vec<PathBuf> = args.csv.iter().chain(&args.svg).cloned().collect();
-    if let Some(path) = &args.svg {
-        output::ends(path, &["svg"])?;
+    for (path, end) in args
+        .csv
+        .iter()
+        .map(|p| (p, "csv"))
+        .chain(args.svg.iter().map(|p| (p, "svg")))
+    {
+        output::ends(path, &[end])?;
     }
     let (mut settings, sidecar) = args.log.settings(&args.file)?;
     let inputs: Vec<PathBuf> = sidecar
@@ -43,14 +48,16 @@ pub fn run(args: &SpectrumArgs) -> Result<u8, Errors> {
     study.expected = expected_lines(args, &study)?;
     settings.only = study.channels.iter().chain(&study.tacho).cloned().collect();
     once(&settings.only)?;
-    let raw = open::open(&args.file.display().to_string(), &settings)?;
+    let raw = progress::open(&args.file, &settings, args.quiet)?;
     for word in study.channels.iter_mut().chain(&mut study.tacho) {
         *word = full_name(&raw, word);
     }
     settings.only = study.channels.iter().chain(&study.tacho).cloned().collect();
     once(&settings.only)?;
     let recording = settle::settle(raw, &settings)?;
-    let mut found = spectrum::spectrum(&recording, &study)?;
+    let mut found = progress::busy("analysing", args.quiet, || {
+        spectrum::spectrum(&recording, &study)
+    })?;
     found
         .warnings
         .splice(0..0, recording.warnings.iter().cloned());
@@ -256,8 +263,12 @@ fn files(args: &SpectrumArgs, found: &Spectrum) -> Result<Vec<String>, Error> {
     }
     if let Some(path) = &args.svg {
         let name = args.file.file_name().unwrap_or_default().to_string_lossy();
-        let shown = report::spectra::curves(found, &name);
-        output::write(path, report::lines_picture::lines(&shown).as_bytes())?;
+        let maps = report::spectra::maps(found, &name);
+        let picture = match maps.is_empty() {
+            true => report::lines_picture::lines(&report::spectra::curves(found, &name)),
+            false => report::map_picture::maps(&maps),
+        };
+        output::write(path, picture.as_bytes())?;
         written.push(path.display().to_string());
     }
     Ok(written)

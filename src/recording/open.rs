@@ -10,7 +10,6 @@ use super::settings::Settings;
 use super::{container, lvm, mat, text, uff, wav};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
-use crate::base::place::Place;
 
 /// Bytes from which the format is told.
 const TASTE: usize = 4096;
@@ -23,10 +22,20 @@ const DEPTH: usize = 3;
 /// # Errors
 /// The file cannot be read, is of no known format, or breaks the rules of its format.
 pub fn open(path: &str, settings: &Settings) -> Result<Raw, Errors> {
-    let missing = |message: String, hint: &str| {
-        let place = Place::in_line(path, 1, "", 0..0);
-        Error::new(Code::FileMissing, message).at(&place).hint(hint)
-    };
+    watched(path, settings, &|_| {})
+}
+
+/// Reads a log and says from time to time which share of the file is read.
+///
+/// # Errors
+/// As for [`open`].
+pub fn watched(path: &str, settings: &Settings, progress: &dyn Fn(f64)) -> Result<Raw, Errors> {
+    file(path, settings, progress).map_err(|e| e.in_file(path))
+}
+
+/// Reads the log in a file.
+fn file(path: &str, settings: &Settings, progress: &dyn Fn(f64)) -> Result<Raw, Errors> {
+    let missing = |message: String, hint: &str| Error::new(Code::FileMissing, message).hint(hint);
     const FOLDER: &str = "paths are taken from the folder the command is run in";
     let unreadable = |e: io::Error| missing(format!("{path} cannot be read: {e}"), FOLDER);
     let facts = std::fs::metadata(path).map_err(unreadable)?;
@@ -38,7 +47,12 @@ pub fn open(path: &str, settings: &Settings) -> Result<Raw, Errors> {
         };
         return Err(missing(format!("{path} is {what}, not a file"), "name a log").into());
     }
-    let mut file = File::open(path).map_err(unreadable)?;
+    let mut file = Watched {
+        file: File::open(path).map_err(unreadable)?,
+        read: 0,
+        size: facts.len(),
+        progress,
+    };
     let head = taste(path, &mut file)?;
     file.seek(SeekFrom::Start(0)).map_err(unreadable)?;
     if head.starts_with(container::ZIP) {
@@ -52,10 +66,35 @@ pub fn open(path: &str, settings: &Settings) -> Result<Raw, Errors> {
 /// # Errors
 /// As for [`open`].
 pub fn from_bytes(path: &str, bytes: &[u8], settings: &Settings) -> Result<Raw, Errors> {
-    if bytes.starts_with(container::ZIP) {
-        return unzip(path, Cursor::new(bytes), settings, DEPTH);
+    let read = match bytes.starts_with(container::ZIP) {
+        true => unzip(path, Cursor::new(bytes), settings, DEPTH),
+        false => stream(path, &mut Cursor::new(bytes), settings, DEPTH),
+    };
+    read.map_err(|e| e.in_file(path))
+}
+
+/// A file that says how much of it is read.
+struct Watched<'p> {
+    file: File,
+    read: u64,
+    size: u64,
+    progress: &'p dyn Fn(f64),
+}
+
+impl Read for Watched<'_> {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        let count = self.file.read(bytes)?;
+        self.read += count as u64;
+        (self.progress)((self.read as f64 / self.size.max(1) as f64).min(1.0));
+        Ok(count)
     }
-    stream(path, &mut Cursor::new(bytes), settings, DEPTH)
+}
+
+impl Seek for Watched<'_> {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.read = self.file.seek(to)?;
+        Ok(self.read)
+    }
 }
 
 /// The first bytes of a stream.

@@ -15,6 +15,8 @@ pub struct Raw {
     pub facts: Vec<(String, String)>,
     /// Channels, grouped by the clock they share; nearly always one group.
     pub groups: Vec<Group>,
+    /// Columns that are no channels: their names, and why (`holds words`).
+    pub left_out: Vec<(String, &'static str)>,
     /// Frequency responses, where the file holds them.
     pub responses: Option<FrequencyResponses>,
     /// Spectra, where the file holds them.

@@ -24,6 +24,8 @@ pub struct FrequencyResponse {
     pub variance: Option<Vec<f64>>,
     /// Ordinary coherence (multiple coherence with several inputs), where it was measured.
     pub coherence: Option<Vec<f64>>,
+    /// Coherence of the two with what the other inputs explain taken off both, where there are several.
+    pub partial: Option<Vec<f64>>,
 }
 
 /// Frequency responses over common lines.
@@ -37,6 +39,39 @@ pub struct FrequencyResponses {
     pub averages: Option<f64>,
     /// An exponential window `exp(−σt)` lies on the responses and shifts every pole to the left by `σ`, 1/s; 0 without one.
     pub window_decay: f64,
+}
+
+impl FrequencyResponses {
+    /// Whether every response was estimated on a line: where inputs cannot be told apart, or one has no power, none is.
+    pub fn is_known(&self, line: usize) -> bool {
+        let unknown =
+            |f: &FrequencyResponse| (f.variance.as_ref()).is_some_and(|v| v[line] == f64::INFINITY);
+        !self.functions.iter().any(unknown)
+    }
+
+    /// The places of the functions, a row for each output with a column for each input. Where not every input leads to every output
+    /// once, every function stands in a row of its own.
+    pub fn table(&self) -> Vec<Vec<usize>> {
+        let place = |of: &dyn Fn(&FrequencyResponse) -> Option<&Terminal>| -> Vec<usize> {
+            let first = |f: &FrequencyResponse| self.functions.iter().position(|g| of(g) == of(f));
+            self.functions.iter().filter_map(first).collect()
+        };
+        let distinct = |places: &[usize]| {
+            let mut all = places.to_vec();
+            all.sort_unstable();
+            all.dedup();
+            all
+        };
+        let (rows, columns) = (place(&|f| Some(&f.output)), place(&|f| f.input.as_ref()));
+        let (outputs, inputs) = (distinct(&rows), distinct(&columns));
+        let at = |o: usize, i: usize| {
+            let mut found = (0..self.functions.len()).filter(|&f| (rows[f], columns[f]) == (o, i));
+            found.next().filter(|_| found.next().is_none())
+        };
+        let row = |&o: &usize| inputs.iter().map(|&i| at(o, i)).collect();
+        let whole: Option<Vec<Vec<usize>>> = outputs.iter().map(row).collect();
+        whole.unwrap_or_else(|| (0..self.functions.len()).map(|f| vec![f]).collect())
+    }
 }
 
 /// A spectrum as read from a file, which is neither a signal nor a response; values as written.

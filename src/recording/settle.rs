@@ -24,7 +24,12 @@ const SAME_RATE: f64 = 1e-3;
 ///
 /// # Errors
 /// No rate or contradicting ones, stamps out of order, channels that do not exist or do not share a clock, units without sense.
-pub fn settle(mut raw: Raw, settings: &Settings) -> Result<Recording, Error> {
+pub fn settle(raw: Raw, settings: &Settings) -> Result<Recording, Error> {
+    let path = raw.path.clone();
+    settled(raw, settings).map_err(|e| e.in_file(&path))
+}
+
+fn settled(mut raw: Raw, settings: &Settings) -> Result<Recording, Error> {
     let group = choose(&mut raw, settings)?;
     let calibrations = calibrations(&group.channels, settings)?;
     let base = match &group.clock.stamps {
@@ -49,7 +54,16 @@ pub fn settle(mut raw: Raw, settings: &Settings) -> Result<Recording, Error> {
         settled.say_gaps(base, settings);
         settled.even_out(base, &stamps.seconds, stamps.resolution_s)?;
     }
-    settled.split_at_missing()?;
+    let empty = settled.empty_channels()?;
+    if let Some(at) = empty
+        .iter()
+        .position(|e| *e)
+        .filter(|_| !settings.only.is_empty())
+    {
+        let name = &settled.channels[at].name;
+        return Err(left_out(name, "holds no number in any row"));
+    }
+    settled.split_at_missing(&empty)?;
     if settings.gaps == Gaps::Fill {
         settled.fill(base.as_ref())?;
     }
@@ -96,7 +110,14 @@ fn choose(raw: &mut Raw, settings: &Settings) -> Result<Group, Error> {
             raw.groups.iter().position(holds)
         });
         let (Some(name), Some(group)) = (name, group) else {
-            return Err(no_channel(word, &known));
+            let column = raw
+                .left_out
+                .iter()
+                .find(|(name, _)| names::means(word, name));
+            return Err(match column {
+                Some((name, why)) => left_out(name, why),
+                None => no_channel(word, &known),
+            });
         };
         wanted.push(name);
         at.push(group);
@@ -162,6 +183,12 @@ pub fn no_channel(name: &str, known: &[String]) -> Error {
         format!("the log has no channel \"{name}\""),
     )
     .hint(hint)
+}
+
+/// The error of a column that could not become a channel.
+fn left_out(name: &str, why: &str) -> Error {
+    Error::new(Code::NoSignal, format!("the channel {name} {why}"))
+        .hint("look whether its sensor was connected and recorded; name another channel")
 }
 
 /// What is said of each channel, found by its name.
@@ -384,19 +411,18 @@ impl Settled {
     }
 
     /// Stretches end where a channel has no number.
-    fn split_at_missing(&mut self) -> Result<(), Error> {
+    fn split_at_missing(&mut self, empty: &[bool]) -> Result<(), Error> {
         let rows = self.channels.first().map_or(0, |c| c.samples.len());
         let mut block = vec![0.0; BLOCK.min(rows)];
         let (mut holes, mut stretches) = (0usize, Vec::new());
         let mut bad = vec![false; BLOCK.min(rows)];
         let mut open: Option<usize> = None;
         let starts: Vec<usize> = self.stretches.iter().map(|s| s.start).collect();
-        let counts = self.empty_channels()?;
         let mut at = 0;
         while at < rows {
             let count = BLOCK.min(rows - at);
             bad[..count].fill(false);
-            for (channel, empty) in self.channels.iter().zip(&counts) {
+            for (channel, empty) in self.channels.iter().zip(empty) {
                 if *empty {
                     continue;
                 }

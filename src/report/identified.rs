@@ -1,6 +1,6 @@
 //! Identified modes and transfer functions as JSON, CSV and curves.
 
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 use super::bode::{Bode, Curve};
 use super::json::{complex, log_header, warnings};
@@ -15,7 +15,7 @@ use crate::plan::logs::doubts::{coherence_at, window_damping};
 use crate::plan::logs::found::{Evidence, FoundMode, Identification};
 use crate::plan::logs::method::family;
 use crate::recording::raw::Repair;
-use crate::recording::responses::FrequencyResponse;
+use crate::recording::responses::{FrequencyResponse, Terminal};
 
 /// The JSON document of `identify`.
 ///
@@ -57,10 +57,11 @@ pub fn json(found: &Identification, done: &[Repair]) -> Result<Value, Error> {
 
 fn mode(found: &Identification, k: usize, mode: &FoundMode) -> Value {
     let f = mode.frequency_hz();
-    let names = found.outputs.iter().map(|t| t.name.clone());
-    let shape: serde_json::Map<String, Value> = names
-        .zip(mode.mode.shape.iter().map(|&z| complex(z)))
-        .collect();
+    let over = |terminals: &[Terminal], values: &[Complex]| -> Map<String, Value> {
+        let names = terminals.iter().map(|t| t.name.clone());
+        names.zip(values.iter().map(|&z| complex(z))).collect()
+    };
+    let several = !mode.participation.is_empty();
     let decay = found.window_decay();
     let harmonic = mode.harmonic.as_ref().map(|h| json!({ "is_harmonic": h.is_harmonic(), "order": h.order, "envelope_kurtosis": h.envelope_kurtosis }));
     json!({
@@ -76,7 +77,8 @@ fn mode(found: &Identification, k: usize, mode: &FoundMode) -> Value {
         "presence": mode.presence,
         "scatter_hz": mode.scatter_hz,
         "harmonic": harmonic,
-        "shape": shape,
+        "shape": over(&found.outputs, &mode.mode.shape),
+        "participation": several.then(|| over(&found.inputs, &mode.participation)),
     })
 }
 

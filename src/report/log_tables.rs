@@ -4,6 +4,7 @@ use super::number::{brief, with_deviation};
 use super::recording::note;
 use super::table::{finish, plain};
 use crate::identify::modal::stabilisation::Stability;
+use crate::identify::rational::{Omitted, RationalFit};
 use crate::plan::logs::doubts::{coherence_at, window_damping};
 use crate::plan::logs::found::{Evidence, FoundMode, Identification, Orders, Peak};
 use crate::plan::logs::method::family;
@@ -159,10 +160,11 @@ pub fn identified(found: &Identification) -> String {
 /// What decided, in a few lines.
 fn evidence(found: &Identification) -> String {
     match &found.evidence {
-        Evidence::Rational(fit) => match fit.evidence.iter().rev().find(|s| !s.accepted) {
-            Some(last) => format!("{}\n", last.words()),
-            None => String::new(),
-        },
+        Evidence::Rational(fit) => {
+            let last = fit.evidence.iter().rev().find(|s| !s.accepted);
+            let last = last.map_or(String::new(), |step| format!("{}\n", step.words()));
+            last + &left_out(found, fit)
+        }
         Evidence::Diagram(diagram) => {
             let stable = diagram
                 .poles
@@ -177,6 +179,20 @@ fn evidence(found: &Identification) -> String {
         Evidence::Peaks(peaks) => peaks.peaks.iter().filter_map(peak).collect(),
         Evidence::Orders(orders) => order_table(orders),
     }
+}
+
+/// Poles of the fit that are no modes, those of one reason together.
+fn left_out(found: &Identification, fit: &RationalFit) -> String {
+    let hertz = |o: &Omitted| brief((o.pole + found.window_decay()).norm() / std::f64::consts::TAU);
+    let mut reasons: Vec<&str> = fit.omitted.iter().map(|o| o.reason).collect();
+    reasons.sort_unstable();
+    reasons.dedup();
+    let of = |reason: &str| {
+        let same = fit.omitted.iter().filter(|o| o.reason == reason);
+        let places: Vec<String> = same.map(hertz).collect();
+        format!("no mode at {} Hz: {reason}\n", places.join(", "))
+    };
+    reasons.into_iter().map(of).collect()
 }
 
 /// What half power makes of a peak, or why it is no mode.

@@ -18,6 +18,9 @@ pub mod poles_picture;
 /// Spectra as pictures.
 pub mod lines_picture;
 
+/// Levels over time and frequency as a picture.
+pub mod map_picture;
+
 /// Frequencies over speed, as a picture.
 pub mod campbell_picture;
 

@@ -4,6 +4,7 @@ use serde_json::{Value, json};
 
 use super::json::{log_header, warnings};
 use super::lines_picture::Lines;
+use super::map_picture::Map;
 use super::number::brief;
 use super::recording::repairs;
 use crate::plan::logs::spectrum_study::{Across, Curve, Line, Spectrum, SpectrumKind};
@@ -124,6 +125,19 @@ pub fn csv(found: &Spectrum) -> String {
         }
     }
     text
+}
+
+/// Spectrograms as maps, one for each channel; none of other spectra.
+pub fn maps(found: &Spectrum, title: &str) -> Vec<Map> {
+    let map = |curve: &Curve| Map {
+        title: format!("{title}: {}", curve.channel),
+        level: format!("dB re 1 {}", curve.unit),
+        times: curve.rows.iter().map(|row| row.time_s).collect(),
+        places: found.places.clone(),
+        rows: curve.rows.iter().map(|row| row.density.clone()).collect(),
+    };
+    let with_times = found.curves.iter().filter(|c| !c.rows.is_empty());
+    with_times.map(map).collect()
 }
 
 /// Labels of one picture at most, the strongest lines first.

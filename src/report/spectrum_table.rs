@@ -19,8 +19,16 @@ pub fn spectrum(found: &Spectrum) -> String {
         };
     }
     if let Some((lower, upper)) = found.interval {
+        let is_size = matches!(
+            found.kind,
+            SpectrumKind::Amplitude | SpectrumKind::Rms | SpectrumKind::Order
+        );
+        let (what, lower, upper) = match is_size {
+            true => ("amplitude", lower.sqrt(), upper.sqrt()),
+            false => ("density", lower, upper),
+        };
         text += &format!(
-            "\nrandom parts: the true density is {} … {} times the one shown, with 95 %\n",
+            "\nrandom parts: the true {what} is {} … {} times the one shown, with 95 %\n",
             brief(lower),
             brief(upper)
         );

@@ -49,6 +49,11 @@ pub fn paler(ink: Ink) -> Ink {
     RGBColor(half(ink.0), half(ink.1), half(ink.2))
 }
 
+/// The ink of three parts, 0 to 255.
+pub fn ink_of(red: u8, green: u8, blue: u8) -> Ink {
+    RGBColor(red, green, blue)
+}
+
 /// How a line is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stroke {

@@ -167,6 +167,7 @@ impl Estimate {
             value: f.value.clone(),
             variance: f.variance.clone(),
             coherence: is_average.then(|| self.multiple[at / inputs].clone()),
+            partial: (is_average && inputs > 1).then(|| f.partial.clone()),
         };
         FrequencyResponses {
             frequency_hz: self.frequency_hz.clone(),

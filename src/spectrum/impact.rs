@@ -391,6 +391,7 @@ impl Record<'_> {
             blocks: hits,
             averages: Some(hits as f64),
             window_decay: sigma,
+            window: None,
         };
         for cut in self.sound() {
             let fade = force_window(cut, block);

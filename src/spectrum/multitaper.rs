@@ -83,6 +83,7 @@ pub fn multitaper(
         blocks: tapers,
         averages: Some(tapers as f64),
         window_decay: 0.0,
+        window: None,
     })
 }
 

@@ -2,6 +2,7 @@
 //!
 //! Bendat & Piersol, Random Data, 4th ed. (2010), sections 8.5 and 9.2.
 
+use super::window::Window;
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::Complex;
@@ -26,6 +27,8 @@ pub struct Spectra {
     pub averages: Option<f64>,
     /// Rate σ of an exponential window `exp(−σt)` on the blocks, 1/s; 0 without one.
     pub window_decay: f64,
+    /// The window on the blocks, where there was one: it says what a tone between two lines looks like.
+    pub window: Option<Window>,
 }
 
 /// A one-sided cross spectral density.

@@ -75,6 +75,7 @@ pub fn smoothed(
         blocks: group,
         averages: Some(group as f64),
         window_decay: 0.0,
+        window: None,
     })
 }
 

@@ -215,6 +215,7 @@ impl Welch {
                 _ => Some(self.error.averages()),
             },
             window_decay: self.options.window.decay(n as f64 / self.rate_hz),
+            window: Some(self.options.window),
         })
     }
 

@@ -226,6 +226,17 @@ pub fn gains(w: &[f64]) -> Gains {
     }
 }
 
+/// Power of a tone so many lines from a line, over that of one on it: `|W(d)|²/|W(0)|²`, the same for every length that is not short.
+pub fn lobe(w: &[f64], d: f64) -> f64 {
+    let n = w.len() as f64;
+    let turned = |(j, w): (usize, &f64)| {
+        let (s, c) = (TAU * d * j as f64 / n).sin_cos();
+        Complex::new(c, -s) * w
+    };
+    let all: Complex = w.iter().enumerate().map(turned).sum();
+    all.norm_sqr() / w.iter().sum::<f64>().powi(2)
+}
+
 /// Correlation of the powers of two blocks of white noise whose beginnings are `lag` samples apart: `(Σ w_j w_{j+lag} / Σ w²)²`.
 ///
 /// Welch, The use of fast Fourier transform for the estimation of power spectra, IEEE Trans. Audio Electroacoust. 15 (1967), pp. 70–73.

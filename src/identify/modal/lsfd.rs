@@ -113,36 +113,12 @@ impl ResidueFit {
         sum * s.powi(self.quantity.power())
     }
 
-    /// Shape and participation of a mode: the matrix of rank one nearest its residues.
+    /// Shape and participation of a mode.
     ///
     /// # Errors
-    /// Those of the eigenproblem behind it.
+    /// As [`ModeShape::of`].
     pub fn shape(&self, mode: usize) -> Result<ModeShape, Error> {
-        let r = &self.residues[mode];
-        let (values, vectors) = hermitian(&(r.adjoint() * r))?;
-        let last = values.len() - 1;
-        let v: Vec<Complex> = (0..=last).map(|i| vectors[(i, last)]).collect();
-        let image = (0..r.nrows())
-            .map(|o| (0..=last).fold(Complex::ZERO, |s, i| s + r[(o, i)] * v[i]))
-            .collect::<Vec<_>>();
-        let shape = unit_largest(image.clone());
-        let lead = (0..shape.len()).fold(0, |best, o| {
-            if image[o].norm_sqr() > image[best].norm_sqr() {
-                o
-            } else {
-                best
-            }
-        });
-        let total: f64 = values.iter().map(|x| x.max(0.0)).sum();
-        Ok(ModeShape {
-            participation: v.iter().map(|v| v.conj() * image[lead]).collect(),
-            rank_one_share: if total > 0.0 {
-                values[last] / total
-            } else {
-                0.0
-            },
-            shape,
-        })
+        ModeShape::of(&self.residues[mode])
     }
 
     /// Scale of a mode by a driving point, where output and input are the same freedom with the same sign.
@@ -183,6 +159,40 @@ pub struct ModeShape {
     pub participation: Vec<Complex>,
     /// Share of the residues' sum of squares that rank one explains; 1 for a single mode or one input.
     pub rank_one_share: f64,
+}
+
+impl ModeShape {
+    /// The matrix of rank one nearest the residues of a mode, by output and input.
+    ///
+    /// # Errors
+    /// Those of the eigenproblem behind it.
+    pub fn of(residues: &ComplexMatrix) -> Result<ModeShape, Error> {
+        let r = residues;
+        let (values, vectors) = hermitian(&(r.adjoint() * r))?;
+        let last = values.len() - 1;
+        let v: Vec<Complex> = (0..=last).map(|i| vectors[(i, last)]).collect();
+        let image = (0..r.nrows())
+            .map(|o| (0..=last).fold(Complex::ZERO, |s, i| s + r[(o, i)] * v[i]))
+            .collect::<Vec<_>>();
+        let shape = unit_largest(image.clone());
+        let lead = (0..shape.len()).fold(0, |best, o| {
+            if image[o].norm_sqr() > image[best].norm_sqr() {
+                o
+            } else {
+                best
+            }
+        });
+        let total: f64 = values.iter().map(|x| x.max(0.0)).sum();
+        Ok(ModeShape {
+            participation: v.iter().map(|v| v.conj() * image[lead]).collect(),
+            rank_one_share: if total > 0.0 {
+                values[last] / total
+            } else {
+                0.0
+            },
+            shape,
+        })
+    }
 }
 
 /// Absolute size of a mode.

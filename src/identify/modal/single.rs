@@ -78,6 +78,10 @@ fn top(y: &[f64]) -> f64 {
 }
 
 fn mode(natural_hz: f64, damping: f64) -> Result<IdentifiedMode, Error> {
+    if !(natural_hz.is_finite() && damping.is_finite()) {
+        return Err(Error::new(Code::IllPosed, "no circle fits the lines")
+            .hint("take other lines around the peak"));
+    }
     if !(natural_hz > 0.0 && damping > 0.0 && damping < 1.0) {
         return Err(Error::new(
             Code::IllPosed,

@@ -41,7 +41,8 @@ impl Harmonic {
         const NEARER: f64 = 1.5; // half way
         const BEYOND_CHANCE: f64 = 3.0; // standard deviations
         const CONSTANT: f64 = 1.05; // an amplitude that strays by 11 %
-        let noise = (2.0 - BEYOND_CHANCE * self.scatter).max(CONSTANT);
+        // What is above 1 scatters by a factor: of few values it can be small, never below nothing.
+        let noise = (1.0 + (-BEYOND_CHANCE * self.scatter).exp()).max(CONSTANT);
         self.envelope_kurtosis < noise.min(NEARER)
     }
 }

@@ -4,7 +4,7 @@ use super::channels::Channels;
 use super::harmonics::{Bands, Harmonic, Running};
 use super::subspace::Subspace;
 use crate::identify::modal::candidates::{CandidatePole, OrderPoles};
-use crate::identify::modal::selection::{SelectionRule, select};
+use crate::identify::modal::selection::{SelectedMode, SelectionRule, select};
 use crate::identify::mode::IdentifiedMode;
 
 /// A mode chosen automatically.
@@ -42,9 +42,21 @@ pub fn physical(
         })
         .collect();
     let bands = Bands::new(channels);
-    (select(&orders, found.spacing_hz, rule).into_iter())
-        .map(|chosen| {
-            let (order, mode) = member(found, &chosen.mode);
+    // Two clusters may meet in one pole, and a pole near the middle of a cluster may be damped more than the middle.
+    let mut members: Vec<(SelectedMode, usize, IdentifiedMode)> = Vec::new();
+    for chosen in select(&orders, found.spacing_hz, rule) {
+        let (order, mode) = member(found, &chosen.mode);
+        let is_same =
+            |known: &&mut (SelectedMode, usize, IdentifiedMode)| known.2.pole == mode.pole;
+        match members.iter_mut().find(is_same) {
+            Some(known) if known.0.presence < chosen.presence => known.0 = chosen,
+            Some(_) => {}
+            None if mode.damping_ratio() > rule.most_damping => {}
+            None => members.push((chosen, order, mode)),
+        }
+    }
+    (members.into_iter())
+        .map(|(chosen, order, mode)| {
             let strongest = (0..mode.shape.len())
                 .max_by(|&a, &b| {
                     mode.shape[a]

@@ -269,14 +269,15 @@ fn block_rows(channels: &Channels, settings: &Settings, bound: usize) -> Result<
 
 fn too_few_rows(rate_hz: f64, settings: &Settings, rows: usize) -> Option<Warning> {
     let lowest = settings.lowest_hz?;
-    let wanted = wanted_rows(rate_hz, lowest);
-    (settings.block_rows.is_none() && wanted > rows as f64).then(|| Warning {
+    let resolved = rate_hz / (2.0 * rows as f64);
+    // Half a period more or less is nothing to speak of.
+    const SHORT: f64 = 0.8;
+    (settings.block_rows.is_none() && lowest < SHORT * resolved).then(|| Warning {
         code: "few-block-rows",
         message: format!(
-            "{rows} block rows at {rate_hz} Hz resolve modes above {:.4} Hz well, not down to {lowest} Hz",
-            rate_hz / (2.0 * rows as f64)
+            "{rows} block rows at {rate_hz} Hz resolve modes above {resolved:.4} Hz well, not down to {lowest} Hz"
         ),
-        hint: Some(format!("decimate the record, or state {wanted} block rows and wait")),
+        hint: Some("look at the lowest modes by themselves: a --band that ends lower decimates the record".to_string()),
     })
 }
 

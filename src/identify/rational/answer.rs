@@ -277,13 +277,18 @@ fn warn(fit: &mut RationalFit, lines: &Lines, found: &Found, beyond: bool, per_d
             "sensors that load the structure, drift, or amplitudes that differ",
         );
     }
-    for (place, share) in &found.skirts {
-        let f = place * lines.top / std::f64::consts::TAU;
+    // What stands lower than its own misfit is no resonance, but a valley between some.
+    let hertz = |place: f64| place * lines.top / std::f64::consts::TAU;
+    let skirts: Vec<String> = (found.skirts.iter())
+        .filter(|(_, share)| *share < 1.0)
+        .map(|&(place, share)| format!("{:.2} Hz ({:.1} %)", hertz(place), 100.0 * share))
+        .collect();
+    if !skirts.is_empty() {
         say(
             "not-a-pole",
             format!(
-                "the resonance at {f:.2} Hz does not have the skirts of a pole: the misfit is {:.1} % of its own value there",
-                100.0 * share
+                "resonances without the skirts of a pole (misfit over their own value): {}",
+                skirts.join(", ")
             ),
             "leakage (a longer record, an exponential window), or a resonance whose frequency depends on the amplitude",
         );

@@ -141,9 +141,13 @@ impl Step {
         } else {
             format!("left out: {}", self.reason)
         };
+        let chance = match self.probability {
+            p if p < 0.001 => format!("{p:.1e}"),
+            p => format!("{p:.3}"),
+        };
         format!(
-            "from {} to {} pole pairs the misfit falls by {fall:.2} % (p = {:.2e}): {verdict}",
-            self.poles_before, self.poles_after, self.probability
+            "from {} to {} pole pairs the misfit falls by {fall:.2} % (p = {chance}): {verdict}",
+            self.poles_before, self.poles_after
         )
     }
 }

@@ -141,8 +141,8 @@ impl Signals {
         let n = self.n;
         let samples = self.y.len();
         // Long enough for 1/C to have died away, short enough to be determined: the usual (log N)², within a tenth of the samples.
-        let long = ((samples as f64).ln().powi(2) as usize).clamp(2 * (n.a + n.c), 100);
-        let long = long.min(samples / 10).max(1);
+        let long = ((samples as f64).ln().powi(2) as usize).min(100);
+        let long = long.max(2 * (n.a + n.c)).min(samples / 10).max(1);
         let b = if n.b > 0 {
             (n.b + n.c).max(long / 2)
         } else {

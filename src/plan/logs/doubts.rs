@@ -74,6 +74,23 @@ pub fn of_kinds(responses: &FrequencyResponses) -> Vec<Warning> {
         .collect()
 }
 
+/// Doubts about a fit that is farther from a response than nothing would be.
+pub fn of_fit(responses: &FrequencyResponses, fit_error: &[f64]) -> Option<Warning> {
+    const NOTHING: f64 = 1.0;
+    let missed = responses.functions.iter().zip(fit_error);
+    let missed: Vec<String> = missed
+        .filter(|(_, error)| !(**error <= NOTHING))
+        .map(|(f, error)| format!("{} by {:.0} %", f.output.name, 100.0 * error))
+        .collect();
+    (!missed.is_empty()).then(|| {
+        let message = format!(
+            "the fit misses {} of its size: modes and intervals rest on what it does not describe",
+            missed.join(", ")
+        );
+        warning("poor-fit", message, "take another --method or a narrower --band; look whether input and output are the right channels")
+    })
+}
+
 /// Doubts about modes found in measured responses.
 pub fn of_modes(
     responses: &FrequencyResponses,
@@ -131,20 +148,28 @@ pub fn of_modes(
         ));
     }
     if let Some(spectra) = acquired.and_then(|a| a.spectra.as_ref()) {
-        all.extend(of_spectra(spectra, modes));
+        all.extend(of_spectra(responses, spectra, modes));
     }
     all
 }
 
-/// Doubts about the spectra behind the responses: channel 0 is the first input.
-fn of_spectra(spectra: &Spectra, modes: &[IdentifiedMode]) -> Vec<Warning> {
+/// Doubts about the spectra behind the responses: inputs first, then outputs.
+fn of_spectra(
+    responses: &FrequencyResponses,
+    spectra: &Spectra,
+    modes: &[IdentifiedMode],
+) -> Vec<Warning> {
     let mut all = Vec::new();
-    let Some(input) = spectra.psd.first() else {
-        return all;
-    };
+    let table = responses.table();
+    let inputs = table.first().map_or(&[][..], Vec::as_slice);
+    let names: Vec<&str> = (inputs.iter().map(|&f| &responses.functions[f]))
+        .filter_map(|f| f.input.as_ref())
+        .chain(table.iter().map(|row| &responses.functions[row[0]].output))
+        .map(|t| t.name.as_str())
+        .collect();
     // A force that swells at the modes is answered by the motion it drives: a shaker's force dips there.
     const SWELLS: f64 = 10.0;
-    let swells = |m: &&IdentifiedMode| {
+    let swells = |input: &[f64], m: &IdentifiedMode| {
         let half_width = (m.damping_ratio() * m.frequency_hz()).max(2.0 * spectra.bandwidth_hz);
         let within = |low: f64, high: f64| -> Option<f64> {
             let from = spectra.frequency_hz.partition_point(|&f| f < low);
@@ -162,7 +187,13 @@ fn of_spectra(spectra: &Spectra, modes: &[IdentifiedMode]) -> Vec<Warning> {
     };
     let closed: Vec<String> = modes
         .iter()
-        .filter(swells)
+        .filter(|m| {
+            spectra
+                .psd
+                .iter()
+                .take(inputs.len())
+                .any(|input| swells(input, m))
+        })
         .map(|m| format!("{:.4} Hz", m.frequency_hz()))
         .collect();
     if !closed.is_empty() {
@@ -184,8 +215,8 @@ fn of_spectra(spectra: &Spectra, modes: &[IdentifiedMode]) -> Vec<Warning> {
         const FOLDED: f64 = 1.0;
         if top > FOLDED * all_lines && n > 40 {
             let message = format!(
-                "channel {} has as much power near half the sample rate as elsewhere: aliasing cannot be told from signal",
-                channel + 1
+                "{} has as much power near half the sample rate as elsewhere: aliasing cannot be told from signal",
+                names.get(channel).unwrap_or(&"a channel")
             );
             all.push(warning(
                 "aliasing",

@@ -44,8 +44,14 @@ pub fn of_machine(
         let message = format!("the model has no node \"{at}\" that turns");
         return Err(Error::new(Code::UnknownNode, message).hint(hint));
     };
-    let unit = mean_speeds(machine, kinematics, Some(1.0))?;
-    let ratio = (unit[freedom] / unit[reference(machine)?]).abs();
+    let held = |e: Error| {
+        match e.code {
+        Code::NoSpeed => e.hint("a support with k_theta, or a shaft to ground, holds it: leave --model out, --speed or --tacho alone name the rotation"),
+        _ => e,
+    }
+    };
+    let unit = mean_speeds(machine, kinematics, Some(1.0)).map_err(held)?;
+    let ratio = (unit[freedom] / unit[reference(machine).map_err(held)?]).abs();
     if !(ratio > 0.0 && ratio.is_finite()) {
         let message = format!("{at} stands still while the machine turns");
         return Err(Error::new(Code::NoSpeed, message).hint("name a node that turns"));

@@ -2,6 +2,8 @@
 
 use super::method::Method;
 use crate::base::error::Warning;
+use crate::identify::modal::candidates::unit_largest;
+use crate::identify::modal::lsfd::ModeShape;
 use crate::identify::modal::stabilisation::DiagramPole;
 use crate::identify::mode::IdentifiedMode;
 use crate::identify::operational::harmonics::Harmonic;
@@ -10,6 +12,7 @@ use crate::identify::series::model::Family;
 use crate::identify::series::order::Candidate;
 use crate::identify::series::residuals::Test;
 use crate::identify::transfer::function::TransferFunction;
+use crate::numeric::Complex;
 use crate::recording::responses::{FrequencyResponses, Terminal};
 use crate::spectrum::impact::Hit;
 
@@ -28,6 +31,8 @@ pub struct Identification {
     pub hits: Vec<Hit>,
     /// What shapes are over.
     pub outputs: Vec<Terminal>,
+    /// What participation is over: the inputs, where there are several.
+    pub inputs: Vec<Terminal>,
     /// The responses that were fitted; `None` where the method starts from signals.
     pub responses: Option<FrequencyResponses>,
     /// The band of the modes, Hz.
@@ -64,6 +69,8 @@ impl Identification {
 pub struct FoundMode {
     /// Pole, covariance and shape.
     pub mode: IdentifiedMode,
+    /// How each input drives it, the largest component 1; empty with one input.
+    pub participation: Vec<Complex>,
     /// The method tells damping; without, the pole lies on the imaginary axis.
     pub has_damping: bool,
     /// Share of the orders in which it appears.
@@ -78,6 +85,7 @@ impl From<IdentifiedMode> for FoundMode {
     fn from(mode: IdentifiedMode) -> FoundMode {
         FoundMode {
             mode,
+            participation: Vec::new(),
             has_damping: true,
             presence: None,
             scatter_hz: None,
@@ -87,6 +95,14 @@ impl From<IdentifiedMode> for FoundMode {
 }
 
 impl FoundMode {
+    /// Takes over shape, and participation where there are several inputs.
+    pub fn take_shape(&mut self, found: ModeShape) {
+        self.mode.shape = found.shape;
+        if found.participation.len() > 1 {
+            self.participation = unit_largest(found.participation);
+        }
+    }
+
     /// Natural frequency, Hz.
     pub fn frequency_hz(&self) -> f64 {
         self.mode.frequency_hz()

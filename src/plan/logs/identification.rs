@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use super::acquire::{self, Acquired};
+use super::acquire::{self, Acquired, EstimateStudy};
 use super::doubts;
 use super::found::{Evidence, FoundMode, Identification};
 use super::functions::{Partials, transfer_functions, without_window};
@@ -12,8 +12,10 @@ use super::study::IdentifyStudy;
 use super::{operational, record, series};
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
+use crate::identify::modal::lsfd::ModeShape;
+use crate::identify::mode::IdentifiedMode;
 use crate::identify::rational::{self, Measured, RationalFit, RationalOptions};
-use crate::numeric::Complex;
+use crate::numeric::{Complex, ComplexMatrix};
 use crate::recording::names;
 use crate::recording::quantity::ResponseKind;
 use crate::recording::responses::{FrequencyResponse, FrequencyResponses, Terminal};
@@ -63,6 +65,14 @@ pub fn identify(source: Source, study: &IdentifyStudy) -> Result<Identification,
             check_roles(method, &inputs, &outputs, recording)?;
             record::check(recording, &inputs, &outputs)?;
             if method.needs() != Needs::Responses {
+                if study.estimate != EstimateStudy::default() {
+                    let message = format!(
+                        "{} estimates no responses: --estimator, --window, --resolution, --overlap and --impact do nothing",
+                        method.word()
+                    );
+                    return Err(Error::new(Code::Usage, message)
+                        .hint("leave them out, or name what drives: --input"));
+                }
                 return from_signals(method, recording, &inputs, &outputs, study);
             }
             let start = Instant::now();
@@ -153,6 +163,7 @@ fn from_signals(
         rule,
         hits: Vec::new(),
         outputs: outputs.iter().map(terminal).collect(),
+        inputs: Vec::new(),
         responses: None,
         band_hz,
         evidence,
@@ -174,6 +185,7 @@ fn from_responses(
     study: &IdentifyStudy,
 ) -> Result<Identification, Error> {
     let band_hz = band(&responses, acquired.as_ref(), study)?;
+    let table = responses.table();
     let mut warnings = acquired.as_ref().map_or(Vec::new(), |a| a.warnings.clone());
     warnings.extend(doubts::of_kinds(&responses));
     let start = Instant::now();
@@ -206,8 +218,8 @@ fn from_responses(
             let decay = responses.window_decay;
             Modal {
                 modes: (fit.modes.iter())
-                    .map(|m| without_window(m, decay).into())
-                    .collect(),
+                    .map(|m| of_table(without_window(m, decay), &table))
+                    .collect::<Result<_, Error>>()?,
                 rule: RATIONAL_RULE.to_string(),
                 functions: transfer_functions(&responses, &partials(&fit))?,
                 fit_error: fit.fit_error.clone(),
@@ -219,6 +231,7 @@ fn from_responses(
     };
     trace.push((method.word(), start.elapsed().as_secs_f64()));
     warnings.extend(found.warnings);
+    warnings.extend(doubts::of_fit(&responses, &found.fit_error));
     // Doubts go by the bandwidth as measured, an exponential window on it.
     let on_record = |m: &FoundMode| without_window(&m.mode, -responses.window_decay);
     let as_measured: Vec<_> = found.modes.iter().map(on_record).collect();
@@ -241,11 +254,17 @@ fn from_responses(
         how,
         rule: found.rule,
         hits,
-        outputs: responses
-            .functions
+        outputs: table
             .iter()
-            .map(|f| f.output.clone())
+            .map(|row| responses.functions[row[0]].output.clone())
             .collect(),
+        inputs: match &table[0][..] {
+            [_] => Vec::new(),
+            row => row
+                .iter()
+                .filter_map(|&f| responses.functions[f].input.clone())
+                .collect(),
+        },
         band_hz,
         evidence: found.evidence,
         modes: found.modes,
@@ -254,6 +273,15 @@ fn from_responses(
         responses: Some(responses),
         warnings,
     })
+}
+
+/// A mode over outputs and inputs from one whose shape is over the functions of a table.
+fn of_table(mode: IdentifiedMode, table: &[Vec<usize>]) -> Result<FoundMode, Error> {
+    let residues =
+        ComplexMatrix::from_fn(table.len(), table[0].len(), |o, i| mode.shape[table[o][i]]);
+    let mut found = FoundMode::from(mode);
+    found.take_shape(ModeShape::of(&residues)?);
+    Ok(found)
 }
 
 fn partials(fit: &RationalFit) -> Partials<'_> {
@@ -330,8 +358,30 @@ fn band(
     const EDGE: f64 = 0.95;
     match acquired {
         Some(_) => Ok((lines.get(3).copied().unwrap_or(first), EDGE * last)),
-        None => Ok((first, last)),
+        None => Ok(coherent(responses).unwrap_or((first, last))),
     }
+}
+
+/// Where the responses of a file are coherent, by the median over neighbours of the best coherence of each line: beyond, the input had no
+/// power.
+fn coherent(responses: &FrequencyResponses) -> Option<(f64, f64)> {
+    const REACH: usize = 12;
+    const COHERENT: f64 = 0.5;
+    let lines = &responses.frequency_hz;
+    let all: Vec<&Vec<f64>> = (responses.functions.iter())
+        .map(|f| f.coherence.as_ref())
+        .collect::<Option<_>>()?;
+    let best: Vec<f64> = (0..lines.len())
+        .map(|k| all.iter().map(|c| c[k]).fold(0.0, f64::max))
+        .collect();
+    let is_coherent = |&k: &usize| {
+        let mut near = best[k.saturating_sub(REACH)..(k + REACH + 1).min(best.len())].to_vec();
+        near.sort_by(f64::total_cmp);
+        near[near.len() / 2] > COHERENT
+    };
+    let first = (0..lines.len()).find(is_coherent)?;
+    let last = (0..lines.len()).rev().find(is_coherent)?;
+    (last > first).then(|| (lines[first], lines[last]))
 }
 
 fn fitted(
@@ -340,15 +390,19 @@ fn fitted(
     band: (f64, f64),
     study: &IdentifyStudy,
 ) -> Result<RationalFit, Error> {
-    let values: Vec<Vec<Complex>> = responses
-        .functions
-        .iter()
-        .map(|f| f.value.clone())
+    let known: Vec<usize> = (0..responses.frequency_hz.len())
+        .filter(|&k| responses.is_known(k))
         .collect();
-    let variance: Option<Vec<Vec<f64>>> = responses
-        .functions
-        .iter()
-        .map(|f| f.variance.clone())
+    let lines: Vec<f64> = known.iter().map(|&k| responses.frequency_hz[k]).collect();
+    let values: Vec<Vec<Complex>> = (responses.functions.iter())
+        .map(|f| known.iter().map(|&k| f.value[k]).collect())
+        .collect();
+    let variance: Option<Vec<Vec<f64>>> = (responses.functions.iter())
+        .map(|f| {
+            f.variance
+                .as_ref()
+                .map(|v| known.iter().map(|&k| v[k]).collect())
+        })
         .collect();
     let options = RationalOptions {
         band_hz: Some(band),
@@ -359,7 +413,7 @@ fn fitted(
     };
     let fit = |derivative: u8| {
         let measured = Measured {
-            frequency_hz: &responses.frequency_hz,
+            frequency_hz: &lines,
             responses: &values,
             variance: variance.as_deref(),
             variance_trusted: false,

@@ -24,6 +24,9 @@ pub mod record;
 /// Poles and residues as transfer functions.
 mod functions;
 
+/// Poles of a wide band, part by part.
+mod parts;
+
 /// Modes from responses to a measured input.
 mod modal;
 

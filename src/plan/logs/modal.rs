@@ -6,6 +6,7 @@ use std::f64::consts::TAU;
 use super::found::{Diagram, Evidence, FoundMode, Peak, Peaks};
 use super::functions::{Partials, transfer_functions, without_window};
 use super::method::Method;
+use super::parts;
 use super::study::IdentifyStudy;
 use crate::base::error::{Error, Warning};
 use crate::identify::modal::candidates::{CandidatePole, OrderPoles, is_inside, unit_largest};
@@ -63,21 +64,37 @@ pub fn identify(
 ) -> Result<Modal, Error> {
     let is_line = |f: f64| f > 0.0 && (band_hz.0..=band_hz.1).contains(&f);
     let kept: Vec<usize> = (0..responses.frequency_hz.len())
-        .filter(|&k| is_line(responses.frequency_hz[k]))
+        .filter(|&k| is_line(responses.frequency_hz[k]) && responses.is_known(k))
         .collect();
     let lines: Vec<f64> = kept.iter().map(|&k| responses.frequency_hz[k]).collect();
-    let values: Vec<Vec<Complex>> = (responses.functions.iter())
-        .map(|f| kept.iter().map(|&k| f.value[k]).collect())
+    let inside = |&f: &usize| -> Vec<Complex> {
+        let value = &responses.functions[f].value;
+        kept.iter().map(|&k| value[k]).collect()
+    };
+    let table = responses.table();
+    let rows: Vec<Vec<Vec<Complex>>> = (table.iter())
+        .map(|row| row.iter().map(inside).collect())
         .collect();
-    let measured = Responses::single_input(&lines, &values)?;
+    let measured = Responses::new(&lines, &rows)?;
+    let values = rows.concat();
     let level = level(&values);
     let quantities = quantities(responses, study);
     let (mut modes, rule, evidence) = match method {
         Method::Circle => circles(&lines, &values, level, quantities[0]),
         _ => {
-            let orders = orders(method, &measured, &values)?;
             let rule = SelectionRule::default();
-            let chosen = select(&orders, measured.spacing_hz(), &rule);
+            let (orders, chosen, sentence) =
+                match parts::of(&measured).filter(|_| method == Method::Plscf) {
+                    Some(parts) => {
+                        let (orders, chosen) = parts::plscf(&parts, &rule)?;
+                        (orders, chosen, parts::sentence(&parts, &rule))
+                    }
+                    None => {
+                        let orders = orders(method, &measured, &values)?;
+                        let chosen = select(&orders, measured.spacing_hz(), &rule);
+                        (orders, chosen, rule.sentence())
+                    }
+                };
             let modes = chosen.into_iter().map(|s| FoundMode {
                 presence: Some(s.presence),
                 scatter_hz: Some(s.scatter_hz),
@@ -87,7 +104,7 @@ pub fn identify(
                 poles: stabilisation(&orders, &Tolerances::default()),
                 level: (lines.clone(), level),
             };
-            (modes.collect(), rule.sentence(), Evidence::Diagram(diagram))
+            (modes.collect(), sentence, Evidence::Diagram(diagram))
         }
     };
     fewer(&mut modes, study.order);
@@ -99,7 +116,7 @@ pub fn identify(
         fit_error: Vec::new(),
         warnings: Vec::new(),
     };
-    found.add_residues(responses, &measured, &quantities)?;
+    found.add_residues(responses, &table, &measured, &quantities)?;
     Ok(found)
 }
 
@@ -276,6 +293,7 @@ impl Modal {
     fn add_residues(
         &mut self,
         responses: &FrequencyResponses,
+        table: &[Vec<usize>],
         measured: &Responses,
         quantities: &[Quantity],
     ) -> Result<(), Error> {
@@ -286,7 +304,7 @@ impl Modal {
         let mut best: Option<(ResidueFit, Vec<f64>)> = None;
         for &quantity in quantities {
             let fit = lsfd::residues(measured, &poles, quantity)?;
-            let errors = misfit(&fit, measured);
+            let errors = misfit(&fit, measured, table);
             let size = |e: &[f64]| e.iter().map(|x| x * x).sum::<f64>();
             if best.as_ref().is_none_or(|b| size(&errors) < size(&b.1)) {
                 best = Some((fit, errors));
@@ -295,13 +313,12 @@ impl Modal {
         let Some((fit, errors)) = best else {
             return Ok(());
         };
-        let outputs = measured.n_outputs();
-        let residues: Vec<Vec<Complex>> = (0..outputs)
-            .map(|o| fit.residues.iter().map(|r| r[(o, 0)]).collect())
-            .collect();
-        let terms: Vec<[f64; 2]> = (0..outputs)
-            .map(|o| [fit.lower[(o, 0)], fit.upper[(o, 0)]])
-            .collect();
+        let mut residues = vec![Vec::new(); responses.functions.len()];
+        let mut terms = vec![[0.0; 2]; responses.functions.len()];
+        for (o, i, f) in places(table) {
+            residues[f] = fit.residues.iter().map(|r| r[(o, i)]).collect();
+            terms[f] = [fit.lower[(o, i)], fit.upper[(o, i)]];
+        }
         self.functions = transfer_functions(
             responses,
             &Partials {
@@ -314,7 +331,7 @@ impl Modal {
             },
         )?;
         for (k, found) in self.modes.iter_mut().enumerate() {
-            found.mode.shape = unit_largest(residues.iter().map(|r| r[k]).collect());
+            found.take_shape(fit.shape(k)?);
             found.mode = without_window(&found.mode, responses.window_decay);
         }
         self.fit_error = errors;
@@ -322,18 +339,27 @@ impl Modal {
     }
 }
 
+/// Output, input and function of every cell of a table.
+fn places(table: &[Vec<usize>]) -> impl Iterator<Item = (usize, usize, usize)> {
+    let row = |(o, row): (usize, &Vec<usize>)| {
+        let cells: Vec<_> = row.iter().enumerate().map(|(i, &f)| (o, i, f)).collect();
+        cells
+    };
+    table.iter().enumerate().flat_map(row)
+}
+
 /// Root mean square misfit over that of the response, by response.
-fn misfit(fit: &ResidueFit, measured: &Responses) -> Vec<f64> {
-    (0..measured.n_outputs())
-        .map(|o| {
-            let value = measured.value(o, 0);
-            let off: f64 = (value.iter().zip(measured.frequency_hz()))
-                .map(|(h, &f)| (h - fit.synthesise(o, 0, f)).norm_sqr())
-                .sum();
-            let size: f64 = value.iter().map(Complex::norm_sqr).sum();
-            (off / size).sqrt()
-        })
-        .collect()
+fn misfit(fit: &ResidueFit, measured: &Responses, table: &[Vec<usize>]) -> Vec<f64> {
+    let mut all = vec![0.0; table.iter().map(Vec::len).sum()];
+    for (o, i, f) in places(table) {
+        let value = measured.value(o, i);
+        let off: f64 = (value.iter().zip(measured.frequency_hz()))
+            .map(|(h, &f)| (h - fit.synthesise(o, i, f)).norm_sqr())
+            .sum();
+        let size: f64 = value.iter().map(Complex::norm_sqr).sum();
+        all[f] = (off / size).sqrt();
+    }
+    all
 }
 
 /// Whether a pole lies inside a band, Hz.

@@ -88,6 +88,16 @@ pub fn identify(
             |a: &FoundMode, b: &FoundMode| a.frequency_hz().total_cmp(&b.frequency_hz());
         found.modes.sort_by(by_frequency);
     }
+    if found.modes.is_empty() {
+        found.warnings.push(Warning {
+            code: "no-mode",
+            message: "no mode stands out of the noise".to_string(),
+            hint: Some(
+                "take a longer record, another --band, or --method fdd, which shows the peaks"
+                    .to_string(),
+            ),
+        });
+    }
     let harmonics: Vec<String> = (found.modes.iter())
         .filter(|m| m.is_harmonic())
         .map(|m| format!("{:.4} Hz", m.frequency_hz()))
@@ -116,11 +126,10 @@ fn of_subspace(
     let chosen = physical(&poles, channels, &rule, running);
     let inside = |m: &OperationalMode| within(m.mode.pole, band_hz);
     let modes = chosen.into_iter().filter(inside).map(|m| FoundMode {
-        mode: m.mode,
-        has_damping: true,
         presence: Some(m.presence),
         scatter_hz: Some(m.scatter_hz),
         harmonic: Some(m.harmonic),
+        ..FoundMode::from(m.mode)
     });
     let of_order = |o: &crate::identify::operational::realisation::OrderModes| {
         let candidates = o.modes.iter().map(|m| CandidatePole {
@@ -164,16 +173,15 @@ fn of_peaks(method: Method, found: Decomposition) -> Operational {
             half_power: None,
             reason: String::new(),
         });
+        let undamped = || IdentifiedMode {
+            pole: Complex::new(0.0, std::f64::consts::TAU * peak.frequency_hz),
+            pole_covariance: None,
+            shape: peak.shape.clone(),
+        };
         modes.push(FoundMode {
             has_damping: bell.is_some(),
-            mode: bell.unwrap_or(IdentifiedMode {
-                pole: Complex::new(0.0, std::f64::consts::TAU * peak.frequency_hz),
-                pole_covariance: None,
-                shape: peak.shape.clone(),
-            }),
-            presence: None,
-            scatter_hz: None,
             harmonic: Some(peak.harmonic.clone()),
+            ..FoundMode::from(bell.unwrap_or_else(undamped))
         });
     }
     let rule = match method {

@@ -134,7 +134,7 @@ pub fn of(
         None => 1,
     };
     let mut how = format!(
-        "{} samples of {} at {rate} Hz",
+        "{} samples of {} at {rate:.4} Hz",
         samples.first().map_or(0, Vec::len),
         match places.len() {
             1 => "1 channel".to_string(),
@@ -147,7 +147,7 @@ pub fn of(
             .map(|s| decimate(s, factor, DecimationSettings::default()))
             .collect::<Result<_, Error>>()?;
         how += &format!(
-            ", decimated by {factor} to {} Hz for the band",
+            ", decimated by {factor} to {:.4} Hz for the band",
             rate / factor as f64
         );
     }

@@ -190,9 +190,10 @@ fn shown(found: Found, channels: &[&Channel], study: &SpectrumStudy) -> Result<S
     let low_hz = band.map_or(0.0, |b| b.0).max(NEAR_ZERO as f64 * spacing);
     let mut curves = Vec::new();
     for (c, channel) in channels.iter().enumerate() {
+        check_range(channel, &spectra.psd[c])?;
         let (conversion, unit) = conversion(channel, study.motion, low_hz)?;
         if conversion.low_hz > 0.0 && c == 0 {
-            how += &format!("; nothing below {low_hz:.6} Hz");
+            how += &format!("; nothing below {} Hz", short(low_hz));
         }
         let (value_unit, amplitude_unit) = units(study.kind, &unit);
         let value = |f: f64, density: f64, edge: f64| -> f64 {
@@ -262,6 +263,25 @@ fn shown(found: Found, channels: &[&Channel], study: &SpectrumStudy) -> Result<S
         interval: spectra.interval(inner, 0.95),
         warnings,
     })
+}
+
+/// Refuses a channel that changes, but whose squares are none.
+fn check_range(channel: &Channel, density: &[f64]) -> Result<(), Error> {
+    if density.iter().all(|s| s.is_finite()) && density.iter().any(|s| *s > 0.0) {
+        return Ok(());
+    }
+    let message = format!(
+        "the squares of {} leave the range of numbers: it is too large or too small",
+        channel.name
+    );
+    Err(Error::new(Code::Overflow, message)
+        .hint("look at its unit and sensitivity, and at its range: geardyn check"))
+}
+
+/// A frequency without zeros behind.
+fn short(hertz: f64) -> String {
+    let text = format!("{hertz:.6}");
+    text.trim_end_matches('0').trim_end_matches('.').to_string()
 }
 
 fn is_inside(band: Option<(f64, f64)>, place: f64) -> bool {

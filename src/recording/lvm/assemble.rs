@@ -132,6 +132,8 @@ fn pieces_of(segment: Segment, raw: &mut Raw) -> Result<Vec<Piece>, Error> {
                 kind: "channel-empty",
                 message: format!("channel `{}` holds no number and is left out", channel.name),
             });
+            raw.left_out
+                .push((channel.name, "holds no number in any row"));
             continue;
         }
         if channel.samples != Some(held) {

@@ -9,7 +9,6 @@ use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
 use crate::base::words;
 use crate::recording::names;
-use crate::recording::raw::Repair;
 use crate::recording::settings::{RateSource, Settings};
 
 /// What is done with the cells of a column.
@@ -53,8 +52,8 @@ pub struct Plan {
     pub required: usize,
     /// The first column holds frequencies.
     pub over_frequency: bool,
-    /// Columns passed over.
-    pub repairs: Vec<Repair>,
+    /// Columns passed over, and why.
+    pub left_out: Vec<(String, &'static str)>,
     /// Guesses.
     pub warnings: Vec<Warning>,
 }
@@ -553,7 +552,7 @@ impl Plan {
                 let reader = stamps::Reader::new(Form::Decimal, 1.0 / hertz, marks.decimal, None);
                 return self.time(name, "samples".into(), group, reader);
             }
-            self.leave_out(&name, "counts the rows");
+            self.leave_out(name, "counts the rows");
             return Role::Skip;
         }
         if !wanted.contains(column) {
@@ -561,11 +560,11 @@ impl Plan {
         }
         match columns.kinds[column] {
             Kind::Text => {
-                self.leave_out(&name, "holds words");
+                self.leave_out(name, "holds words");
                 Role::Skip
             }
             Kind::Stamp(_) => {
-                self.leave_out(&name, "holds dates or times beside the stamps");
+                self.leave_out(name, "holds dates or times beside the stamps");
                 Role::Skip
             }
             Kind::Complex => {
@@ -610,11 +609,8 @@ impl Plan {
         self.sinks.len() - 1
     }
 
-    fn leave_out(&mut self, name: &str, why: &str) {
-        self.repairs.push(Repair {
-            kind: "column-left-out",
-            message: format!("column `{name}` {why}: it is no channel"),
-        });
+    fn leave_out(&mut self, name: String, why: &'static str) {
+        self.left_out.push((name, why));
     }
 }
 

@@ -79,8 +79,7 @@ pub fn read(path: &str, mut reader: impl Read, settings: &Settings) -> Result<Ra
     let said = preamble::read(&above, layout.marks);
     let rows = lines.get(layout.first..).unwrap_or(&[]);
     let rate = said.rate.as_ref().map(|r| r.0);
-    let mut plan = columns::plan(&header, &layout.kinds, layout.marks, rows, rate, settings)
-        .map_err(|e| e.at(&Place::in_line(path, 1, "", 0..0)))?;
+    let mut plan = columns::plan(&header, &layout.kinds, layout.marks, rows, rate, settings)?;
     let start = head
         .starts
         .get(layout.first)
@@ -319,7 +318,9 @@ fn assemble(
         )
         .hint("record again, or look whether the export was finished"));
     }
-    raw.repairs.extend(plan.repairs.iter().cloned());
+    for (name, why) in &plan.left_out {
+        leave_out(raw, name, why);
+    }
     raw.warnings.extend(plan.warnings.iter().cloned());
     let trailing = body.rows - present(&body, None);
     if trailing > 0 {
@@ -360,14 +361,7 @@ fn assemble(
         filled.lines.retain(|line| *line <= last);
         if filled.missing == length && sink.reader.is_none() && filled.overloads == 0 && length > 0
         {
-            note(
-                raw,
-                "column-left-out",
-                format!(
-                    "column `{}` holds no number in any row: it is no channel",
-                    sink.name
-                ),
-            );
+            leave_out(raw, &sink.name, "holds no number in any row");
             continue;
         }
         report_cells(raw, sink, &filled);
@@ -436,6 +430,12 @@ fn complex_channel(groups: &[Group], plan: &columns::Plan) -> Option<String> {
 
 fn note(raw: &mut Raw, kind: &'static str, message: String) {
     raw.repairs.push(Repair { kind, message });
+}
+
+fn leave_out(raw: &mut Raw, name: &str, why: &'static str) {
+    let message = format!("column `{name}` {why}: it is no channel");
+    note(raw, "column-left-out", message);
+    raw.left_out.push((name.to_string(), why));
 }
 
 fn channel(sink: &columns::Sink, samples: Column, overloads: usize) -> RawChannel {

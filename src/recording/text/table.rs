@@ -219,11 +219,9 @@ fn pair(path: &str, mut entries: Vec<Entry>) -> Result<Vec<FrequencyResponse>, E
         functions.push((
             one.base.clone(),
             FrequencyResponse {
-                input: None,
                 output: Terminal { name, unit },
                 value,
-                variance: None,
-                coherence: None,
+                ..FrequencyResponse::default()
             },
         ));
     }

@@ -41,7 +41,7 @@ pub fn signals(recording: &Recording, geardyn: &Value, to: &mut impl Write) -> R
 }
 
 /// Frequency responses: `frequency_hz[]`, and `functions[]` with `input` (null where unknown), `output`, `value[]` of
-/// `re` and `im`, `variance[]` and `coherence[]` (null where not measured); `averages`, `window_decay_1_s`.
+/// `re` and `im`, `variance[]`, `coherence[]` and, of several inputs, `partial_coherence[]` (null where not measured); `averages`, `window_decay_1_s`.
 ///
 /// # Errors
 /// `output-failed`.
@@ -80,6 +80,7 @@ pub fn responses<W: Write>(
             for (key, values) in [
                 ("variance", &function.variance),
                 ("coherence", &function.coherence),
+                ("partial_coherence", &function.partial),
             ] {
                 write!(to, ",\"{key}\":")?;
                 match values {

@@ -1,0 +1,122 @@
+//! pLSCF over a wide band, part by part. One polynomial over many lines spends its order on what is large and sees little of the rest;
+//! over a part it sees all, and what noise makes it see besides differs from part to part. So every line lies in two parts, and a mode
+//! is what both find.
+
+use std::f64::consts::{PI, TAU};
+
+use crate::base::error::Error;
+use crate::identify::modal::candidates::OrderPoles;
+use crate::identify::modal::plscf::{PlscfOptions, plscf as poles};
+use crate::identify::modal::responses::Responses;
+use crate::identify::modal::selection::{SelectedMode, SelectionRule, select};
+
+/// Lines of half a part: thirty for each coefficient of the highest order in a whole one.
+const HALF: usize = 1200;
+
+/// With fewer halves the band is not wide.
+const LEAST_HALVES: usize = 4;
+
+/// A stretch of the lines.
+pub struct Part<'a> {
+    lines: Responses<'a>,
+}
+
+impl Part<'_> {
+    fn holds(&self, frequency_hz: f64) -> bool {
+        let (low, high) = self.lines.ends_hz();
+        (low..=high).contains(&frequency_hz)
+    }
+
+    /// How far a frequency is from the middle.
+    fn off(&self, frequency_hz: f64) -> f64 {
+        let (low, high) = self.lines.ends_hz();
+        (frequency_hz - 0.5 * (low + high)).abs()
+    }
+}
+
+/// The parts of a band wide enough to have some: halves and pairs of neighbours, so that every line lies in two.
+pub fn of<'a>(measured: &Responses<'a>) -> Option<Vec<Part<'a>>> {
+    let lines = measured.frequency_hz();
+    let halves = lines.len() / HALF;
+    if halves < LEAST_HALVES {
+        return None;
+    }
+    let edge = |h: usize| (h * lines.len() / halves).min(lines.len() - 1);
+    let part = |(from, to): (usize, usize)| {
+        let lines = measured.band(lines[edge(from)], lines[edge(to)]).ok()?;
+        Some(Part { lines })
+    };
+    let pairs = (0..halves - 1).map(|h| (h, h + 2));
+    std::iter::once((0, 1))
+        .chain(pairs)
+        .chain([(halves - 1, halves)])
+        .map(part)
+        .collect()
+}
+
+/// Poles of all orders, and the modes that two parts agree about, each by the part in whose middle it lies.
+///
+/// # Errors
+/// As [`poles`].
+pub fn plscf(
+    parts: &[Part],
+    rule: &SelectionRule,
+) -> Result<(Vec<OrderPoles>, Vec<SelectedMode>), Error> {
+    let mut all: Vec<OrderPoles> = Vec::new();
+    let mut found: Vec<Vec<SelectedMode>> = Vec::new();
+    for (k, part) in parts.iter().enumerate() {
+        let orders = poles(&part.lines, &PlscfOptions::default())?;
+        found.push(select(&orders, part.lines.spacing_hz(), rule));
+        for (at, order) in orders.into_iter().enumerate() {
+            let own = |f: f64| nearest(parts, f) == Some(k);
+            let kept = order
+                .poles
+                .into_iter()
+                .filter(|p| own(p.pole.im / TAU))
+                .collect();
+            match all.get_mut(at) {
+                Some(known) => {
+                    let before = std::mem::take(&mut known.poles);
+                    *known = OrderPoles::new(known.order, [before, kept].concat());
+                }
+                None => all.push(OrderPoles::new(order.order, kept)),
+            }
+        }
+    }
+    let mut modes = Vec::new();
+    for (k, own) in found.iter().enumerate() {
+        for mode in own {
+            let f = mode.mode.damped_frequency_hz();
+            let others = (0..parts.len()).filter(|&o| o != k && parts[o].holds(f));
+            let agree = others.into_iter().any(|o| {
+                let reach =
+                    |m: &SelectedMode| m.mode.pole.re.abs() + PI * parts[o].lines.spacing_hz();
+                (found[o].iter()).any(|m| {
+                    (m.mode.pole - mode.mode.pole).norm() < rule.cut * (reach(m) + reach(mode))
+                })
+            });
+            if agree && nearest(parts, f) == Some(k) {
+                modes.push(mode.clone());
+            }
+        }
+    }
+    modes.sort_by(|a, b| a.mode.pole.norm().total_cmp(&b.mode.pole.norm()));
+    Ok((all, modes))
+}
+
+/// The part in whose middle a frequency lies.
+fn nearest(parts: &[Part], frequency_hz: f64) -> Option<usize> {
+    let off = |&k: &usize| parts[k].off(frequency_hz);
+    (0..parts.len())
+        .filter(|&k| parts[k].holds(frequency_hz))
+        .min_by(|a, b| off(a).total_cmp(&off(b)))
+}
+
+/// The rule as a sentence.
+pub fn sentence(parts: &[Part], rule: &SelectionRule) -> String {
+    let count = parts.len();
+    format!(
+        "{count} parts of the band, every line in two of them, which must agree; in each {}",
+        rule.sentence()
+    )
+}

@@ -1,0 +1,98 @@
+//! Spectrograms as pictures: cells where there was signal, the colours of their levels, and no more of them than an eye can tell apart.
+
+use geardyn::report::map_picture::{Map, maps};
+
+/// Colours of the ends of the scale.
+const LOWEST: &str = "#440154";
+const HIGHEST: &str = "#FDE725";
+
+fn count(svg: &str, what: &str) -> usize {
+    svg.matches(what).count()
+}
+
+/// Ten rows of four lines, the last line the loudest by 60 dB.
+fn map() -> Map {
+    Map {
+        title: "log.csv: ax".into(),
+        level: "dB re 1 g²/Hz".into(),
+        times: (0..10).map(f64::from).collect(),
+        places: vec![0.0, 10.0, 20.0, 30.0],
+        rows: vec![vec![1e-6, 1e-6, 1e-6, 1.0]; 10],
+    }
+}
+
+#[test]
+fn exact_cells_of_two_levels() {
+    let svg = maps(&[map()]);
+    assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
+    assert!(!svg.contains("NaN") && !svg.contains("inf"));
+    // Ten columns of two blocks each, and the colours of the scale once.
+    assert_eq!(count(&svg, HIGHEST), 10 + 1);
+    assert_eq!(count(&svg, LOWEST), 10 + 1);
+    for text in [
+        "log.csv: ax",
+        "dB re 1 g²/Hz",
+        "frequency, Hz",
+        "time, s",
+        "−60",
+    ] {
+        assert!(svg.contains(text), "{text}");
+    }
+}
+
+/// A long record of many lines stays drawable, and its loudest line visible.
+#[test]
+fn law_bounded_cells() {
+    let lines = 4000;
+    let row = |t: usize| -> Vec<f64> {
+        (0..lines)
+            .map(|k| {
+                if k == t {
+                    1.0
+                } else {
+                    1e-9 * (1 + (k + t) % 7) as f64
+                }
+            })
+            .collect()
+    };
+    let long = Map {
+        times: (0..2000).map(|t| 0.1 * t as f64).collect(),
+        places: (0..lines).map(|k| k as f64).collect(),
+        rows: (0..2000).map(row).collect(),
+        ..map()
+    };
+    let svg = maps(&[long]);
+    assert!(svg.len() < 6_000_000, "{} bytes", svg.len());
+    assert!(count(&svg, HIGHEST) > 100);
+}
+
+/// Nothing is drawn where the record has a gap, and a record without power is no picture.
+#[test]
+fn survives_gaps_and_silence() {
+    let whole = map();
+    let gap = Map {
+        times: (0..10)
+            .map(|t| if t < 5 { t } else { t + 20 })
+            .map(f64::from)
+            .collect(),
+        ..map()
+    };
+    // The same blocks over three times the time: each a third as wide.
+    let width = |svg: &str| {
+        let at = svg.find(HIGHEST).unwrap();
+        let tag = &svg[svg[..at].rfind('<').unwrap()..at];
+        let text = tag.split(" width=\"").nth(1).unwrap();
+        text.split('"').next().unwrap().parse::<f64>().unwrap()
+    };
+    let (one, other) = (maps(&[whole]), maps(&[gap]));
+    assert!((width(&one) / width(&other) - 3.0).abs() < 0.1);
+    for rows in [vec![vec![0.0; 4]; 10], Vec::new()] {
+        let times = (0..rows.len()).map(|t| t as f64).collect();
+        let silent = Map {
+            rows,
+            times,
+            ..map()
+        };
+        assert!(maps(&[silent]).contains("nothing to show"));
+    }
+}
