@@ -66,6 +66,11 @@ pub enum Command {
   geardyn accuracy examples/backlash_pair.toml
   geardyn accuracy examples/linear_chain.toml --error 1e-9 --svg accuracy.svg")]
     Accuracy(AccuracyArgs),
+    /// Where methods and machine break: step limits, parametric stability, the scene at its extremes
+    #[command(after_help = "Examples:
+  geardyn stability examples/backlash_pair.toml --until 0.005
+  geardyn stability examples/smooth_mesh.toml --until 0.005 --speeds 500:12000:200 --svg regions.svg")]
+    Stability(StabilityArgs),
     /// Every study a scene lists
     #[command(after_help = "Example:\n  geardyn run examples/linear_chain.toml")]
     Run(RunArgs),
@@ -608,6 +613,28 @@ pub struct AccuracyArgs {
     /// No word about what is running
     #[arg(long)]
     pub quiet: bool,
+}
+
+/// Arguments of `stability`.
+#[derive(Debug, Args)]
+pub struct StabilityArgs {
+    /// A scene or a model
+    pub scene: PathBuf,
+    /// What is asked of the motion.
+    #[command(flatten)]
+    pub motion: MotionArgs,
+    /// Only these methods
+    #[arg(long, value_name = "METHODS", value_delimiter = ',')]
+    pub methods: Vec<String>,
+    /// Speeds of a chart of parametric stability, FIRST:LAST:POINTS (rpm where bare)
+    #[arg(long, value_name = "A:B:N", allow_hyphen_values = true)]
+    pub speeds: Option<String>,
+    /// One JSON document on standard output, nothing else there
+    #[arg(long)]
+    pub json: bool,
+    /// Draw the stability regions of explicit methods with the eigenvalues times the step
+    #[arg(long, value_name = "FILE")]
+    pub svg: Option<PathBuf>,
 }
 
 /// Arguments of `run`.

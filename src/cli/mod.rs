@@ -48,6 +48,9 @@ pub mod simulate;
 /// `accuracy`.
 pub mod accuracy;
 
+/// `stability`.
+pub mod stability;
+
 /// `run`.
 pub mod run_scene;
 
@@ -122,6 +125,7 @@ fn carry_out(command: &Command) -> Result<u8, Errors> {
         Command::Modes(args) => modes::run(args)?,
         Command::Simulate(args) => simulate::run(args)?,
         Command::Accuracy(args) => accuracy::run(args)?,
+        Command::Stability(args) => stability::run(args)?,
         Command::Run(args) => run_scene::run(args)?,
         Command::Identify(args) => identify::run(args)?,
         Command::Spectrum(args) => spectrum::run(args)?,
@@ -138,6 +142,7 @@ fn wants_json(command: &Command) -> bool {
         Command::Modes(args) => args.json,
         Command::Simulate(args) => args.json,
         Command::Accuracy(args) => args.json,
+        Command::Stability(args) => args.json,
         Command::Run(args) => args.json,
         Command::Identify(args) => args.json,
         Command::Spectrum(args) => args.json,

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use super::accuracy::Measured;
 use super::args::RunArgs;
 use super::simulate::Moved;
-use super::{interrupt, modes, output};
+use super::{interrupt, modes, output, stability};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::plan::prepared::Prepared;
@@ -61,7 +61,15 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
                     exit: 0,
                 }),
             ),
-            StudyKind::Stability(_) => continue,
+            StudyKind::Stability(study) => (
+                "stability",
+                stability::study_of(&scene, study).map(|found| Done {
+                    text: report::stability_table::table(&found),
+                    json: report::stability::json(&scene.sources, &found),
+                    epilogue: String::new(),
+                    exit: stability::exit(&found),
+                }),
+            ),
         };
         let done = done.map_err(|e| match e.place {
             Some(_) => e,

@@ -1,7 +1,9 @@
 //! The energy balance: what is stored, what is put in, what is lost.
 
-use super::problem::Problem;
+use std::f64::consts::TAU;
+
 use super::train::{BranchStand, Law, Regime, Train};
+use super::wave::Phase;
 use crate::numeric::Matrix;
 
 /// Powers at one instant, W.
@@ -143,39 +145,34 @@ impl Balance {
     }
 }
 
-/// Adds up powers over equally spaced samples by Simpson's rule. What jumps between two samples costs it order there.
+/// Adds up powers over equally spaced samples by Simpson's rule. A stiffness wave that jumps between two of them is booked
+/// with the motion at that instant, interpolated through both. What opens or closes in between costs the rule order there.
 #[derive(Debug, Default)]
 pub struct Meter {
-    samples: Vec<Sample>,
+    samples: Vec<(f64, Powers)>,
+    last: Option<(f64, Vec<f64>)>,
     balance: Balance,
-}
-
-#[derive(Debug, Clone, Copy)]
-struct Sample {
-    t: f64,
-    powers: Powers,
 }
 
 impl Meter {
     /// Takes one more sample.
     pub fn sample(&mut self, train: &Train, t: f64, y: &[f64]) {
-        debug_assert_eq!(y.len(), train.len());
         let regime = train.regime(t, y);
         let stored = train.stored(&regime, t, y);
-        if self.samples.is_empty() && self.balance == Balance::default() {
-            self.balance.before = stored;
+        match &self.last {
+            None => self.balance.before = stored,
+            Some((before, from)) => {
+                self.balance.put_in += jumps(train, (*before, from), (t, y));
+            }
         }
         self.balance.after = stored;
         self.balance.largest = self.balance.largest.max(stored.abs());
-        self.samples.push(Sample {
-            t,
-            powers: train.powers(&regime, t, y),
-        });
+        self.samples.push((t, train.powers(&regime, t, y)));
+        self.last = Some((t, y.to_vec()));
         if let [a, b, c] = self.samples[..] {
-            let sixth = (c.t - a.t) / 6.0;
-            self.balance.put_in +=
-                sixth * (a.powers.put_in + 4.0 * b.powers.put_in + c.powers.put_in);
-            self.balance.lost += sixth * (a.powers.lost + 4.0 * b.powers.lost + c.powers.lost);
+            let sixth = (c.0 - a.0) / 6.0;
+            self.balance.put_in += sixth * (a.1.put_in + 4.0 * b.1.put_in + c.1.put_in);
+            self.balance.lost += sixth * (a.1.lost + 4.0 * b.1.lost + c.1.lost);
             self.samples = vec![c];
         }
     }
@@ -183,10 +180,52 @@ impl Meter {
     /// The balance so far.
     pub fn balance(mut self) -> Balance {
         if let [a, b] = self.samples[..] {
-            let half = (b.t - a.t) / 2.0;
-            self.balance.put_in += half * (a.powers.put_in + b.powers.put_in);
-            self.balance.lost += half * (a.powers.lost + b.powers.lost);
+            let half = (b.0 - a.0) / 2.0;
+            self.balance.put_in += half * (a.1.put_in + b.1.put_in);
+            self.balance.lost += half * (a.1.lost + b.1.lost);
         }
         self.balance
     }
+}
+
+/// What stiffness waves that jump at imposed speed put in between two samples, J.
+fn jumps(train: &Train, (t, from): (f64, &[f64]), (u, to): (f64, &[f64])) -> f64 {
+    let n = train.n();
+    let mut sum = 0.0;
+    for b in &train.branches {
+        let (Law::Contact(contact), Some(wave)) = (&b.law, &b.variation) else {
+            continue;
+        };
+        let Phase::Imposed { omega, start } = wave.phase else {
+            continue;
+        };
+        let (first, last) = (wave.phase.at(t, &[]), wave.phase.at(u, &[]));
+        let mut psi = wave.shape.next_piece(first);
+        while psi <= last {
+            let at = (psi * TAU - start) / omega;
+            let q = between((t, from), (u, to), at, n);
+            let piece = b.imposed.as_ref().map_or(0, |e| e.piece(at) as u32);
+            let (delta, rate) = b.deflection(at, &q, &from[n..2 * n], piece);
+            let next = wave.shape.next_piece(psi);
+            let (old, new) = (
+                wave.shape.value(psi - 1e-9),
+                wave.shape.value(psi + 1e-9 * (next - psi)),
+            );
+            let beyond = contact.beyond(contact.stand(delta, rate, new), delta);
+            sum += 0.5 * contact.stiffness * (new - old) * beyond * beyond;
+            psi = next;
+        }
+    }
+    sum
+}
+
+/// Positions at an instant between two samples: the cubic through both positions and speeds.
+fn between((t, from): (f64, &[f64]), (u, to): (f64, &[f64]), at: f64, n: usize) -> Vec<f64> {
+    let h = u - t;
+    let s = (at - t) / h;
+    let (a, b) = ((1.0 + 2.0 * s) * (1.0 - s).powi(2), s * s * (3.0 - 2.0 * s));
+    let (c, d) = (h * s * (1.0 - s).powi(2), h * s * s * (s - 1.0));
+    (0..n)
+        .map(|i| a * from[i] + b * to[i] + c * from[n + i] + d * to[n + i])
+        .collect()
 }

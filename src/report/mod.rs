@@ -54,6 +54,9 @@ pub mod motion;
 /// Error against run time.
 pub mod accuracy;
 
+/// Where methods and machine break.
+pub mod stability;
+
 /// Tables for a terminal.
 #[cfg(feature = "cli")]
 pub mod table;
@@ -65,6 +68,10 @@ pub mod motion_table;
 /// Tables of error against run time.
 #[cfg(feature = "cli")]
 pub mod accuracy_table;
+
+/// Tables of stability.
+#[cfg(feature = "cli")]
+pub mod stability_table;
 
 /// Tables of logs.
 #[cfg(feature = "cli")]

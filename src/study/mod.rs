@@ -2,3 +2,6 @@
 
 /// Error against run time.
 pub mod accuracy;
+
+/// Where methods and machine break.
+pub mod stability;

@@ -10,7 +10,7 @@ pub mod exact;
 pub mod switched;
 
 /// Coefficients of a method of order 8.
-mod dop853_table;
+pub mod dop853_table;
 
 /// Explicit, order 8.
 pub mod dop853;

@@ -1,0 +1,160 @@
+//! Where methods and machine break, as JSON and a picture.
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use serde_json::{Value, json};
+
+use super::axes::frame;
+use super::json::header;
+use super::style::{
+    Anchor, BLACK, BLUE, GREY, Ink, ORANGE, Panel, SMALL, Spot, Stroke, TITLE, WIDTH, picture,
+    ticks,
+};
+use crate::base::place::Source;
+use crate::motion::floquet::Tongue;
+use crate::numeric::Complex;
+use crate::study::stability::{Case, EXPLICIT, Facts, Verdict, polynomial};
+
+/// What a study of stability found.
+pub struct Stability {
+    /// The linear facts.
+    pub facts: Facts,
+    /// The largest Floquet multiplier beside free turning, and instabilities over speed, where a stiffness varies; else why there is none.
+    pub floquet: Result<Parametric, String>,
+    /// The scene at its extremes.
+    pub cases: Vec<Case>,
+}
+
+/// Parametric stability.
+pub struct Parametric {
+    /// The largest Floquet multiplier at the scene's speed, but those of free turning.
+    pub largest: f64,
+    /// The period, s.
+    pub period: f64,
+    /// Speeds charted, as factors of the scene's, and what was found there; absent where no chart was asked.
+    pub chart: Option<([f64; 2], Vec<Tongue>)>,
+    /// Speed of the first node of `[speed]`, rad/s.
+    pub speed: f64,
+}
+
+/// The document.
+pub fn json(sources: &[Arc<Source>], found: &Stability) -> Value {
+    let facts = &found.facts;
+    let finite = |x: f64| x.is_finite().then_some(x);
+    let limits: serde_json::Map<String, Value> = facts
+        .limits
+        .iter()
+        .map(|(n, h)| (n.to_string(), json!(finite(*h))))
+        .collect();
+    let floquet = match &found.floquet {
+        Err(why) => json!({ "left_out": why }),
+        Ok(p) => json!({
+            "largest_multiplier": p.largest,
+            "period_s": p.period,
+            "tongues": p.chart.as_ref().map(|(_, tongues)| tongues.iter().map(tongue).collect::<Vec<_>>()),
+        }),
+    };
+    let case = |c: &Case| json!({ "case": c.name, "method": c.method, "verdict": c.verdict.name(), "figure": c.figure, "reason": c.reason });
+    json!({
+        "geardyn": header(sources, &["facts", "floquet", "extremes"]),
+        "facts": {
+            "stiffness_ratio": finite(facts.stiffness_ratio), "spectral_abscissa_per_s": finite(facts.abscissa),
+            "fastest_rad_s": facts.fastest, "slowest_rad_s": finite(facts.slowest), "step_limits_s": limits,
+            "eigenvalues_rad_s": facts.eigenvalues.iter().map(|z| json!({ "re": z.re, "im": z.im })).collect::<Vec<_>>(),
+        },
+        "floquet": floquet,
+        "cases": found.cases.iter().map(case).collect::<Vec<_>>(),
+        "counts": {
+            "pass": count(found, Verdict::Pass), "refused": count(found, Verdict::Refused), "fail": count(found, Verdict::Fail),
+        },
+        "warnings": [],
+    })
+}
+
+fn tongue(t: &Tongue) -> Value {
+    json!({ "from_hz": t.from / TAU, "to_hz": t.to / TAU, "worst_hz": t.worst / TAU, "growth_per_period": t.growth, "name": t.name })
+}
+
+/// How many cases ended so.
+pub fn count(found: &Stability, verdict: Verdict) -> usize {
+    found.cases.iter().filter(|c| c.verdict == verdict).count()
+}
+
+const LEFT: f64 = 70.0;
+const TOP: f64 = 56.0;
+const HIGH: f64 = 460.0;
+
+/// The regions in which explicit methods do not grow, and the machine's eigenvalues times the step.
+pub fn regions(title: &str, facts: &Facts, step: f64) -> String {
+    const INKS: [Ink; 3] = [GREY, ORANGE, BLUE];
+    picture(WIDTH, TOP + HIGH + 52.0, |canvas| {
+        canvas.text(title, (LEFT, 16.0), TITLE, BLACK, Anchor::Start);
+        let panel = Panel {
+            across: (LEFT, WIDTH - 24.0),
+            down: (TOP, TOP + HIGH),
+            x: (-8.0, 3.0),
+            y: (-0.5, 8.0),
+        };
+        panel.rule_y(canvas, &ticks(panel.y, 8));
+        frame(&panel, canvas, "Im hλ", Some("Re hλ"));
+        let mut right = LEFT;
+        for (name, ink) in EXPLICIT.iter().zip(INKS) {
+            let Some(coefficients) = polynomial(name) else {
+                continue;
+            };
+            let spots: Vec<Spot> = boundary(&coefficients)
+                .into_iter()
+                .filter(|z| z.im >= -0.02)
+                .map(|z| panel.at(z.re, z.im))
+                .collect();
+            canvas.path(&spots, ink, 1.6, Stroke::Solid);
+            canvas.line((right, 36.0), (right + 18.0, 36.0), ink, 2.0);
+            canvas.text(name, (right + 23.0, 36.0), SMALL, BLACK, Anchor::Start);
+            right += 90.0;
+        }
+        let label = format!("eigenvalues times {step:.3e} s");
+        canvas.ring((right + 8.0, 36.0), 3.0, BLACK, 1.2);
+        canvas.text(&label, (right + 18.0, 36.0), SMALL, BLACK, Anchor::Start);
+        for z in &facts.eigenvalues {
+            let (x, y) = (z.re * step, z.im.abs() * step);
+            if x >= panel.x.0 && x <= panel.x.1 && y <= panel.y.1 {
+                canvas.ring(panel.at(x, y), 3.0, BLACK, 1.2);
+            }
+        }
+    })
+}
+
+/// The curve |R| = 1, followed from the origin as R turns once round the circle after another.
+fn boundary(c: &[f64]) -> Vec<Complex> {
+    let value = |z: Complex| {
+        c.iter()
+            .rev()
+            .fold(Complex::ZERO, |s, &a| s * z + Complex::new(a, 0.0))
+    };
+    let slope = |z: Complex| {
+        let terms = c.iter().enumerate().skip(1).rev();
+        terms.fold(Complex::ZERO, |s, (k, &a)| {
+            s * z + Complex::new(k as f64 * a, 0.0)
+        })
+    };
+    const STEPS: usize = 400;
+    let mut z = Complex::ZERO;
+    let mut all = vec![z];
+    for k in 1..=STEPS * (c.len() - 1) {
+        let angle = TAU * k as f64 / STEPS as f64;
+        let wanted = Complex::new(angle.cos(), angle.sin());
+        for _ in 0..20 {
+            let move_by = (value(z) - wanted) / slope(z);
+            z -= move_by;
+            if move_by.norm() < 1e-12 {
+                break;
+            }
+        }
+        all.push(z);
+        if z.im < -0.05 {
+            break;
+        }
+    }
+    all
+}

@@ -1,0 +1,117 @@
+//! Where methods and machine break, as tables for a terminal.
+
+use std::f64::consts::TAU;
+
+use super::number::brief;
+use super::stability::{Stability, count};
+use super::table::{finish, plain, right_but_first};
+use crate::study::stability::Verdict;
+
+/// Facts, parametric stability, the table of cases, what was refused and why.
+pub fn table(found: &Stability) -> String {
+    let facts = &found.facts;
+    let hertz = |omega: f64| format!("{} Hz", brief(omega / TAU));
+    let mut text = format!(
+        "stiffness ratio {}   fastest {}, slowest {}   spectral abscissa {} 1/s\n",
+        brief(facts.stiffness_ratio),
+        hertz(facts.fastest),
+        hertz(facts.slowest),
+        brief(facts.abscissa),
+    );
+    let limits: Vec<String> = facts
+        .limits
+        .iter()
+        .map(|(name, h)| format!("{name} {} µs", brief(1e6 * h)))
+        .collect();
+    text += &format!("explicit methods need steps below: {}\n", limits.join(", "));
+    text += &match &found.floquet {
+        Err(why) => format!("parametric stability left out: {why}\n"),
+        Ok(p) => {
+            let state = if p.largest <= 1.0 + 1e-9 {
+                "stable"
+            } else {
+                "unstable"
+            };
+            let mut line = format!(
+                "mesh stiffness at this speed: {state}, largest multiplier {} a period of {} s\n",
+                brief(p.largest),
+                brief(p.period)
+            );
+            if let Some(([low, high], tongues)) = &p.chart {
+                let rpm = |factor: f64| brief(factor * p.speed * 60.0 / TAU);
+                line += &format!(
+                    "from {} to {} rpm: {}\n",
+                    rpm(*low),
+                    rpm(*high),
+                    if tongues.is_empty() {
+                        "stable at all speeds"
+                    } else {
+                        "unstable at mesh frequencies"
+                    }
+                );
+                for t in tongues {
+                    line += &format!(
+                        "  {} to {}   growth {} % a period at {}   {}\n",
+                        hertz(t.from),
+                        hertz(t.to),
+                        brief(100.0 * (t.growth - 1.0)),
+                        hertz(t.worst),
+                        t.name
+                    );
+                }
+            }
+            line
+        }
+    };
+    let mut methods: Vec<&str> = Vec::new();
+    let mut names: Vec<&str> = Vec::new();
+    for case in &found.cases {
+        if !methods.contains(&case.method) {
+            methods.push(case.method);
+        }
+        if !names.contains(&case.name.as_str()) {
+            names.push(&case.name);
+        }
+    }
+    let mut table = plain();
+    table.set_header([""].into_iter().chain(methods.iter().copied()));
+    for name in &names {
+        let cell = |method: &&str| {
+            let case = found
+                .cases
+                .iter()
+                .find(|c| c.name == *name && c.method == **method);
+            case.map_or(String::new(), |c| match (c.verdict, c.figure) {
+                (Verdict::Refused, _) | (_, None) => c.verdict.name().to_string(),
+                (verdict, Some(figure)) => format!("{} {figure:.0e}", verdict.name()),
+            })
+        };
+        table.add_row(
+            [name.to_string()]
+                .into_iter()
+                .chain(methods.iter().map(cell)),
+        );
+    }
+    right_but_first(&mut table);
+    text += &format!(
+        "\nthe scene at its extremes; the figure is what is missing of the energy, as a share of the largest part\n{}",
+        finish(&table)
+    );
+    let mut told = plain();
+    for case in found.cases.iter().filter(|c| c.reason.is_some()) {
+        told.add_row([
+            case.name.clone(),
+            case.method.to_string(),
+            case.reason.clone().unwrap_or_default(),
+        ]);
+    }
+    if told.row_count() > 0 {
+        text += &format!("\nrefused or failed\n{}", finish(&told));
+    }
+    text + &format!(
+        "\n{} pass, {} refused, {} fail\n",
+        count(found, Verdict::Pass),
+        count(found, Verdict::Refused),
+        count(found, Verdict::Fail)
+    )
+}
