@@ -53,7 +53,9 @@ pub fn parts(equations: &Equations) -> Option<(Spectrum, Stage)> {
             let fast = -(0.5 * d + gap.sqrt().copysign(d));
             let slow = w * w / fast;
             let apart = fast - slow;
-            spectrum.others.extend([Other::Decay(fast), Other::Decay(slow)]);
+            spectrum
+                .others
+                .extend([Other::Decay(fast), Other::Decay(slow)]);
             pairs.push(Pair {
                 out: [1.0, 1.0, fast, slow],
                 into: [-slow / apart, 1.0 / apart, fast / apart, -1.0 / apart],

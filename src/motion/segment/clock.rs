@@ -44,7 +44,11 @@ impl<'a> Clock<'a> {
     /// # Errors
     /// A wave that is not rectangular or follows an angle.
     pub fn new(train: &'a Train, from: f64) -> Result<Clock<'a>, Error> {
-        let drives = train.drives.iter().enumerate().map(|(at, d)| (at, &d.signal));
+        let drives = train
+            .drives
+            .iter()
+            .enumerate()
+            .map(|(at, d)| (at, &d.signal));
         let offset = train.drives.len();
         let imposed = train.branches.iter().enumerate();
         let imposed = imposed.filter_map(|(at, b)| Some((offset + at, b.imposed.as_ref()?)));
@@ -54,8 +58,13 @@ impl<'a> Clock<'a> {
             let (Shape::Rectangular { duty, .. }, &Phase::Imposed { omega, start }) =
                 (&wave.shape, &wave.phase)
             else {
-                let message = format!("the stiffness of `{}` is not a rectangular wave at imposed speed", b.name);
-                return Err(Error::new(Code::OutOfRange, message).hint("take a method for smooth waves"));
+                let message = format!(
+                    "the stiffness of `{}` is not a rectangular wave at imposed speed",
+                    b.name
+                );
+                return Err(
+                    Error::new(Code::OutOfRange, message).hint("take a method for smooth waves")
+                );
             };
             let psi = wave.phase.at(from, &[]);
             let whole = psi.floor();
@@ -80,7 +89,10 @@ impl<'a> Clock<'a> {
 
     /// The next known time after the pieces of a regime; ∞ where none comes.
     pub fn next(&self, pieces: &[u32]) -> f64 {
-        let knots = self.signals.iter().map(|(at, signal)| knot(signal, pieces[*at]));
+        let knots = self
+            .signals
+            .iter()
+            .map(|(at, signal)| knot(signal, pieces[*at]));
         let jumps = self.waves.iter().map(Jumps::next);
         knots.chain(jumps).fold(f64::INFINITY, f64::min)
     }
@@ -153,7 +165,11 @@ impl Jumps {
     }
 
     fn piece(&self) -> u32 {
-        let begun = if self.omega < 0.0 { self.last - 1 } else { self.last };
+        let begun = if self.omega < 0.0 {
+            self.last - 1
+        } else {
+            self.last
+        };
         begun.rem_euclid(2) as u32
     }
 }
@@ -163,7 +179,13 @@ mod tests {
     use super::*;
 
     fn jumps(omega: f64, start: f64, last: i64) -> Jumps {
-        Jumps { branch: 0, duty: 0.25, omega, start, last }
+        Jumps {
+            branch: 0,
+            duty: 0.25,
+            omega,
+            start,
+            last,
+        }
     }
 
     /// Forward the high piece ends at a quarter, backward the low one ends there.

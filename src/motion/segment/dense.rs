@@ -95,7 +95,9 @@ impl Dense {
         start.extend_from_slice(&x[..n]);
         start.extend_from_slice(&b0[..n]);
         start.extend_from_slice(&b1[..n]);
-        turns.iter().for_each(|turn| start.extend([turn.re, turn.im]));
+        turns
+            .iter()
+            .for_each(|turn| start.extend([turn.re, turn.im]));
         let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
         let harmonic = |power: i32| -> f64 {
             let size = |(omega, b): &(f64, Vec<Complex>)| {

@@ -20,6 +20,8 @@ pub struct Flight {
     /// q and q̇ that sticking pairs keep.
     kept: [Vec<f64>; 2],
     borders: Vec<Started>,
+    /// When it started, s.
+    pub epoch: f64,
     /// The longest time the bounds are asked for at once, s.
     pub reach: f64,
     sigma: Vec<f64>,
@@ -70,6 +72,7 @@ impl Flight {
     ) {
         let (n, m) = (shared.train.n(), machine.modes.len());
         let len = machine.spectrum.len();
+        self.epoch = now.high;
         self.reach = match machine.growth > 0.0 {
             true => span.min(std::f64::consts::LN_2 / machine.growth),
             false => span,
@@ -150,7 +153,8 @@ impl Flight {
     ) {
         let [b0, b1] = &self.push;
         if self.borders.len() < machine.borders.len() {
-            self.borders.resize(machine.borders.len(), Started::default());
+            self.borders
+                .resize(machine.borders.len(), Started::default());
         }
         for (border, started) in machine.borders.iter().zip(&mut self.borders) {
             let (mut base, mut slope) = (border.constant, 0.0);
@@ -187,7 +191,12 @@ impl Flight {
             started.zero = crossed.is_some_and(|crossed| border.is_back_of(crossed));
             started.offset = 0.0;
         }
-        if self.borders.iter().take(machine.borders.len()).any(|b| b.zero) {
+        if self
+            .borders
+            .iter()
+            .take(machine.borders.len())
+            .any(|b| b.zero)
+        {
             self.move_to(shared, machine, 0.0);
             for at in 0..machine.borders.len() {
                 if self.borders[at].zero {

@@ -107,7 +107,9 @@ pub fn run(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
         }
         if journey.y.iter().any(|y| !y.is_finite()) {
             let message = format!("the motion leaves the range of numbers at t = {:e} s", end);
-            return Err(Error::new(Code::Overflow, message).hint("look for a machine that is not stable"));
+            return Err(
+                Error::new(Code::Overflow, message).hint("look for a machine that is not stable")
+            );
         }
     }
 }
@@ -235,7 +237,11 @@ impl Journey<'_> {
             }
             (Law::Friction(_), BranchStand::Friction(_)) => {
                 let was = before[train.drives.len() + branch];
-                let slope = |piece: u32| b.imposed.as_ref().map_or(0.0, |e| e.slope(t, piece as usize));
+                let slope = |piece: u32| {
+                    b.imposed
+                        .as_ref()
+                        .map_or(0.0, |e| e.slope(t, piece as usize))
+                };
                 if slope(was) == slope(piece) {
                     return;
                 }

@@ -102,7 +102,10 @@ pub fn held(branch: &Branch, stand: BranchStand) -> Result<Held, Error> {
             }),
         }),
         _ => {
-            let message = format!("the law of `{}` is not linear between switches", branch.name);
+            let message = format!(
+                "the law of `{}` is not linear between switches",
+                branch.name
+            );
             Err(Error::new(Code::OutOfRange, message).hint("take a method that steps"))
         }
     }

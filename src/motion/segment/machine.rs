@@ -221,11 +221,13 @@ impl Machine {
             let s = Complex::new(0.0, omega);
             let answer = &self.steady[f].sigma;
             let steady = Complex::new(dot(&row, &answer[0]), dot(&row, &answer[1]));
-            let fed = direct.iter().fold(Complex::ZERO, |sum, (&input, [value, rate])| {
-                let own = shared.inputs.list[input].harmonics.iter();
-                own.filter(|(at, _)| *at == f)
-                    .fold(sum, |sum, (_, phasor)| sum + phasor * (s * rate + *value))
-            });
+            let fed = direct
+                .iter()
+                .fold(Complex::ZERO, |sum, (&input, [value, rate])| {
+                    let own = shared.inputs.list[input].harmonics.iter();
+                    own.filter(|(at, _)| *at == f)
+                        .fold(sum, |sum, (_, phasor)| sum + phasor * (s * rate + *value))
+                });
             let rest = row
                 .iter()
                 .zip(&left[f])
@@ -273,12 +275,17 @@ fn rows(shared: &Shared, laws: &[Held]) -> Rows {
         }
     }
     if let Some((k, c)) = &train.general {
-        let row = |a: &Matrix, i: usize| shared.root.see(&(0..n).map(|j| a[(i, j)]).collect::<Vec<_>>());
+        let row = |a: &Matrix, i: usize| {
+            shared
+                .root
+                .see(&(0..n).map(|j| a[(i, j)]).collect::<Vec<_>>())
+        };
         rows.springs.extend((0..n).map(|i| row(k, i)));
         rows.dampers.extend((0..n).map(|i| row(c, i)));
         let transposed = |a: &Matrix| a.transpose().to_owned();
         let (k, c) = (transposed(k), transposed(c));
-        rows.dampers.extend((0..n).flat_map(|i| [row(&k, i), row(&c, i)]));
+        rows.dampers
+            .extend((0..n).flat_map(|i| [row(&k, i), row(&c, i)]));
     }
     rows.springs.retain(|row| row.iter().any(|x| *x != 0.0));
     rows.dampers.retain(|row| row.iter().any(|x| *x != 0.0));
@@ -307,7 +314,9 @@ impl Seen {
         };
         let of = |direction, blind| modes.seen(&spread(direction, n), blind);
         let both = train.branches.iter().zip(laws);
-        let sees = both.clone().map(|(b, law)| of(&b.direction, blind(law, false)));
+        let sees = both
+            .clone()
+            .map(|(b, law)| of(&b.direction, blind(law, false)));
         let acts = both.map(|(b, law)| of(b.acts(), blind(law, b.force.is_some())));
         Seen {
             sees: sees.collect(),

@@ -218,10 +218,13 @@ fn polish(
     let mut vector = vector;
     if value.im == 0.0 {
         // A real root has a real vector up to a factor.
-        let largest = vector
-            .iter()
-            .fold(Complex::ZERO, |m, &x| if x.norm() > m.norm() { x } else { m });
-        vector.iter_mut().for_each(|x| *x = Complex::new((*x / largest).re, 0.0));
+        let largest = vector.iter().fold(
+            Complex::ZERO,
+            |m, &x| if x.norm() > m.norm() { x } else { m },
+        );
+        vector
+            .iter_mut()
+            .for_each(|x| *x = Complex::new((*x / largest).re, 0.0));
     }
     Some(Root {
         value: polished,
@@ -255,7 +258,11 @@ fn apart(
     let Ok(inverse) = definite::solve(&vectors, &Matrix::identity(n, n)) else {
         return Ok(None);
     };
-    let long = |k: usize| (0..n).map(|j| inverse[(k, j)] * inverse[(k, j)]).sum::<f64>();
+    let long = |k: usize| {
+        (0..n)
+            .map(|j| inverse[(k, j)] * inverse[(k, j)])
+            .sum::<f64>()
+    };
     if !(0..n).all(|k| long(k) < ILL * ILL) {
         return Ok(None);
     }
@@ -358,9 +365,8 @@ fn together(
     (0..rigid).for_each(|mode| one(mode, n + mode));
     (0..equations.free).for_each(|mode| one(states.modes + mode, rate(mode)));
     let harmonics = pushes.iter().map(|(omega, push)| {
-        let state = |k: usize| {
-            (0..modal).fold(Complex::ZERO, |sum, i| sum + push[i] * into[(k, i)])
-        };
+        let state =
+            |k: usize| (0..modal).fold(Complex::ZERO, |sum, i| sum + push[i] * into[(k, i)]);
         (*omega, (0..total).map(state).collect())
     });
     let dense = Dense::new(a, harmonics.collect())?;

@@ -31,19 +31,14 @@ pub fn real(lambda: f64, tau: f64) -> [f64; 4] {
     }
     let first = x.exp_m1() / lambda;
     let second = (first - tau) / lambda;
-    [
-        x.exp(),
-        first,
-        second,
-        (second - 0.5 * tau * tau) / lambda,
-    ]
+    [x.exp(), first, second, (second - 0.5 * tau * tau) / lambda]
 }
 
 /// `(eˣ − 1)/x` and `(eˣ − 1 − x)/x²` by their series, for |x| below [`SMALL`].
 pub fn small(x: Complex) -> (Complex, Complex) {
-    let second = (0..14).rev().fold(Complex::ZERO, |sum, n| {
-        sum * x + INVERSE_FACTORIALS[n + 2]
-    });
+    let second = (0..14)
+        .rev()
+        .fold(Complex::ZERO, |sum, n| sum * x + INVERSE_FACTORIALS[n + 2]);
     (second * x + 1.0, second)
 }
 

@@ -32,6 +32,8 @@ pub enum Outcome {
 #[derive(Debug, Default)]
 pub struct Search {
     known: Vec<f64>,
+    /// Until when a border is known to have none.
+    clear: Vec<f64>,
     readings: Vec<(Reading, f64)>,
 }
 
@@ -48,6 +50,8 @@ impl Search {
         let borders = machine.borders.len();
         self.known.clear();
         self.known.resize(borders, f64::NAN);
+        self.clear.clear();
+        self.clear.resize(borders, 0.0);
         if borders == 0 {
             return Outcome::Clear;
         }
@@ -74,12 +78,14 @@ impl Search {
             }
             let (mut step, mut first) = self.shortest(tau);
             let (reading, bound) = self.readings[first];
-            let steep = reading.rate < 0.0
-                && bound * reading.value < 0.25 * reading.rate * reading.rate
-                && 2.0 * reading.value <= -reading.rate * horizon;
-            if steep && self.known[first].is_nan() && step < span - tau {
-                self.known[first] =
-                    newton(shared, machine, flight, first, (tau, reading, bound), effort);
+            let steep =
+                reading.rate < 0.0 && bound * reading.value < 0.25 * reading.rate * reading.rate;
+            if steep && self.known[first].is_nan() && step < horizon {
+                let from = (tau, reading, bound);
+                match newton(shared, machine, flight, first, from, horizon, effort) {
+                    Some(root) => self.known[first] = root,
+                    None => self.clear[first] = tau + horizon,
+                }
                 (step, first) = self.shortest(tau);
                 let root = self.known[first];
                 if root <= tau + step {
@@ -91,16 +97,19 @@ impl Search {
                         false => Outcome::Clear,
                     };
                 }
-            }
-            if self.known[first].is_nan() {
+            } else if self.known[first].is_nan() {
                 // Touching without a certain crossing: go on by as much as rounding hides.
-                let least = (2.0 * flight.noise(first) / self.readings[first].1).sqrt();
-                let ulps = 4.0 * f64::EPSILON * tau;
-                if step < least.max(ulps) {
+                let hidden = match self.readings[first].1 {
+                    0.0 => 0.0,
+                    bound => (2.0 * flight.noise(first) / bound).sqrt(),
+                };
+                let ulps = 4.0 * f64::EPSILON * (tau + flight.epoch.abs());
+                let least = hidden.max(ulps).max(f64::MIN_POSITIVE);
+                if step < least {
                     if !flight.starts_on(first) {
                         effort.grazed += 1;
                     }
-                    step = least.max(ulps).max(f64::MIN_POSITIVE);
+                    step = least;
                 }
             }
             tau += step.min(horizon);
@@ -116,7 +125,7 @@ impl Search {
         for (at, &(reading, bound)) in self.readings.iter().enumerate() {
             let known = self.known[at];
             let step = match known.is_nan() {
-                true => safe(reading, bound),
+                true => safe(reading, bound).max(self.clear[at] - tau),
                 false => known - tau,
             };
             if step < best.0 {
@@ -143,16 +152,25 @@ fn safe(Reading { value, rate }: Reading, bound: f64) -> f64 {
     }
 }
 
-/// The one root after τ, where p falls ever faster than half its rate there.
+/// The one root after τ, where p falls ever faster than half its rate there; nothing where that is beyond the horizon.
 fn newton(
     shared: &Shared,
     machine: &Machine,
     flight: &mut Flight,
     border: usize,
     (tau, start, bound): (f64, Reading, f64),
+    horizon: f64,
     effort: &mut Effort,
-) -> f64 {
+) -> Option<f64> {
     let (mut low, mut high) = (tau, tau - 2.0 * start.value / start.rate);
+    if high > tau + horizon {
+        high = tau + horizon;
+        effort.evaluations += 1;
+        flight.move_to(shared, machine, high);
+        if flight.read(machine, border, high).value > 0.0 {
+            return None;
+        }
+    }
     let mut at = tau;
     let mut reading = start;
     const MOST: usize = 60; // of which a handful happen
@@ -180,5 +198,5 @@ fn newton(
             break;
         }
     }
-    at
+    Some(at)
 }

@@ -172,12 +172,7 @@ impl Spectrum {
     }
 
     /// The steady answer to `Re(b e^{iωt})`; pushes too near a root are left out. `span` is the length of the run, s.
-    pub fn steady(
-        &self,
-        b: &[Complex],
-        (frequency, omega): (usize, f64),
-        span: f64,
-    ) -> Steady {
+    pub fn steady(&self, b: &[Complex], (frequency, omega): (usize, f64), span: f64) -> Steady {
         let i = Complex::new(0.0, 1.0);
         let s = i * omega;
         let mut out = vec![Complex::ZERO; b.len()];
@@ -239,7 +234,9 @@ impl Spectrum {
                     out[at + 1] = out[at] * s;
                 }
                 // It knows its harmonics itself.
-                Other::Dense(dense) => left[at..at + dense.len()].copy_from_slice(&b[at..at + dense.len()]),
+                Other::Dense(dense) => {
+                    left[at..at + dense.len()].copy_from_slice(&b[at..at + dense.len()])
+                }
             }
             at += other.len();
         }
@@ -371,8 +368,7 @@ impl Spectrum {
                     let lambda = self.swings[k];
                     let kappa = Complex::new(-lambda.re, near.omega - lambda.im).norm();
                     let longest = span.min(2.0 / kappa);
-                    run.lasting[k] +=
-                        size * (omega + lambda.norm() + lambda.norm_sqr() * longest);
+                    run.lasting[k] += size * (omega + lambda.norm() + lambda.norm_sqr() * longest);
                     run.sizes[k] += size * longest;
                 }
                 Part::Other(number, at) => {
