@@ -21,6 +21,12 @@ pub mod problem;
 /// A machine in motion.
 pub mod train;
 
+/// First roots of polynomials, none skipped.
+pub mod bracket;
+
+/// Taylor series of what is known and of the motion it makes.
+pub mod series;
+
 /// The methods, one file each.
 pub mod methods;
 

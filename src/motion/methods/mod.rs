@@ -3,6 +3,9 @@
 use super::problem::Run;
 use super::train::Train;
 
+/// Stiffness and loads that repeat in time.
+pub mod periodic;
+
 /// A method for machines in motion.
 pub struct Method {
     /// The word for it in commands and files.
@@ -33,7 +36,7 @@ pub enum Ladder {
 }
 
 /// Every method, the most special first.
-pub const METHODS: &[Method] = &[];
+pub const METHODS: &[Method] = &[periodic::PERIODIC];
 
 /// The method of a name.
 pub fn find(name: &str) -> Option<&'static Method> {
