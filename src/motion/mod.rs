@@ -30,5 +30,8 @@ pub mod series;
 /// The methods, one file each.
 pub mod methods;
 
+/// Parametric stability, periodic orbits.
+pub mod floquet;
+
 /// What of a state is wanted.
 pub mod outputs;

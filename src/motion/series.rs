@@ -173,6 +173,11 @@ impl HeldBranch {
         self
     }
 
+    /// Whether it holds anything in place.
+    pub fn is_elastic(&self) -> bool {
+        self.deflection != 0.0
+    }
+
     /// Coefficient k of a series times κ.
     pub fn scaled(&self, series: &[f64], k: usize) -> f64 {
         match self.factor.is_empty() {

@@ -132,6 +132,11 @@ fn omega(wave: &Wave) -> f64 {
     }
 }
 
+/// Frequencies of all waves, rad/s.
+pub fn frequencies(train: &Train) -> impl Iterator<Item = f64> {
+    waves(train).map(omega)
+}
+
 /// Frequencies of harmonic loads and errors, rad/s.
 fn harmonics(train: &Train) -> impl Iterator<Item = f64> {
     let drives = train.drives.iter().map(|d| &d.signal);
@@ -158,7 +163,7 @@ fn spectrum(train: &Train) -> f64 {
 
 /// T in two parts.
 fn common_period(train: &Train, fastest: f64) -> Result<(f64, f64), Error> {
-    let all: Vec<f64> = waves(train).map(omega).chain(harmonics(train)).collect();
+    let all: Vec<f64> = frequencies(train).chain(harmonics(train)).collect();
     let Some(&first) = all.first() else {
         return Ok((TAU / fastest, 0.0));
     };

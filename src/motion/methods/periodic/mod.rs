@@ -9,10 +9,11 @@ use std::ops::ControlFlow;
 use super::{Ladder, Method};
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::motion::curve::Curve;
 use crate::motion::problem::{Ask, Effort, Problem, Sink};
-use crate::motion::train::{Branch, Law, Train};
-use crate::motion::wave::{Shape, Wave};
+use crate::motion::train::Train;
+
+/// What it does not take.
+pub mod foreign;
 
 /// The common period and its pieces.
 pub mod grid;
@@ -45,44 +46,10 @@ pub const PERIODIC: Method = Method {
 
 /// Why a machine is not for it.
 fn refuses(train: &Train) -> Option<String> {
-    foreign(train).or_else(|| Tables::new(train, 0.0).err().map(|error| error.message))
-}
-
-/// What of a machine is not linear in every stand, or does not repeat in time.
-fn foreign(train: &Train) -> Option<String> {
-    let of_branch = |b: &Branch| {
-        let name = &b.name;
-        let straight = |curve: &Curve| matches!(curve, Curve::Straight { .. });
-        let turns = |wave: &Wave| wave.phase.angle().is_some();
-        match &b.law {
-            Law::Friction(_) => return Some(format!("{name} has dry friction")),
-            Law::Power { .. } => return Some(format!("the force of {name} is a power of δ")),
-            Law::Curve(curve) | Law::Lagged { curve, .. } if !straight(curve) => {
-                return Some(format!("the torque of {name} is not straight over speed"));
-            }
-            _ => {}
-        }
-        if b.variation.as_ref().is_some_and(turns) {
-            return Some(format!(
-                "the stiffness of {name} follows an angle, not time"
-            ));
-        }
-        if b.followed.as_ref().is_some_and(turns) {
-            return Some(format!("the error of {name} follows an angle, not time"));
-        }
-        b.followed
-            .as_ref()
-            .filter(|e| matches!(e.shape, Shape::Rectangular { .. }))
-            .map(|_| format!("the error of {name} jumps"))
-    };
-    train.branches.iter().find_map(of_branch)
+    Tables::new(train, 0.0).err().map(|error| error.message)
 }
 
 fn run(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
-    if let Some(reason) = foreign(train) {
-        return Err(Error::new(Code::Usage, reason)
-            .hint("choose a method that steps through time, such as one asked by a tolerance"));
-    }
     let mut walk = Walk::new(train, ask.from, &ask.start)?;
     let end = walk.tables.grid.instant(ask.to - ask.from);
     let mut y = vec![0.0; train.len()];

@@ -177,7 +177,7 @@ fn needed(size: impl Fn(usize) -> f64) -> Option<usize> {
             0
         };
         // Load harmonics and waves can leave out every second term, or start late: the first ones count always.
-        if quiet == 4 && k > 6 {
+        if quiet >= 4 && k > 6 {
             return Some(k - 3);
         }
     }

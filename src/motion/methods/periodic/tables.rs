@@ -9,6 +9,7 @@ use crate::motion::series::{Held, HeldBranch, Sources, add_harmonic, add_wave};
 use crate::motion::signal::{Knot, Signal};
 use crate::motion::train::{Branch, BranchStand, Regime, Train};
 
+use super::foreign::foreign;
 use super::grid::{Grid, Piece};
 use super::scale::Scale;
 use super::table::{Limit, Solutions, ends, limits};
@@ -72,6 +73,11 @@ impl<'a> Tables<'a> {
     /// # Errors
     /// Machines the method does not take; tables too large to make sense.
     pub fn new(train: &'a Train, from: f64) -> Result<Tables<'a>, Error> {
+        if let Some(reason) = foreign(train) {
+            return Err(Error::new(Code::Usage, reason).hint(
+                "choose a method that steps through time, such as one asked by a tolerance",
+            ));
+        }
         let scale = Scale::new(train)?;
         let grid = Grid::new(train, from, scale.fastest)?;
         let n = scale.units.len();
@@ -143,7 +149,15 @@ impl<'a> Tables<'a> {
         })
     }
 
-    /// The fundamental solutions of stands on a piece.
+    /// What the machine does by itself over a piece, its contacts in some stands.
+    ///
+    /// # Errors
+    /// As [`Tables::new`].
+    pub fn alone(&mut self, stands: &[BranchStand], piece: usize) -> Result<Rc<Free>, Error> {
+        let held = self.held(stands, piece)?;
+        self.free(&held, stands, piece)
+    }
+
     fn free(
         &mut self,
         held: &Held,
@@ -187,7 +201,10 @@ impl<'a> Tables<'a> {
     }
 
     /// The machine with its contacts held, over a piece.
-    fn held(&self, stands: &[BranchStand], piece: usize) -> Result<Held<'a>, Error> {
+    ///
+    /// # Errors
+    /// Branches that are not linear in their stand.
+    pub fn held(&self, stands: &[BranchStand], piece: usize) -> Result<Held<'a>, Error> {
         let Piece { middle, half } = self.grid.pieces[piece];
         let middle = self.from + middle;
         let branch = |(b, stand): (&Branch, &BranchStand)| {

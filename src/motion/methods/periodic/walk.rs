@@ -51,6 +51,8 @@ pub struct Leg {
     pub to: f64,
     /// What ends it.
     pub limit: Option<Limit>,
+    /// The rate of that border's value there, 1/s; zero where the border was already behind at the start, by a jump in time.
+    pub rate: f64,
 }
 
 impl<'a> Walk<'a> {
@@ -89,6 +91,11 @@ impl<'a> Walk<'a> {
         Ok(walk)
     }
 
+    /// Where it is on the present piece.
+    pub fn place(&self) -> f64 {
+        self.place
+    }
+
     /// Where an instant lies on the present piece.
     pub fn place_of(&self, instant: Instant) -> f64 {
         self.tables.grid.place(instant, self.periods, self.piece)
@@ -106,6 +113,7 @@ impl<'a> Walk<'a> {
         let mut leg = Leg {
             to: last.max(self.place),
             limit: None,
+            rate: 0.0,
         };
         self.solve();
         self.combined = false;
@@ -120,9 +128,13 @@ impl<'a> Walk<'a> {
                 fresh: self.crossed.contains(&(limit.branch, limit.value)),
             };
             if let Some(root) = first_root(candidate, [self.place, leg.to], &mut self.effort) {
+                let (_, slope) = value_and_slope(&self.scratch, root);
+                let half = self.tables.grid.pieces[self.piece].half;
+                let smooth = f64::from(root > self.place);
                 leg = Leg {
                     to: root,
                     limit: Some(*limit),
+                    rate: smooth * slope / half,
                 };
             }
         }
@@ -165,6 +177,18 @@ impl<'a> Walk<'a> {
         }
         self.cell = self.tables.cell(self.loading, &self.regime, self.piece)?;
         Ok(())
+    }
+
+    /// How everything stands, with the pieces of the waves.
+    pub fn whole_regime(&self) -> Regime {
+        let middle = self.tables.from + self.tables.grid.pieces[self.piece].middle;
+        let mut regime = self.regime.clone();
+        for (b, stand) in self.tables.train.branches.iter().zip(&mut regime.stands) {
+            if let (Some(wave), BranchStand::Contact(_, piece)) = (&b.variation, stand) {
+                *piece = wave.shape.piece(wave.phase.at(middle, &[])) as u32;
+            }
+        }
+        regime
     }
 
     /// The state at a place of the present leg, in the machine's units.
@@ -346,7 +370,8 @@ fn forced_value(table: &[f64], columns: usize, row: usize, rising: f64) -> f64 {
     }
 }
 
-fn without_wave_pieces(mut regime: Regime) -> Regime {
+/// A regime by its stands and lines alone: waves have the piece of the period for theirs.
+pub fn without_wave_pieces(mut regime: Regime) -> Regime {
     for stand in &mut regime.stands {
         if let BranchStand::Contact(_, piece) = stand {
             *piece = 0;
