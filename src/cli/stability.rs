@@ -136,7 +136,7 @@ fn parametric(
         None => None,
         Some(range) => {
             let span = [range.from / reference, range.to / reference];
-            Some((span, floquet::tongues(train, span, range.count as usize)?))
+            Some((span, floquet::chart::tongues(train, span, range.count as usize)?))
         }
     };
     Ok(Ok(Parametric {

@@ -45,8 +45,20 @@ pub mod borders;
 /// Which branch made a step fail.
 pub mod trouble;
 
+/// First roots of polynomials, none skipped.
+pub mod bracket;
+
 /// From regime to regime.
 pub mod events;
+
+/// Taylor series of what is known and of the motion it makes.
+pub mod series;
+
+/// The methods, one file each.
+pub mod methods;
+
+/// Parametric stability, periodic orbits.
+pub mod floquet;
 
 /// What of a state is wanted.
 pub mod outputs;
@@ -62,6 +74,3 @@ pub mod assemble;
 
 /// The state a scene starts from.
 pub mod start;
-
-/// The methods, one file each.
-pub mod methods;

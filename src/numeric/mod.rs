@@ -60,6 +60,9 @@ pub mod general;
 /// The matrix exponential.
 pub mod expm;
 
+/// Small systems solved where they stand.
+pub mod in_place;
+
 /// Continuous state-space forms at a sample time.
 pub mod sampling;
 

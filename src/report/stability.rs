@@ -12,7 +12,7 @@ use super::style::{
     ticks,
 };
 use crate::base::place::Source;
-use crate::motion::floquet::Tongue;
+use crate::motion::floquet::chart::Tongue;
 use crate::numeric::Complex;
 use crate::study::stability::{Case, EXPLICIT, Facts, Verdict, polynomial};
 

@@ -80,7 +80,7 @@ pub fn table(found: &Stability) -> String {
             let case = found
                 .cases
                 .iter()
-                .find(|c| c.name == *name && c.method == **method);
+                .find(|c| c.name == *name && c.method == *method);
             case.map_or(String::new(), |c| match (c.verdict, c.figure) {
                 (Verdict::Refused, _) | (_, None) => c.verdict.name().to_string(),
                 (verdict, Some(figure)) => format!("{} {figure:.0e}", verdict.name()),

@@ -19,6 +19,9 @@ use serde_json::Value;
 /// Machines from a seed.
 pub mod machines;
 
+/// Machines in motion, written by hand.
+pub mod moving;
+
 /// A machine with what was asked of it.
 pub struct Solved {
     pub prepared: Prepared,

@@ -27,6 +27,9 @@ pub mod alpha;
 /// The methods of ode_solvers.
 pub mod explicit;
 
+/// Stiffness and loads that repeat in time.
+pub mod periodic;
+
 /// A method for machines in motion.
 pub struct Method {
     /// The word for it in commands and files.
@@ -60,6 +63,7 @@ pub enum Ladder {
 pub const METHODS: &[Method] = &[
     exact::METHOD,
     switched::METHOD,
+    periodic::METHOD,
     Method {
         name: "dop853-events",
         title: "Dormand–Prince 8(5,3) with switches located",

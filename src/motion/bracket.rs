@@ -1,0 +1,93 @@
+//! The first root of a polynomial that starts above zero, by steps that provably skip none.
+//!
+//! With `p ≥ 0`, slope d and `|p″| ≤ M` ahead, the worst parabola `p + d h − M h²/2` stays above zero for
+//! `h < (d + √(d² + 2 M p))/M`: nothing is lost by going that far, and the steps close in on a root quadratically from one
+//! side. Once `d < 0` and `M p < d²/4` there is exactly one root within `2p/|d|`, since there `p′ < d/2`: Newton's method
+//! takes it.
+
+use super::problem::Effort;
+
+/// A polynomial in x, `|x| ≤ 1` or so, and what is known of its value.
+#[derive(Debug, Clone, Copy)]
+pub struct Border<'a> {
+    /// By rising powers.
+    pub coefficients: &'a [f64],
+    /// Values below this are rounding.
+    pub noise: f64,
+    /// It is exactly zero at the start and rises: it was just crossed.
+    pub fresh: bool,
+}
+
+/// The first root in a range; at its start where the value there is below zero, or at it and falling.
+///
+/// A border touched within its noise and not crossed is passed by a step that cannot lose more than that noise, and counted as grazed.
+pub fn first_root(border: Border, [from, to]: [f64; 2], effort: &mut Effort) -> Option<f64> {
+    let p = border.coefficients;
+    let (swing, curvature) = bounds(p, from.abs().max(to.abs()));
+    if !border.fresh && p.first().is_some_and(|&middle| middle > swing) {
+        return None;
+    }
+    let floor = (2.0 * border.noise / curvature).sqrt();
+    let (mut x, mut fresh) = (from, border.fresh);
+    loop {
+        effort.evaluations += 1;
+        let (value, slope) = value_and_slope(p, x);
+        let on_it = value <= border.noise && (fresh || (value >= -border.noise && slope > 0.0));
+        let step = if on_it {
+            effort.grazed += u64::from(2.0 * slope < curvature * floor);
+            2.0 * slope / curvature
+        } else if value <= border.noise {
+            return Some(x);
+        } else if slope < 0.0 && 4.0 * curvature * value < slope * slope {
+            return newton(p, x, x - 2.0 * value / slope).filter(|&root| root <= to);
+        } else {
+            let reach = (slope * slope + 2.0 * curvature * value).sqrt();
+            match slope > 0.0 {
+                true => (slope + reach) / curvature,
+                false => 2.0 * value / (reach - slope),
+            }
+        };
+        x += step.max(floor);
+        if !(x < to) {
+            return None;
+        }
+        fresh = false;
+    }
+}
+
+/// Bounds over `|x| ≤ reach` of `|p(x) − p(0)|` and of `|p″|`.
+fn bounds(p: &[f64], reach: f64) -> (f64, f64) {
+    let (mut swing, mut curvature) = (0.0, 0.0);
+    for (k, a) in p.iter().enumerate().skip(1).rev() {
+        let k = k as f64;
+        swing = (swing + a.abs()) * reach;
+        if k > 1.0 {
+            curvature = curvature * reach + k * (k - 1.0) * a.abs();
+        }
+    }
+    (swing, curvature)
+}
+
+/// p and p′, by Horner's rule.
+pub fn value_and_slope(p: &[f64], x: f64) -> (f64, f64) {
+    p.iter().rev().fold((0.0, 0.0), |(value, slope), a| {
+        (value * x + a, slope * x + value)
+    })
+}
+
+/// The only root between `from` and `limit`, where p falls throughout.
+fn newton(p: &[f64], from: f64, limit: f64) -> Option<f64> {
+    let mut x = from;
+    for _ in 0..MOST_NEWTON {
+        let (value, slope) = value_and_slope(p, x);
+        let next = (x - value / slope).clamp(from, limit);
+        if (next - x).abs() <= f64::EPSILON {
+            return Some(next);
+        }
+        x = next;
+    }
+    Some(x)
+}
+
+/// Newton's method halves its error at least and squares it soon; 2⁻⁵³ is reached in six steps from anywhere allowed.
+const MOST_NEWTON: usize = 12;

@@ -1,0 +1,196 @@
+//! Stability of machines whose stiffness repeats in time: the state after a period is `Φ` times the state before, and motions
+//! grow where an eigenvalue of Φ is larger than one (Floquet 1883; Nayfeh and Mook 1979, sec. 5.2).
+
+use crate::base::error::Error;
+use crate::numeric::{Complex, Matrix, definite, general};
+
+use super::contact::{Flank, Stand};
+use super::methods::periodic::tables::Tables;
+use super::methods::periodic::walk::without_wave_pieces;
+use super::train::{BranchStand, Law, Regime, Train};
+
+/// Unstable speeds.
+pub mod chart;
+
+/// Periodic orbits through play.
+pub mod orbit;
+
+/// Where a family of orbits turns back.
+pub mod fold;
+
+/// Multipliers may be above one by this much: on the circle two that meet are found to the square root of rounding.
+pub const NEUTRAL: f64 = 1e-7;
+
+/// What a period does to a state.
+#[derive(Debug, Clone)]
+pub struct Monodromy {
+    /// Φ, in the machine's units.
+    pub matrix: Matrix,
+    /// T, s.
+    pub period: f64,
+    /// Φ in units in which all states are of like size.
+    scaled: Matrix,
+    /// Coordinates along which nothing resists, then the ones that do, orthonormal columns in those units.
+    basis: Matrix,
+    rigid: usize,
+}
+
+/// Eigenvalues of Φ.
+#[derive(Debug, Clone)]
+pub struct Multipliers {
+    /// Those of free turning first, then the others by falling size.
+    pub values: Vec<Complex>,
+    /// How many belong to free turning.
+    pub rigid: usize,
+    /// The largest size of the others.
+    pub largest: f64,
+    /// T, s.
+    pub period: f64,
+}
+
+impl Multipliers {
+    /// No motion grows.
+    pub fn is_stable(&self) -> bool {
+        self.largest <= 1.0 + NEUTRAL
+    }
+
+    /// How far from growth: `1 − |μ|`.
+    pub fn margin(&self) -> f64 {
+        1.0 - self.largest
+    }
+
+    /// Growth of the fastest motion, 1/s: `ln|μ|/T`.
+    pub fn exponent(&self) -> f64 {
+        self.largest.ln() / self.period
+    }
+}
+
+/// Φ of a machine in a regime, with all contacts closed where none is given; the period starts at t = 0.
+///
+/// # Errors
+/// What the periodic method refuses.
+pub fn monodromy(train: &Train, regime: Option<&Regime>) -> Result<Monodromy, Error> {
+    let stands = match regime {
+        Some(regime) => without_wave_pieces(regime.clone()).stands,
+        None => closed(train),
+    };
+    let mut tables = Tables::new(train, 0.0)?;
+    let n = train.n();
+    let all = tables.scale.units.len();
+    let mut scaled = Matrix::identity(all, all);
+    for piece in 0..tables.grid.pieces.len() {
+        let free = tables.alone(&stands, piece)?;
+        let by_rows = |flat: &[f64]| Matrix::from_fn(all, all, |i, j| flat[i * all + j]);
+        let from_start = by_rows(&free.from_start);
+        scaled = by_rows(&free.to_end) * (from_start * scaled);
+    }
+    let units = &tables.scale.units;
+    let held = tables.held(&stands, 0)?;
+    let elastic = train.branches.iter().zip(&held.branches);
+    let mut rows: Vec<Vec<f64>> = elastic
+        .filter(|(_, held)| held.is_elastic())
+        .map(|(b, _)| {
+            let mut row = vec![0.0; n];
+            b.direction
+                .scaled()
+                .for_each(|(i, w)| row[i] = w * units[i]);
+            row
+        })
+        .collect();
+    if let Some((stiffness, _)) = &train.general {
+        rows.extend((0..n).map(|i| (0..n).map(|j| stiffness[(i, j)] * units[j]).collect()));
+    }
+    let (basis, rigid) = free_turning(&rows, n)?;
+    Ok(Monodromy {
+        matrix: Matrix::from_fn(all, all, |i, j| scaled[(i, j)] * (units[i] / units[j])),
+        period: tables.grid.period,
+        scaled,
+        basis,
+        rigid,
+    })
+}
+
+fn closed(train: &Train) -> Vec<BranchStand> {
+    let stand = |law: &Law| match law {
+        Law::Contact(_) => BranchStand::Contact(Stand::Closed(Flank::Drive), 0),
+        _ => BranchStand::Smooth,
+    };
+    train.branches.iter().map(|b| stand(&b.law)).collect()
+}
+
+/// Directions no row resists, then the others, and how many the first are.
+fn free_turning(rows: &[Vec<f64>], n: usize) -> Result<(Matrix, usize), Error> {
+    let mut gram = Matrix::zeros(n, n);
+    for row in rows {
+        let size: f64 = row.iter().map(|x| x * x).sum();
+        if size > 0.0 {
+            for i in 0..n {
+                for j in 0..n {
+                    gram[(i, j)] += row[i] * row[j] / size;
+                }
+            }
+        }
+    }
+    let eigen = definite::symmetric(&gram)?;
+    let rigid = eigen.values.iter().filter(|&&x| x < UNRESISTED).count();
+    Ok((eigen.vectors, rigid))
+}
+
+/// A direction is free where the unit rows see less of it than this, squared: chains of hundred inertias are seen by 1e-4.
+const UNRESISTED: f64 = 1e-11;
+
+impl Monodromy {
+    /// The eigenvalues of Φ; those of free turning apart, since two that meet at one are only found to the square root of rounding.
+    ///
+    /// # Errors
+    /// `NoConvergence` where the eigenvalues are not found.
+    pub fn multipliers(&self) -> Result<Multipliers, Error> {
+        let n = self.basis.nrows();
+        let all = self.scaled.nrows();
+        let turned = |both: bool| -> Vec<usize> {
+            let count = if both { 2 } else { 1 };
+            (0..count)
+                .flat_map(|part| (0..self.rigid).map(move |i| part * n + i))
+                .collect()
+        };
+        // Φ in the basis of free turning and the rest, once for coordinates and once for speeds.
+        let wide = Matrix::from_fn(all, all, |i, j| match (i / n, j / n) {
+            (0, 0) => self.basis[(i, j)],
+            (1, 1) => self.basis[(i - n, j - n)],
+            (a, b) if a >= 2 && b >= 2 => f64::from(i == j),
+            _ => 0.0,
+        });
+        let phi = wide.transpose() * &self.scaled * &wide;
+        let both = turned(true);
+        let others =
+            |apart: &[usize]| -> Vec<usize> { (0..all).filter(|i| !apart.contains(i)).collect() };
+        let leaks = |apart: &[usize]| {
+            let rest = others(apart);
+            let sizes = rest
+                .iter()
+                .flat_map(|&i| apart.iter().map(move |&j| (i, j)));
+            sizes.map(|at| phi[at].abs()).fold(0.0, f64::max) > LEAK
+        };
+        let apart = if leaks(&both) { turned(false) } else { both };
+        let rest = others(&apart);
+        let block = |at: &[usize]| Matrix::from_fn(at.len(), at.len(), |i, j| phi[(at[i], at[j])]);
+        let mut elastic = general::eigenvalues(&block(&rest))?;
+        elastic.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
+        let mut values = vec![Complex::new(1.0, 0.0); self.rigid];
+        if apart.len() > self.rigid {
+            values.extend(general::eigenvalues(&block(&apart[self.rigid..]))?);
+        }
+        let largest = elastic.first().map_or(0.0, |z| z.norm());
+        let rigid = values.len();
+        values.extend(elastic);
+        Ok(Multipliers {
+            values,
+            rigid,
+            largest,
+            period: self.period,
+        })
+    }
+}
+
+/// Free turning keeps to itself where what leaks out of it in a period is rounding.
+const LEAK: f64 = 1e-9;

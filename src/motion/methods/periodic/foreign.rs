@@ -1,0 +1,35 @@
+//! What the tables cannot hold: laws that are not linear between switches, waves that do not follow time.
+
+use crate::motion::curve::Curve;
+use crate::motion::train::{Branch, Law, Train};
+use crate::motion::wave::{Shape, Wave};
+
+/// What of a machine is not linear in every stand, or does not repeat in time.
+pub fn foreign(train: &Train) -> Option<String> {
+    let of_branch = |b: &Branch| {
+        let name = &b.name;
+        let straight = |curve: &Curve| matches!(curve, Curve::Straight { .. });
+        let turns = |wave: &Wave| wave.phase.angle().is_some();
+        match &b.law {
+            Law::Friction(_) => return Some(format!("{name} has dry friction")),
+            Law::Power { .. } => return Some(format!("the force of {name} is a power of δ")),
+            Law::Curve(curve) | Law::Lagged { curve, .. } if !straight(curve) => {
+                return Some(format!("the torque of {name} is not straight over speed"));
+            }
+            _ => {}
+        }
+        if b.variation.as_ref().is_some_and(turns) {
+            return Some(format!(
+                "the stiffness of {name} follows an angle, not time"
+            ));
+        }
+        if b.followed.as_ref().is_some_and(turns) {
+            return Some(format!("the error of {name} follows an angle, not time"));
+        }
+        b.followed
+            .as_ref()
+            .filter(|e| matches!(e.shape, Shape::Rectangular { .. }))
+            .map(|_| format!("the error of {name} jumps"))
+    };
+    train.branches.iter().find_map(of_branch)
+}

@@ -1,0 +1,225 @@
+//! What a machine can do over one piece of its period while its contacts stand still: fundamental solutions, the answer to what acts on it,
+//! and the values of all borders, as Taylor polynomials about the piece's middle.
+
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::motion::contact::{Affine, Stand};
+use crate::motion::series::{Held, Sources};
+use crate::motion::train::{BranchStand, Law};
+use crate::numeric::in_place;
+
+use super::scale::Scale;
+
+/// Terms computed; the ones that do not count are left out.
+const MOST_TERMS: usize = 40;
+
+/// A term of a series is left out where it changes a state, in its own units, by less than this share of its size.
+const NEGLIGIBLE: f64 = 1e-18;
+
+/// Solutions over a piece.
+#[derive(Debug)]
+pub struct Solutions {
+    /// How many.
+    pub columns: usize,
+    /// Rows of the state kept: coordinates and inner states.
+    pub rows: usize,
+    /// Coefficients, term by term, row by row: `[term][row][column]`.
+    pub terms: Vec<f64>,
+    /// Of every border: `[border][term][column]`.
+    pub borders: Vec<f64>,
+    /// Terms of every series.
+    pub length: usize,
+}
+
+/// A border of one branch's stand.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limit {
+    /// The branch.
+    pub branch: usize,
+    /// The value at factor zero, and what a factor of one adds.
+    pub value: [Affine; 2],
+    /// Where it leads.
+    pub next: Stand,
+}
+
+impl Limit {
+    /// The same border seen from beyond.
+    pub fn reversed(&self) -> [Affine; 2] {
+        self.value.map(|a| Affine {
+            constant: -a.constant,
+            deflection: -a.deflection,
+            rate: -a.rate,
+        })
+    }
+}
+
+/// Every border of a set of stands.
+pub fn limits(held: &Held, stands: &[BranchStand]) -> Vec<Limit> {
+    let mut all = Vec::new();
+    for (branch, (b, stand)) in held.train.branches.iter().zip(stands).enumerate() {
+        let (Law::Contact(contact), BranchStand::Contact(stand, _)) = (&b.law, stand) else {
+            continue;
+        };
+        let zero = contact.borders(*stand, 0.0);
+        let one = contact.borders(*stand, 1.0);
+        all.extend(
+            zero.iter()
+                .zip(&one)
+                .map(|(&(at, next), &(with, _))| Limit {
+                    branch,
+                    value: [
+                        at,
+                        Affine {
+                            constant: with.constant - at.constant,
+                            deflection: with.deflection - at.deflection,
+                            rate: with.rate - at.rate,
+                        },
+                    ],
+                    next,
+                }),
+        );
+    }
+    all
+}
+
+impl Solutions {
+    /// Motions from states at the middle, each with what acts on it.
+    ///
+    /// # Errors
+    /// `NoConvergence` where the series do not end.
+    pub fn new(
+        held: &Held,
+        scale: &Scale,
+        limits: &[Limit],
+        starts: &[(Vec<f64>, Sources)],
+    ) -> Result<Solutions, Error> {
+        let motions: Vec<Vec<f64>> = starts
+            .iter()
+            .map(|(start, sources)| held.motion(start, sources, MOST_TERMS))
+            .collect();
+        let (n, columns) = (held.train.n(), starts.len());
+        let rows = scale.units.len() - n;
+        let unit = |row: usize| match row < n {
+            true => scale.units[row],
+            false => scale.units[row + n],
+        };
+        let at = |k: usize, row: usize, column: usize| motions[column][k * rows + row] / unit(row);
+        let size = |k: usize, column: usize| {
+            (0..rows)
+                .map(|row| at(k, row, column).abs())
+                .fold(0.0, f64::max)
+        };
+        let length = (0..columns)
+            .map(|column| needed(|k| size(k, column) * (k.max(1) as f64)))
+            .try_fold(2, |most, length| length.map(|length| most.max(length)))
+            .ok_or_else(|| {
+                let message = format!(
+                    "the series of the motion over {} s do not end after {MOST_TERMS} terms",
+                    2.0 * held.half
+                );
+                Error::new(Code::NoConvergence, message)
+                    .hint("choose a method that is asked by a tolerance")
+            })?;
+        let mut terms = Vec::with_capacity(length * rows * columns);
+        for k in 0..length {
+            for row in 0..rows {
+                terms.extend((0..columns).map(|column| at(k, row, column)));
+            }
+        }
+        let mut borders = vec![0.0; limits.len() * length * columns];
+        for (border, limit) in limits.iter().enumerate() {
+            for (column, (_, sources)) in starts.iter().enumerate() {
+                let series = border_series(held, limit, &motions[column], sources, length);
+                for (k, value) in series.into_iter().enumerate() {
+                    borders[(border * length + k) * columns + column] = value;
+                }
+            }
+        }
+        Ok(Solutions {
+            columns,
+            rows,
+            terms,
+            borders,
+            length,
+        })
+    }
+
+    /// The states of all columns at a place, `[state][column]`; `speed` makes speeds of d/dσ.
+    pub fn states(&self, place: f64, n: usize, speed: f64) -> Vec<f64> {
+        let (rows, columns) = (self.rows, self.columns);
+        let mut states = vec![0.0; (rows + n) * columns];
+        for entry in 0..rows * columns {
+            let terms = self.terms[entry..].iter().step_by(rows * columns);
+            let (value, slope) = terms.rev().fold((0.0, 0.0), |(value, slope), a| {
+                (value * place + a, slope * place + value)
+            });
+            if entry < n * columns {
+                states[entry] = value;
+                states[entry + n * columns] = slope * speed;
+            } else {
+                states[entry + n * columns] = value;
+            }
+        }
+        states
+    }
+}
+
+/// Terms after which two in a row no longer count.
+fn needed(size: impl Fn(usize) -> f64) -> Option<usize> {
+    let mut largest: f64 = 0.0;
+    let mut quiet = 0;
+    for k in 0..MOST_TERMS {
+        let now = size(k);
+        largest = largest.max(now);
+        quiet = if now <= NEGLIGIBLE * largest {
+            quiet + 1
+        } else {
+            0
+        };
+        // Load harmonics and waves can leave out every second term, or start late: the first ones count always.
+        if quiet >= 4 && k > 6 {
+            return Some(k - 3);
+        }
+    }
+    None
+}
+
+/// The value of a border along a motion.
+fn border_series(
+    held: &Held,
+    limit: &Limit,
+    motion: &[f64],
+    sources: &Sources,
+    length: usize,
+) -> Vec<f64> {
+    let n = held.train.n();
+    let rows = motion.len() / MOST_TERMS;
+    let direction = &held.train.branches[limit.branch].direction;
+    let delta =
+        |k: usize| direction.dot(&motion[k * rows..k * rows + n]) - sources.error(limit.branch, k);
+    let part = |a: Affine, k: usize| {
+        let constant = if sources.steady && k == 0 {
+            a.constant
+        } else {
+            0.0
+        };
+        let rate = match a.rate {
+            0.0 => 0.0,
+            rate => rate * (k + 1) as f64 / held.half * delta(k + 1),
+        };
+        constant + a.deflection * delta(k) + rate
+    };
+    let [plain, with_factor] = limit.value;
+    let branch = &held.branches[limit.branch];
+    let turning: Vec<f64> = (0..length).map(|k| part(with_factor, k)).collect();
+    (0..length)
+        .map(|k| part(plain, k) + branch.scaled(&turning, k))
+        .collect()
+}
+
+/// All columns' states at the start of the piece inverted, and at its end.
+pub fn ends(solutions: &Solutions, n: usize, speed: f64) -> (Vec<f64>, Vec<f64>) {
+    let start = solutions.states(-1.0, n, speed);
+    let end = solutions.states(1.0, n, speed);
+    (in_place::inverse(&start, n + solutions.rows), end)
+}

@@ -1,0 +1,254 @@
+//! Taylor series about the middle of a stretch of time, in `σ = (t − middle)/half`: of waves and loads, and of the motion they make.
+//!
+//! `q_{k+1} = half v_k/(k+1)`, `v_{k+1} = half a_k/(k+1)`, a from the coefficients of all forces; products are sums over coefficients.
+
+use std::f64::consts::TAU;
+
+use super::contact::Stand;
+use super::curve::Curve;
+use super::signal::Harmonic;
+use super::train::{Branch, Law, Train};
+use super::wave::{Phase, Shape, Wave};
+
+/// Adds `amplitude · cos(angle + rate σ)`.
+pub fn add_cosine(series: &mut [f64], amplitude: f64, angle: f64, rate: f64) {
+    let (sin, cos) = angle.sin_cos();
+    let turned = [cos, -sin, -cos, sin];
+    let mut size = amplitude;
+    for (k, x) in series.iter_mut().enumerate() {
+        *x += size * turned[k % 4];
+        size *= rate / (k + 1) as f64;
+    }
+}
+
+/// Adds a harmonic; `middle` is an instant, s.
+pub fn add_harmonic(series: &mut [f64], h: &Harmonic, middle: f64, half: f64) {
+    add_cosine(
+        series,
+        h.amplitude,
+        h.omega * middle + h.phase,
+        h.omega * half,
+    );
+}
+
+/// Adds a wave at imposed speed, on the piece that carries it at the middle.
+pub fn add_wave(series: &mut [f64], wave: &Wave, middle: f64, half: f64) {
+    let Phase::Imposed { omega, start } = wave.phase else {
+        return;
+    };
+    let angle = omega * middle + start;
+    match &wave.shape {
+        Shape::Fourier { mean, terms } => {
+            series[0] += mean;
+            for &(n, a, phi) in terms {
+                let n = f64::from(n);
+                add_cosine(series, a, n * angle + phi, n * omega * half);
+            }
+        }
+        shape => {
+            let psi = angle / TAU;
+            let piece = shape.piece(psi);
+            series[0] += shape.value_in(psi, piece);
+            series[1] += shape.slope_in(psi, piece) * omega / TAU * half;
+        }
+    }
+}
+
+/// What acts on a machine over a stretch of time; left out is zero.
+#[derive(Debug, Clone, Default)]
+pub struct Sources {
+    /// f of every drive.
+    pub drives: Vec<Vec<f64>>,
+    /// e of every branch.
+    pub errors: Vec<Vec<f64>>,
+    /// The constant parts of the laws: play, stall torque.
+    pub steady: bool,
+}
+
+impl Sources {
+    /// e_k.
+    pub fn error(&self, branch: usize, k: usize) -> f64 {
+        let series = self.errors.get(branch);
+        series.and_then(|s| s.get(k)).copied().unwrap_or(0.0)
+    }
+
+    fn drive(&self, drive: usize, k: usize) -> f64 {
+        let series = self.drives.get(drive);
+        series.and_then(|s| s.get(k)).copied().unwrap_or(0.0)
+    }
+}
+
+/// A machine with every contact held in a stand: linear, its stiffness a known function of time.
+pub struct Held<'a> {
+    /// The machine.
+    pub train: &'a Train,
+    /// What every branch does.
+    pub branches: Vec<HeldBranch>,
+    /// Half the stretch, s.
+    pub half: f64,
+}
+
+/// `F = κ(σ) (constant + deflection δ) + rate δ̇ + own + inner`.
+#[derive(Debug, Clone, Default)]
+pub struct HeldBranch {
+    /// κ; empty: one.
+    factor: Vec<f64>,
+    constant: f64,
+    deflection: f64,
+    rate: f64,
+    own: f64,
+    inner: Inner,
+}
+
+/// `F ∋ sign z`, `ż = gain · (w·v − ė or w·v) + constant − z/lag`.
+#[derive(Debug, Clone, Copy, Default)]
+struct Inner {
+    present: bool,
+    sign: f64,
+    gain: f64,
+    constant: f64,
+    decay: f64,
+}
+
+impl HeldBranch {
+    /// A branch in a stand; none where its law is not linear there.
+    pub fn new(branch: &Branch, stand: Option<Stand>) -> Option<HeldBranch> {
+        let plain = HeldBranch::default();
+        match (&branch.law, stand) {
+            (Law::Linear { stiffness, damping }, _) => Some(HeldBranch {
+                deflection: *stiffness,
+                rate: *damping,
+                ..plain
+            }),
+            (Law::Contact(contact), Some(stand)) => {
+                let force = contact.force(stand, 1.0);
+                Some(HeldBranch {
+                    constant: force.constant,
+                    deflection: force.deflection,
+                    rate: force.rate,
+                    ..plain
+                })
+            }
+            (Law::Curve(Curve::Straight { stall, idle }), _) => Some(HeldBranch {
+                own: -stall,
+                rate: stall / idle,
+                ..plain
+            }),
+            (
+                Law::Lagged {
+                    curve: Curve::Straight { stall, idle },
+                    lag,
+                },
+                _,
+            ) => Some(HeldBranch {
+                inner: Inner {
+                    present: true,
+                    sign: -1.0,
+                    gain: -stall / idle / lag,
+                    constant: stall / lag,
+                    decay: 1.0 / lag,
+                },
+                ..plain
+            }),
+            (Law::Maxwell { stiffness, damping }, _) => Some(HeldBranch {
+                inner: Inner {
+                    present: true,
+                    sign: 1.0,
+                    gain: *stiffness,
+                    constant: 0.0,
+                    decay: stiffness / damping,
+                },
+                ..plain
+            }),
+            _ => None,
+        }
+    }
+}
+
+impl HeldBranch {
+    /// The same with a factor on its stiffness.
+    #[must_use]
+    pub fn with_factor(mut self, factor: Vec<f64>) -> HeldBranch {
+        self.factor = factor;
+        self
+    }
+
+    /// Whether it holds anything in place.
+    pub fn is_elastic(&self) -> bool {
+        self.deflection != 0.0
+    }
+
+    /// Coefficient k of a series times κ.
+    pub fn scaled(&self, series: &[f64], k: usize) -> f64 {
+        match self.factor.is_empty() {
+            true => series[k],
+            false => (0..=k)
+                .map(|j| self.factor.get(j).copied().unwrap_or(0.0) * series[k - j])
+                .sum(),
+        }
+    }
+}
+
+impl Held<'_> {
+    /// The motion from a state `[q, v, z]` at the middle: coefficients of `[q, z]`, order by order.
+    pub fn motion(&self, start: &[f64], sources: &Sources, terms: usize) -> Vec<f64> {
+        let (n, half) = (self.train.n(), self.half);
+        let rows = start.len() - n;
+        let mut out = vec![0.0; terms * rows];
+        let mut v = vec![0.0; terms * n];
+        out[..n].copy_from_slice(&start[..n]);
+        out[n..rows].copy_from_slice(&start[2 * n..]);
+        v[..n].copy_from_slice(&start[n..2 * n]);
+        let mut deltas = vec![0.0; terms * self.branches.len()];
+        let mut g = vec![0.0; n];
+        for k in 0..terms - 1 {
+            let share = half / (k + 1) as f64;
+            let now = &out[k * rows..(k + 1) * rows];
+            let speed = &v[k * n..(k + 1) * n];
+            let mut inner_rates = Vec::new();
+            g.fill(0.0);
+            for (at, drive) in self.train.drives.iter().enumerate() {
+                let f = sources.drive(at, k);
+                drive.direction.scaled().for_each(|(i, a)| g[i] += a * f);
+            }
+            for (at, (b, held)) in self.train.branches.iter().zip(&self.branches).enumerate() {
+                let steady = f64::from(sources.steady && k == 0);
+                let delta = b.direction.dot(&now[..n]) - sources.error(at, k);
+                let error_rate = (k + 1) as f64 / half * sources.error(at, k + 1);
+                let rate = b.direction.dot(speed) - error_rate;
+                let history = &mut deltas[at * terms..(at + 1) * terms];
+                history[k] = steady * held.constant + held.deflection * delta;
+                let mut force = held.scaled(history, k) + held.rate * rate + steady * held.own;
+                if held.inner.present {
+                    let z = now[n + inner_rates.len()];
+                    force += held.inner.sign * z;
+                    let driven = match &b.law {
+                        Law::Maxwell { .. } => rate,
+                        _ => b.direction.dot(speed),
+                    };
+                    inner_rates.push(
+                        held.inner.gain * driven + steady * held.inner.constant
+                            - held.inner.decay * z,
+                    );
+                }
+                b.acts().scaled().for_each(|(i, a)| g[i] -= a * force);
+            }
+            if let Some((stiffness, damping)) = &self.train.general {
+                for i in 0..n {
+                    g[i] -= (0..n)
+                        .map(|j| stiffness[(i, j)] * now[j] + damping[(i, j)] * speed[j])
+                        .sum::<f64>();
+                }
+            }
+            self.train.accelerate(&mut g);
+            for i in 0..n {
+                out[(k + 1) * rows + i] = share * v[k * n + i];
+                v[(k + 1) * n + i] = share * (g[i] - self.train.drag * v[k * n + i]);
+            }
+            for (i, rate) in inner_rates.iter().enumerate() {
+                out[(k + 1) * rows + n + i] = share * rate;
+            }
+        }
+        out
+    }
+}
