@@ -198,38 +198,53 @@ impl Train {
         self.branches.iter().map(Branch::inner).sum()
     }
 
+    /// A coordinate pushes others and none pushes back: a motion that is prescribed.
+    pub fn is_driven_one_way(&self) -> bool {
+        let touches = |d: &Direction, j: usize| d.terms.iter().any(|t| t.0 == j);
+        (0..self.n()).any(|j| {
+            let mut along = self
+                .branches
+                .iter()
+                .filter(|b| touches(&b.direction, j))
+                .peekable();
+            along.peek().is_some() && along.all(|b| !touches(b.acts(), j))
+        })
+    }
+
     /// Nothing but constant stiffness and damping and known forces: exact propagation suffices.
     pub fn is_linear(&self) -> bool {
-        self.branches.iter().all(|b| {
-            let linear = match &b.law {
-                Law::Linear { .. } | Law::Maxwell { .. } => true,
-                Law::Contact(contact) => !contact.opens() && b.variation.is_none(),
-                Law::Curve(curve) | Law::Lagged { curve, .. } => {
-                    matches!(curve, Curve::Straight { .. })
-                }
-                Law::Friction(_) | Law::Power { .. } => false,
-            };
-            linear && b.followed.is_none()
-        })
+        !self.is_driven_one_way()
+            && self.branches.iter().all(|b| {
+                let linear = match &b.law {
+                    Law::Linear { .. } | Law::Maxwell { .. } => true,
+                    Law::Contact(contact) => !contact.opens() && b.variation.is_none(),
+                    Law::Curve(curve) | Law::Lagged { curve, .. } => {
+                        matches!(curve, Curve::Straight { .. })
+                    }
+                    Law::Friction(_) | Law::Power { .. } => false,
+                };
+                linear && b.followed.is_none()
+            })
     }
 
     /// Linear between switches: contacts with play, stiffness in steps at imposed speed, Coulomb friction.
     pub fn is_piecewise_linear(&self) -> bool {
-        self.branches.iter().all(|b| {
-            let linear = match &b.law {
-                Law::Linear { .. } | Law::Maxwell { .. } | Law::Contact(_) => true,
-                Law::Friction(friction) => friction.is_coulomb(),
-                Law::Curve(curve) | Law::Lagged { curve, .. } => {
-                    matches!(curve, Curve::Straight { .. })
-                }
-                Law::Power { .. } => false,
-            };
-            let steps = b
-                .variation
-                .as_ref()
-                .is_none_or(|w| w.shape.is_steps() && w.phase.angle().is_none());
-            linear && steps && b.followed.is_none()
-        })
+        !self.is_driven_one_way()
+            && self.branches.iter().all(|b| {
+                let linear = match &b.law {
+                    Law::Linear { .. } | Law::Maxwell { .. } | Law::Contact(_) => true,
+                    Law::Friction(friction) => friction.is_coulomb(),
+                    Law::Curve(curve) | Law::Lagged { curve, .. } => {
+                        matches!(curve, Curve::Straight { .. })
+                    }
+                    Law::Power { .. } => false,
+                };
+                let steps = b
+                    .variation
+                    .as_ref()
+                    .is_none_or(|w| w.shape.is_steps() && w.phase.angle().is_none());
+                linear && steps && b.followed.is_none()
+            })
     }
 
     /// Something can switch at an instant that the motion decides.
