@@ -73,11 +73,9 @@ fn chain(inertia: &[f64], stiffness: &[f64], damping: &[f64]) -> Vec<Branch> {
 
 // runs
 
-fn try_run(
-    method: &str,
-    train: &Train,
-    ask: &Ask,
-) -> Result<(Vec<(f64, Vec<f64>)>, Effort), Error> {
+type Samples = Vec<(f64, Vec<f64>)>;
+
+fn try_run(method: &str, train: &Train, ask: &Ask) -> Result<(Samples, Effort), Error> {
     let method = methods::find(method).unwrap();
     assert_eq!((method.refuses)(train), None);
     let mut samples = Vec::new();
@@ -100,7 +98,7 @@ fn ask(start: &[f64], to: f64, samples: usize) -> Ask {
     }
 }
 
-fn run(train: &Train, start: &[f64], to: f64, samples: usize) -> (Vec<(f64, Vec<f64>)>, Effort) {
+fn run(train: &Train, start: &[f64], to: f64, samples: usize) -> (Samples, Effort) {
     let method = if train.is_linear() {
         "exact"
     } else {
