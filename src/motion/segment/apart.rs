@@ -20,7 +20,7 @@ pub fn parts(equations: &Equations) -> Option<(Spectrum, Stage)> {
     let modes = || equations.omega.iter().zip(damping);
     let swings = modes().filter(|&(&w, &d)| under(w, d)).count();
     let mut spectrum = Spectrum::default();
-    let mut pairs = Vec::with_capacity(equations.len());
+    let mut pairs = Vec::with_capacity(equations.count());
     let mut next = 2 * swings;
     for (&w, &d) in modes() {
         if under(w, d) {

@@ -67,7 +67,7 @@ impl Dense {
     }
 
     /// How many states.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.matrix.nrows()
     }
 
@@ -78,8 +78,8 @@ impl Dense {
 
     /// c A.
     pub fn rate_of(&self, c: &[f64], out: &mut [f64]) {
-        for j in 0..self.len() {
-            out[j] = (0..self.len()).map(|i| c[i] * self.matrix[(i, j)]).sum();
+        for j in 0..self.count() {
+            out[j] = (0..self.count()).map(|i| c[i] * self.matrix[(i, j)]).sum();
         }
     }
 
@@ -90,7 +90,7 @@ impl Dense {
         turns: &[Complex],
         span: f64,
     ) -> DenseRun {
-        let n = self.len();
+        let n = self.count();
         let mut start = Vec::with_capacity(3 * n + 2 * turns.len());
         start.extend_from_slice(&x[..n]);
         start.extend_from_slice(&b0[..n]);
@@ -118,7 +118,7 @@ impl Dense {
 
     /// x after τ.
     pub fn at(&self, run: &DenseRun, tau: f64, out: &mut [f64]) {
-        let n = self.len();
+        let n = self.count();
         let mut state = run.start.clone();
         let mut left = tau;
         while left > 0.0 {
@@ -147,7 +147,7 @@ impl Dense {
                 Err(_) => return false,
             },
         };
-        let n = self.len();
+        let n = self.count();
         let next = |i: usize| -> f64 { (0..made.ncols()).map(|j| made[(i, j)] * state[j]).sum() };
         let x: Vec<f64> = (0..n).map(next).collect();
         let turned: Vec<f64> = (0..self.harmonics.len())
@@ -164,7 +164,7 @@ impl Dense {
 
     /// The rows of x and of the harmonics of the exponential over h.
     fn make(&self, h: f64) -> Result<Matrix, Error> {
-        let n = self.len();
+        let n = self.count();
         let all = 3 * n + 2 * self.harmonics.len();
         let mut a = Matrix::zeros(all, all);
         for i in 0..n {

@@ -45,7 +45,7 @@ pub struct Inner {
 
 impl Equations {
     /// How many modes.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.omega.len()
     }
 

@@ -70,8 +70,8 @@ impl Flight {
         span: f64,
         crossed: Option<&Border>,
     ) {
-        let (n, m) = (shared.train.n(), machine.modes.len());
-        let len = machine.spectrum.len();
+        let (n, m) = (shared.train.n(), machine.modes.count());
+        let len = machine.spectrum.count();
         self.epoch = now.high;
         self.reach = match machine.growth > 0.0 {
             true => span.min(std::f64::consts::LN_2 / machine.growth),
@@ -268,7 +268,7 @@ impl Flight {
 
     /// The state y where the motion was moved to, τ.
     pub fn state(&mut self, machine: &Machine, tau: f64, y: &mut [f64]) {
-        let (n, m) = (machine.modes.shapes.nrows(), machine.modes.len());
+        let (n, m) = (machine.modes.shapes.nrows(), machine.modes.count());
         machine.stage.leave(&self.sigma, &mut self.modal);
         for (answer, turn) in machine.steady.iter().zip(&self.now) {
             add(&mut self.modal, turn.re, &answer.modal[0]);

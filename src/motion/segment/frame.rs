@@ -155,14 +155,14 @@ impl Modes {
     }
 
     /// How many there are.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.omega.len()
     }
 
     /// `wᵀΦ`, exactly zero for the first `blind` modes.
     pub fn seen(&self, w: &[f64], blind: usize) -> Vec<f64> {
         let column = |j: usize| dot(self.shapes.col_as_slice(j), w);
-        (0..self.len())
+        (0..self.count())
             .map(|j| if j < blind { 0.0 } else { column(j) })
             .collect()
     }
@@ -275,7 +275,7 @@ mod tests {
             ..Rows::default()
         };
         let modes = Modes::new(&root, &rows, 3).unwrap();
-        assert_eq!(modes.len(), 2);
+        assert_eq!(modes.count(), 2);
         assert!((modes.omega[0] - 2.0).abs() < 1e-14 && (modes.omega[1] - 3.0).abs() < 1e-14);
     }
 }

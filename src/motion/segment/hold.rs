@@ -83,7 +83,7 @@ impl Hold {
         let carried = Matrix::from_fn(n, s, |k, i| holds[i][k]);
 
         let (stiffness, damping, inner) = forces(shared, laws);
-        let m = modes.len();
+        let m = modes.count();
         let modal = |matrix: &Matrix, inner: Option<&Matrix>| {
             let over = modes.shapes.transpose() * matrix;
             let mut out = Matrix::zeros(len, n);

@@ -71,7 +71,7 @@ impl Machine {
             Some(found) => found,
             None => mixed::parts(&equations, &harmonics)?,
         };
-        let len = spectrum.len();
+        let len = spectrum.count();
         let into = |modal: &[f64]| {
             let mut sigma = vec![0.0; len];
             stage.enter(modal, &mut sigma);
@@ -94,7 +94,7 @@ impl Machine {
                 found.answer.iter().map(|x| x.im).collect(),
             ];
             let out = |sigma: &[f64]| {
-                let mut modal = vec![0.0; 2 * modes.len() + equations.inner.len()];
+                let mut modal = vec![0.0; 2 * modes.count() + equations.inner.len()];
                 stage.leave(sigma, &mut modal);
                 modal
             };
@@ -181,7 +181,7 @@ impl Machine {
         seen: &Seen,
         left: &[Vec<Complex>],
     ) -> Border {
-        let (m, len) = (self.modes.len(), self.spectrum.len());
+        let (m, len) = (self.modes.count(), self.spectrum.count());
         let states = self.steady.first().map_or(0, |a| a.modal[0].len());
         let inner = shared.train.inner();
         let mut modal = vec![0.0; states.max(2 * m + inner)];
@@ -326,7 +326,7 @@ impl Seen {
 }
 
 fn equations(train: &Train, laws: &[Held], modes: &Modes, seen: &Seen) -> Equations {
-    let m = modes.len();
+    let m = modes.count();
     let mut stiffness = Matrix::zeros(m, m);
     let mut beside = false;
     let mut inner = Vec::new();
@@ -348,13 +348,13 @@ fn equations(train: &Train, laws: &[Held], modes: &Modes, seen: &Seen) -> Equati
             });
         }
     }
-    if let Some((k, _)) = &train.general {
-        if k.norm_max() > 0.0 {
-            beside = true;
-            let over = modes.shapes.transpose() * k * &modes.shapes;
-            for (i, j) in (0..m).flat_map(|i| (modes.rigid..m).map(move |j| (i, j))) {
-                stiffness[(i, j)] += over[(i, j)];
-            }
+    if let Some((k, _)) = &train.general
+        && k.norm_max() > 0.0
+    {
+        beside = true;
+        let over = modes.shapes.transpose() * k * &modes.shapes;
+        for (i, j) in (0..m).flat_map(|i| (modes.rigid..m).map(move |j| (i, j))) {
+            stiffness[(i, j)] += over[(i, j)];
         }
     }
     Equations {
@@ -374,7 +374,7 @@ fn damping(train: &Train, laws: &[Held], modes: &Modes, seen: &Seen) -> Damping 
         let own = modes.omega.iter().map(|w| train.drag + beta * w * w);
         return Damping::Diagonal(own.collect());
     }
-    let (n, m) = (train.n(), modes.len());
+    let (n, m) = (train.n(), modes.count());
     let pairs = || (0..m).flat_map(|i| (0..m).map(move |j| (i, j)));
     let mut d = Matrix::zeros(m, m);
     // What each entry sums, without signs.
@@ -448,7 +448,7 @@ struct RawPushes {
 impl RawPushes {
     fn new(shared: &Shared, laws: &[Held], seen: &Seen, modes: &Modes, inner: usize) -> RawPushes {
         let train = shared.train;
-        let (m, n) = (modes.len(), train.n());
+        let (m, n) = (modes.count(), train.n());
         let nothing = vec![0.0; 2 * m + inner];
         let mut constant = nothing.clone();
         let before = |branch: usize| {

@@ -47,7 +47,7 @@ impl States {
         let stiff = |j: usize| {
             let w = equations.omega[j];
             let beside = equations.stiffness.as_ref().map_or(0.0, |k| {
-                (0..equations.len()).fold(0.0, |m: f64, i| m.max(k[(i, j)].abs()))
+                (0..equations.count()).fold(0.0, |m: f64, i| m.max(k[(i, j)].abs()))
             });
             match w.max(beside.sqrt()) {
                 0.0 => 1.0,
@@ -55,11 +55,11 @@ impl States {
             }
         };
         States {
-            places: (equations.rigid..equations.len())
+            places: (equations.rigid..equations.count())
                 .map(|j| (j, stiff(j)))
                 .collect(),
             first: equations.free,
-            modes: equations.len(),
+            modes: equations.count(),
             scales: equations.inner.iter().map(|inner| inner.scale).collect(),
         }
     }
@@ -165,7 +165,7 @@ fn roots(equations: &Equations, states: &States, matrix: &Matrix) -> Result<Vec<
 /// The modes that are not free, as a quadratic eigenproblem.
 fn quadratic(equations: &Equations) -> Quadratic {
     let first = equations.free;
-    let m = equations.len() - first;
+    let m = equations.count() - first;
     let d = equations.damping_matrix();
     let stiffness = Matrix::from_fn(m, m, |i, j| {
         let beside = equations

@@ -33,11 +33,11 @@ pub enum Other {
 
 impl Other {
     /// How many states it has.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         match self {
             Other::Decay(_) => 1,
             Other::Coast(_) | Other::Critical { .. } => 2,
-            Other::Dense(dense) => dense.len(),
+            Other::Dense(dense) => dense.count(),
         }
     }
 }
@@ -126,8 +126,8 @@ enum OtherRun {
 
 impl Spectrum {
     /// How many states there are.
-    pub fn len(&self) -> usize {
-        2 * self.swings.len() + self.others.iter().map(Other::len).sum::<usize>()
+    pub fn count(&self) -> usize {
+        2 * self.swings.len() + self.others.iter().map(Other::count).sum::<usize>()
     }
 
     /// The fastest growth of a part, 1/s; zero where none grows.
@@ -159,7 +159,7 @@ impl Spectrum {
                 }
                 Other::Dense(dense) => dense.rate_of(&c[at..], &mut out[at..]),
             }
-            at += other.len();
+            at += other.count();
         }
         out
     }
@@ -235,10 +235,10 @@ impl Spectrum {
                 }
                 // It knows its harmonics itself.
                 Other::Dense(dense) => {
-                    left[at..at + dense.len()].copy_from_slice(&b[at..at + dense.len()])
+                    left[at..at + dense.count()].copy_from_slice(&b[at..at + dense.count()])
                 }
             }
-            at += other.len();
+            at += other.count();
         }
         Steady {
             answer: out,
@@ -348,7 +348,7 @@ impl Spectrum {
                     run.others.push(OtherRun::Dense(started));
                 }
             }
-            at += other.len();
+            at += other.count();
         }
         run.pushes.clear();
         run.lasting.clear();
@@ -390,6 +390,7 @@ impl Spectrum {
 
     /// σ after τ.
     pub fn at(&self, run: &Run, resonances: &[Resonance], tau: f64, sigma: &mut [f64]) {
+        let mut decay = Decay::default();
         for ((&lambda, part), out) in self
             .swings
             .iter()
@@ -398,7 +399,7 @@ impl Spectrum {
         {
             let zeta = match tau < part.small {
                 true => part.beginning(lambda, tau),
-                false => part.later(lambda, tau),
+                false => part.later(lambda, tau, decay.after(lambda.re, tau)),
             };
             out[0] = zeta.re;
             out[1] = zeta.im;
@@ -442,11 +443,11 @@ impl Spectrum {
                 }
                 OtherRun::Dense(started) => {
                     if let Other::Dense(dense) = other {
-                        dense.at(started, tau, &mut sigma[at..at + dense.len()]);
+                        dense.at(started, tau, &mut sigma[at..at + dense.count()]);
                     }
                 }
             }
-            at += other.len();
+            at += other.count();
         }
     }
 
@@ -477,8 +478,10 @@ impl Spectrum {
 
     /// How much of [`Run::bounds`] is left from τ on, for `horizon` seconds at most.
     pub fn fade(&self, tau: f64, horizon: f64, fade: &mut [f64]) {
+        let mut decay = Decay::default();
         for (out, lambda) in fade.iter_mut().zip(&self.swings) {
-            *out = faded_bound(lambda.re, tau, horizon);
+            let until = if lambda.re > 0.0 { tau + horizon } else { tau };
+            *out = decay.after(lambda.re, until);
         }
         let mut at = self.swings.len();
         for other in &self.others {
@@ -496,16 +499,44 @@ impl Spectrum {
                 }
                 Other::Dense(dense) => {
                     let grown = faded_bound(dense.growth(), tau, horizon);
-                    fade[at..at + dense.len()].fill(grown);
+                    fade[at..at + dense.count()].fill(grown);
                 }
             }
-            at += other.len();
+            at += other.count();
         }
     }
 }
 
 /// |iω − λ| below this share of |λ| is taken as resonance: apart, a digit would go.
 const NEAR: f64 = 0.1;
+
+/// The last exponential taken: modes with the same drag share it.
+#[derive(Debug, Clone, Copy)]
+struct Decay {
+    exponent: f64,
+    value: f64,
+}
+
+impl Default for Decay {
+    fn default() -> Decay {
+        Decay {
+            exponent: 0.0,
+            value: 1.0,
+        }
+    }
+}
+
+impl Decay {
+    /// `e^{re τ}`.
+    fn after(&mut self, re: f64, tau: f64) -> f64 {
+        let exponent = re * tau;
+        if exponent != self.exponent {
+            self.exponent = exponent;
+            self.value = exponent.exp();
+        }
+        self.value
+    }
+}
 
 /// `e^{re τ}`, and for what grows the value at the end of the horizon.
 fn faded_bound(re: f64, tau: f64, horizon: f64) -> f64 {
@@ -544,9 +575,9 @@ impl SwingRun {
         self.start + (first * self.rate + second * self.ramp * tau) * tau
     }
 
-    fn later(&self, lambda: Complex, tau: f64) -> Complex {
+    fn later(&self, lambda: Complex, tau: f64, decay: f64) -> Complex {
         let (s, c) = (lambda.im * tau).sin_cos();
-        let turn = Complex::new(c, s) * (lambda.re * tau).exp();
+        let turn = Complex::new(c * decay, s * decay);
         self.still + self.drift * tau + turn * self.moving
     }
 }
