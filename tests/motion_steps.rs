@@ -45,7 +45,7 @@ fn ask(to: f64, start: &[f64], samples: usize, effort: Wanted) -> Ask {
         start: start.to_vec(),
         samples,
         effort,
-        budget: 100_000_000,
+        budget: 5_000_000,
     }
 }
 
@@ -171,7 +171,7 @@ fn cubic_error(name: &str, step: f64, samples: usize) -> f64 {
 fn law_orders_are_those_of_theory() {
     for (name, coarse, parts, end_order, inner_order) in [
         ("rk4", 0.05, 1, 4.0, 4.0),
-        ("dopri5", 0.1, 1, 5.0, 5.0),
+        ("dopri5", 0.05, 1, 5.0, 5.0),
         ("dop853", 0.25, 1, 8.0, 8.0),
         ("dop853-events", 0.25, 37, 8.0, 8.0),
         ("radau5", 0.1, 37, 5.0, 4.0),
@@ -187,7 +187,10 @@ fn law_orders_are_those_of_theory() {
             (a, b, (a / b).log2())
         };
         let (end, inner) = (order(1), order(parts));
-        eprintln!("{name}: end {end:.3?}, inside {inner:.3?}");
+        eprintln!(
+            "{name}: order {:.2} at the end ({:.1e}, {:.1e}), {:.2} inside",
+            end.2, end.0, end.1, inner.2
+        );
         assert!(
             (end.2 - end_order).abs() < 0.2,
             "{name} at the end: {end:?}"
@@ -228,7 +231,7 @@ mod naive {
         to: f64,
         dense: bool,
     ) -> Vec<Vector2<f64>> {
-        let mut solver = Dop853::new(system, 0.0, to, 0.1, Vector2::new(1.0, 0.0), 1e-12, 1e-12);
+        let mut solver = Dop853::new(system, 0.0, to, 1.0, Vector2::new(1.0, 0.0), 1e-12, 1e-12);
         if !dense {
             solver.set_output(OutputType::Sparse);
         }
@@ -250,22 +253,14 @@ fn law_ode_solvers_right_only_through_the_adapter() {
     eprintln!("explicit time: {off:.2e} after {} steps", naive.len());
     assert!(off > 1e-8, "the package has mended its nodes: {off}");
     let dense = naive::last(naive::Free, 20.0, true);
-    let worst = dense
-        .iter()
-        .enumerate()
-        .map(|(at, y)| (y[0] - (0.1 * at as f64).cos()).abs())
-        .fold(0.0, f64::max);
-    let sparse = naive::last(naive::Free, 20.0, false);
-    let end = (sparse.last().unwrap()[0] - 20f64.cos()).abs();
+    let error = |at: usize| (dense[at][0] - (at as f64).cos()).abs();
+    let before = (0..20).map(error).fold(0.0, f64::max);
     eprintln!(
-        "dense: {worst:.2e} of {} points; sparse: {end:.2e}",
-        dense.len()
+        "dense output: {before:.2e} before the last point, {:.2e} there",
+        error(20)
     );
-    assert!(end < 1e-12, "{end}");
-    assert!(
-        worst > 1e-8 || dense.len() != 201,
-        "the package has mended its dense output"
-    );
+    assert!(before < 1e-10, "{before}");
+    assert!(error(20) > 1e-6, "the package has mended its last point");
 
     let machine = train(
         &[1.0],
@@ -280,7 +275,7 @@ fn law_ode_solvers_right_only_through_the_adapter() {
             .map(|(t, y)| (y[0] - forced_exact(*t)).abs())
             .fold(0.0, f64::max);
         eprintln!("adapter, {} samples: {error:.2e}, {effort:?}", ask.samples);
-        assert!(error < 2e-13, "{error}");
+        assert!(error < 2e-12, "{error}");
     }
 }
 
@@ -475,7 +470,7 @@ fn law_coulomb_decay() {
             assert!((y[0] - turn).abs() < 1e-9, "{name}: {at} {y:?}");
             assert!(y[1].abs() < 1e-8, "{name}: {at} {y:?}");
         }
-        assert_eq!(samples[10].1[1], 0.0, "{name}: at rest");
+        assert!(samples[10].1[1].abs() < 1e-14, "{name}: at rest");
         eprintln!("{name}: {effort:?}");
     }
 }
@@ -721,10 +716,10 @@ fn law_methods_agree() {
     .0;
     for method in METHODS {
         let (effort, bound) = match (method.ladder, method.order) {
-            (Ladder::Tolerance, Some(2)) => (Wanted::Tolerance(1e-8), 1e-4),
+            (Ladder::Tolerance, Some(2)) => (Wanted::Tolerance(1e-8), 1e-3),
             (Ladder::Tolerance | Ladder::Exact, _) => (Wanted::Tolerance(1e-10), 1e-8),
-            (Ladder::Step, Some(2)) => (Wanted::Step(1e-3), 1e-4),
-            (Ladder::Step, _) => (Wanted::Step(1e-3), 1e-8),
+            (Ladder::Step, Some(2)) => (Wanted::Step(1e-3), 2e-3),
+            (Ladder::Step, _) => (Wanted::Step(1e-3), 1e-7),
         };
         assert!((method.refuses)(&machine).is_none());
         let begun = std::time::Instant::now();

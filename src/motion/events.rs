@@ -321,7 +321,7 @@ impl Way<'_> {
         Error::new(
             Code::NoConvergence,
             format!(
-                "branch {name} switches to and fro at t = {} s without time passing (values of size {size:.1e})",
+                "branch {name} switches to and fro at t = {:?} s without time passing (values of size {size:.1e})",
                 self.t
             ),
         )

@@ -36,7 +36,7 @@ impl<'a, 's> Samples<'a, 's> {
         if let Some(at) = y.iter().position(|x| !x.is_finite()) {
             return Err(Error::new(
                 Code::Overflow,
-                format!("state {at} is {} at t = {t} s", y[at]),
+                format!("state {at} is {} at t = {t:?} s", y[at]),
             ));
         }
         self.next += 1;
@@ -117,7 +117,7 @@ pub fn too_dear(ask: &Ask, spent: u64, t: f64) -> Error {
     Error::new(
         Code::Hopeless,
         format!(
-            "{spent} evaluations brought the motion to t = {t} s, and {} allows no more; the whole would cost {whole}",
+            "{spent} evaluations brought the motion to t = {t:?} s, and {} allows no more; the whole would cost {whole}",
             ask.budget
         ),
     )
@@ -126,11 +126,14 @@ pub fn too_dear(ask: &Ask, spent: u64, t: f64) -> Error {
 
 /// `t` kept inside a stretch between two breaks, so that nothing is evaluated on their far sides, s.
 pub fn inside(t: f64, from: f64, to: f64) -> f64 {
-    let margin = 8.0 * f64::EPSILON * from.abs().max(to.abs());
-    if to - from <= 2.0 * margin {
-        return from + 0.5 * (to - from);
+    let (first, last) = (
+        from + 8.0 * f64::EPSILON * from.abs(),
+        to - 8.0 * f64::EPSILON * to.abs(),
+    );
+    match first < last {
+        true => t.clamp(first, last),
+        false => from + 0.5 * (to - from),
     }
-    t.clamp(from + margin, to - margin)
 }
 
 /// The first break after `t` that is more than rounding away, at most `to`, s.

@@ -9,7 +9,7 @@ pub fn beside(mut error: Error, train: &Train, t: f64, y: &[f64]) -> Error {
     if let Some(name) = nearest(train, t, y) {
         let hint = error.hint.unwrap_or_default();
         error.hint = Some(format!(
-            "{hint}; at the last sample, t = {t} s, branch {name} is nearest to switching"
+            "{hint}; at the last sample, t = {t:?} s, branch {name} is nearest to switching"
         ));
     }
     error

@@ -262,7 +262,7 @@ pub fn run(weights: &Alpha, train: &Train, ask: &Ask, sink: &mut Sink) -> Result
     let mut effort = Effort::default();
     let mut samples = Samples::new(ask, sink);
     let mut constant = Constant::new(weights, train);
-    let mut scale = Scale::of_train(train);
+    let mut scale = Scale::of_train(train, ask);
     scale.note(&ask.start);
     let mut y = ask.start.clone();
     samples.give_until(ask.from, &mut y, |_, _| ())?;
@@ -309,13 +309,15 @@ pub fn run(weights: &Alpha, train: &Train, ask: &Ask, sink: &mut Sink) -> Result
                     .map(|i| weights.local_error() * h * h * (next.a[i] - state.a[i]))
                     .collect();
                 let before: Vec<f64> = [state.q.clone(), state.v.clone()].concat();
-                let error = norm(&error, &scale.sizes(&before, &reached)[..n]) / tolerance;
+                let error = norm(&error, &scale.sizes(&before, &reached, h)[..n]) / tolerance;
                 if !(error <= 1.0) {
                     effort.rejected += 1;
                     if size == 1 {
                         return Err(Error::new(
                             Code::NoConvergence,
-                            format!("no step from t = {t} s keeps the error within the tolerance"),
+                            format!(
+                                "no step from t = {t:?} s keeps the error within the tolerance"
+                            ),
                         )
                         .hint("ask for a coarser tolerance"));
                     }
@@ -362,10 +364,8 @@ fn step(
     let (train, w) = (constant.train, constant.weights);
     let n = train.n();
     let u = clock(t + (1.0 - w.force) * h);
-    let sizes = scale.sizes(
-        &[from.q.clone(), from.v.clone()].concat(),
-        &[from.q.clone(), from.v.clone()].concat(),
-    );
+    let start = [from.q.clone(), from.v.clone()].concat();
+    let sizes = scale.sizes(&start, &start, h);
     let reach: Vec<f64> = (0..n)
         .map(|i| {
             sizes[i]
@@ -429,13 +429,12 @@ fn step(
             !constant.others.iter().any(law)
         };
         if round == ROUNDS / 2 && only_contacts() {
-            let start = [from.q.clone(), from.v.clone()].concat();
             held = Some(train.regime(u, &start));
         }
     }
     Err(Error::new(
         Code::NoConvergence,
-        format!("Newton's iteration of a step of {h} s at t = {t} s does not converge"),
+        format!("Newton's iteration of a step of {h:?} s at t = {t:?} s does not converge"),
     )
     .hint("ask for a shorter step, or widen the creep speed of dry friction"))
 }

@@ -59,7 +59,7 @@ impl Dop853 {
 
     /// The error of the step to `end`, relative to the tolerance.
     fn error(&self, y: &[f64], end: &[f64], h: f64, tolerance: f64) -> f64 {
-        let sizes = self.scale.sizes(y, end);
+        let sizes = self.scale.sizes(y, end, h);
         let errors = |sum: Sum| -> Vec<f64> { (0..y.len()).map(|i| self.sum(sum, i)).collect() };
         let (fifth, third) = (norm(&errors(FIFTH), &sizes), norm(&errors(THIRD), &sizes));
         if fifth == 0.0 && third == 0.0 {
@@ -70,7 +70,7 @@ impl Dop853 {
 
     /// A first step from the sizes of the state and its slope, s.
     fn first(&self, y: &[f64], left: f64) -> f64 {
-        let sizes = self.scale.sizes(y, y);
+        let sizes = self.scale.sizes(y, y, 1e-3 * left);
         let (state, slope) = (norm(y, &sizes), norm(&self.slopes[0], &sizes));
         let sensible = 0.01 * state / slope;
         match sensible > 0.0 && sensible.is_finite() {
@@ -154,7 +154,7 @@ impl<P: Problem> Stepper<P> for Dop853 {
             if !(h > 4.0 * f64::EPSILON * t.abs() && h > 0.0) && h < left {
                 return Err(Error::new(
                     Code::NoConvergence,
-                    format!("no step from t = {t} s keeps the error within the tolerance"),
+                    format!("no step from t = {t:?} s keeps the error within the tolerance"),
                 )
                 .hint("the motion is too stiff or jumps there: take a method for stiff machines, or a coarser tolerance"));
             }

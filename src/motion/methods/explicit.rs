@@ -14,6 +14,8 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::motion::problem::{Ask, Effort, Problem, Sink, Wanted};
 use crate::motion::progress::{Samples, check, inside, next_stop, too_dear, within_budget};
+use crate::motion::scale::Scale;
+use crate::motion::stepper::equal_part;
 use crate::motion::train::Train;
 use crate::motion::trouble;
 
@@ -53,8 +55,15 @@ pub fn dop853(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error
 }
 
 fn machine(method: Explicit, train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
+    check(ask, train.len())?;
+    let soon = 1e-2 * (ask.to - ask.from) / ask.samples.max(1) as f64;
+    let sizes = Scale::of_train(train, ask).sizes(&ask.start, &ask.start, soon);
+    let sizes = sizes
+        .into_iter()
+        .map(|s| if s > 1e-200 { s } else { 1e-9 })
+        .collect();
     let mut last = (ask.from, ask.start.clone());
-    let result = run(method, train, ask, &mut |t, y| {
+    let result = from_sizes(method, train, ask, sizes, &mut |t, y| {
         last = (t, y.to_vec());
         sink(t, y)
     });
@@ -111,8 +120,17 @@ pub fn run<P: Problem>(
     ask: &Ask,
     sink: &mut Sink,
 ) -> Result<Effort, Error> {
-    let n = problem.len();
-    check(ask, n)?;
+    check(ask, problem.len())?;
+    from_sizes(method, problem, ask, first_sizes(problem, ask), sink)
+}
+
+fn from_sizes<P: Problem>(
+    method: Explicit,
+    problem: &P,
+    ask: &Ask,
+    mut sizes: Vec<f64>,
+    sink: &mut Sink,
+) -> Result<Effort, Error> {
     if let (Explicit::Rk4, Wanted::Tolerance(_)) = (method, ask.effort) {
         return Err(Error::new(Code::Usage, "rk4 takes a step, not a tolerance"));
     }
@@ -128,7 +146,6 @@ pub fn run<P: Problem>(
     let mut samples = Samples::new(ask, sink);
     let mut t = ask.from;
     let mut y = ask.start.clone();
-    let mut sizes = first_sizes(problem, ask);
     samples.give_until(t, &mut y, |_, _| ())?;
     while samples.due().is_some() && t < ask.to {
         let stop = next_stop(|t| problem.next_break(t), t, ask.to);
@@ -151,17 +168,18 @@ pub fn run<P: Problem>(
     Ok(effort)
 }
 
-/// Sizes before anything has moved: what a state is, or a billionth of what the largest will soon be.
+/// Sizes before anything has moved: what a state is, at least a thousandth of the largest; from rest, a billionth of what the
+/// slope would soon make.
 fn first_sizes<P: Problem>(problem: &P, ask: &Ask) -> Vec<f64> {
-    let n = problem.len();
-    let mut slope = vec![0.0; n];
+    let mut slope = vec![0.0; problem.len()];
     problem.slope(ask.from, &ask.start, &mut slope);
     let soon = (ask.to - ask.from) / ask.samples.max(1) as f64;
-    let largest = (0..n)
-        .map(|i| ask.start[i].abs().max(soon * slope[i].abs()))
-        .filter(|x| x.is_finite())
-        .fold(0.0, f64::max);
-    let least = if largest > 0.0 { 1e-9 * largest } else { 1e-9 };
+    let largest = |x: &[f64]| x.iter().map(|x| x.abs()).fold(0.0, f64::max);
+    let least = match (largest(&ask.start), soon * largest(&slope)) {
+        (state, _) if state > 0.0 => 1e-3 * state,
+        (_, rise) if rise > 0.0 && rise.is_finite() => 1e-9 * rise,
+        _ => 1e-9,
+    };
     ask.start.iter().map(|x| x.abs().max(least)).collect()
 }
 
@@ -195,9 +213,15 @@ fn part<P: Problem>(
         let (tolerance, first, longest) = match ask.effort {
             Wanted::Tolerance(tolerance) => (tolerance, 0.0, left),
             Wanted::Step(h) => {
-                let h = left / (left / h - 1e-6).ceil().max(1.0);
+                let h = equal_part(left, h);
                 (1e100, h, h)
             }
+        };
+        let many = f64::from(STEPS_A_CALL) * longest;
+        let left = if method == Explicit::Rk4 && many < left {
+            many
+        } else {
+            left
         };
         macro_rules! controlled {
             ($solver:ident, $grow:expr, $shrink:expr) => {{
@@ -233,7 +257,8 @@ fn part<P: Problem>(
         }
         let (outcome, reached, states) = match method {
             Explicit::Rk4 => {
-                let mut solver = Rk4::new(system, 0.0, start, left, longest);
+                // It takes whole steps until it is past the end.
+                let mut solver = Rk4::new(system, 0.0, start, left - 0.5 * longest, longest);
                 let outcome = solver.integrate();
                 let states = solver.y_out().iter().map(|x| x.as_slice().to_vec());
                 (outcome, Some(left), states.collect())
@@ -245,15 +270,13 @@ fn part<P: Problem>(
         if failed.get() {
             return Err(Error::new(
                 Code::Overflow,
-                format!("the motion leaves the range of numbers between t = {now} s and {end} s"),
+                format!("the motion leaves the range of numbers between t = {now:?} s and {end:?} s"),
             )
             .hint("the step is too long for the stiffness: take a shorter one, a tolerance, or a method for stiff machines"));
         }
-        for state in &states {
+        if let Some(last) = states.last() {
             for i in 0..n {
-                // The package keeps its own vector; sizes are of the peaks so far.
-                let x = state[i] * sizes[i];
-                y[i] = x;
+                y[i] = last[i] * sizes[i];
             }
         }
         for i in 0..n {
@@ -261,9 +284,9 @@ fn part<P: Problem>(
             sizes[i] = sizes[i].max(peak * sizes[i]);
         }
         *t = match (&outcome, reached) {
-            (Ok(_), _) => end,
-            (Err(_), Some(x)) => now + x,
-            (Err(_), None) => now,
+            (Ok(_), _) if now + left >= end => end,
+            (_, Some(x)) => now + x,
+            (_, None) => now,
         };
         match outcome {
             Ok(stats) => {
@@ -279,7 +302,7 @@ fn part<P: Problem>(
             Err(IntegrationError::StepSizeUnderflow { .. }) => {
                 return Err(Error::new(
                     Code::NoConvergence,
-                    format!("no step from t = {} s keeps the error within the tolerance", *t),
+                    format!("no step from t = {:?} s keeps the error within the tolerance", *t),
                 )
                 .hint("the motion jumps there: take a method that locates events, or a coarser tolerance"));
             }
@@ -287,7 +310,7 @@ fn part<P: Problem>(
                 return Err(Error::new(
                     Code::NoConvergence,
                     format!(
-                        "the motion is too stiff for an explicit method at t = {} s",
+                        "the motion is too stiff for an explicit method at t = {:?} s",
                         *t
                     ),
                 )

@@ -156,6 +156,14 @@ impl Radau {
         }
     }
 
+    /// Newton steps allowed: more where the step cannot be cut.
+    fn rounds(&self) -> i32 {
+        match self.control {
+            Control::Tolerance(_) => ROUNDS,
+            Control::Fixed(_) => 6 * ROUNDS,
+        }
+    }
+
     /// Stages, from the last polynomial carried on.
     fn guess(&self, t: f64, h: f64, y: &[f64]) -> [Vec<f64>; 3] {
         let carried = |c: f64| match &self.last {
@@ -181,8 +189,8 @@ impl Radau {
     ) -> Option<Stages> {
         let (n, h) = (y.len(), factors.h);
         let pencil = self.pencil.as_ref()?;
-        let sizes = self.scale.sizes(y, y);
         let tolerance = self.tolerance();
+        let rounds = self.rounds();
         let enough = (tolerance * tolerance.sqrt().clamp(1e-3, 0.03)).max(FLOOR);
         let mut rise = self.guess(t, h, y);
         let mut moved: [Vec<f64>; 3] = std::array::from_fn(|k| {
@@ -192,7 +200,7 @@ impl Radau {
         });
         let mut slopes = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
         let mut size_before = f64::NAN;
-        for round in 0..ROUNDS {
+        for round in 0..rounds {
             for k in 0..3 {
                 let state: Vec<f64> = (0..n).map(|i| y[i] + rise[k][i]).collect();
                 problem.slope(clock(t + NODES[k] * h), &state, &mut slopes[k]);
@@ -214,21 +222,6 @@ impl Radau {
             pencil.solve_complex(&factors.pair, &mut complex);
             let change: Vec<f64> = complex.iter().map(|z| z.re).collect();
             let turned: Vec<f64> = complex.iter().map(|z| z.im).collect();
-            let size = [&real, &change, &turned]
-                .iter()
-                .map(|x| norm(x, &sizes).powi(2))
-                .sum::<f64>()
-                .sqrt()
-                / 3f64.sqrt();
-            if !size.is_finite() {
-                return None;
-            }
-            let rate = size / size_before;
-            let hopeless =
-                rate >= 1.0 || rate.powi(ROUNDS - 1 - round) / (1.0 - rate) * size > enough;
-            if hopeless && size > FLOOR {
-                return None;
-            }
             for i in 0..n {
                 moved[0][i] += real[i];
                 moved[1][i] += change[i];
@@ -239,11 +232,29 @@ impl Radau {
                     rise[k][i] = (0..3).map(|j| BASIS[k][j] * moved[j][i]).sum();
                 }
             }
-            if size <= FLOOR || rate / (1.0 - rate) * size < enough {
+            let reached: Vec<f64> = (0..n).map(|i| y[i] + rise[2][i]).collect();
+            let sizes = self.scale.sizes(y, &reached, h);
+            let square: f64 = [&real, &change, &turned]
+                .iter()
+                .map(|x| norm(x, &sizes).powi(2))
+                .sum();
+            let size = (square / 3.0).sqrt();
+            if !size.is_finite() {
+                return None;
+            }
+            let rate = size / size_before;
+            let hopeless =
+                rate >= 1.0 || rate.powi(rounds - 1 - round) / (1.0 - rate) * size > enough;
+            if hopeless && size > enough {
+                return None;
+            }
+            // Changes this small tell nothing of the rate: they are rounding.
+            let small = size <= FLOOR || round > 0 && size <= enough;
+            if small || rate / (1.0 - rate) * size < enough {
                 return Some(Stages {
                     rise,
                     rounds: round + 1,
-                    rate: if rate.is_finite() { rate } else { 0.0 },
+                    rate: if small || rate.is_nan() { 0.0 } else { rate },
                 });
             }
             size_before = size;
@@ -269,7 +280,7 @@ impl Radau {
             return f64::INFINITY;
         };
         let reached: Vec<f64> = (0..n).map(|i| y[i] + stages.rise[2][i]).collect();
-        let sizes = self.scale.sizes(y, &reached);
+        let sizes = self.scale.sizes(y, &reached, factors.h);
         let of_stages: Vec<f64> = (0..n)
             .map(|i| (0..3).map(|k| ERROR[k] * stages.rise[k][i]).sum::<f64>() / factors.h)
             .collect();
@@ -292,7 +303,7 @@ impl Radau {
 
     /// A first step from the sizes of the state and its slope, s.
     fn first(&self, y: &[f64], slope: &[f64], left: f64) -> f64 {
-        let sizes = self.scale.sizes(y, y);
+        let sizes = self.scale.sizes(y, y, 1e-3 * left);
         let sensible = 0.01 * norm(y, &sizes) / norm(slope, &sizes);
         match sensible > 0.0 && sensible.is_finite() {
             true => sensible.clamp(1e-10 * left, 1e-2 * left),
@@ -350,7 +361,7 @@ impl<P: Linearised> Stepper<P> for Radau {
             if !(h > 4.0 * f64::EPSILON * t.abs() && h > 0.0) && h < left {
                 return Err(Error::new(
                     Code::NoConvergence,
-                    format!("no step from t = {t} s keeps the error within the tolerance"),
+                    format!("no step from t = {t:?} s keeps the error within the tolerance"),
                 )
                 .hint("the motion jumps there or leaves the range of numbers: take a coarser tolerance, or look at the machine at that time"));
             }
@@ -382,7 +393,7 @@ impl<P: Linearised> Stepper<P> for Radau {
                     if matches!(self.control, Control::Fixed(_)) {
                         return Err(Error::new(
                             Code::NoConvergence,
-                            format!("Newton's iteration of a step of {h} s at t = {t} s does not converge"),
+                            format!("Newton's iteration of a step of {h:?} s at t = {t:?} s does not converge"),
                         )
                         .hint("ask for a shorter step"));
                     }
@@ -410,7 +421,7 @@ impl<P: Linearised> Stepper<P> for Radau {
                     effort,
                 ),
             };
-            let rounds = f64::from(ROUNDS);
+            let rounds = f64::from(self.rounds());
             let safety = 0.9 * (2.0 * rounds + 1.0) / (2.0 * rounds + f64::from(stages.rounds));
             let plain = error.powf(-0.25);
             if !(error <= 1.0) {
@@ -432,7 +443,7 @@ impl<P: Linearised> Stepper<P> for Radau {
             let factor = (safety * predicted).clamp(0.2, if refused { 1.0 } else { 8.0 });
             let stale = stages.rounds > 2 && stages.rate > 1e-3;
             // Small changes are not worth new factors.
-            let grown = match !stale && (1.0..1.2).contains(&factor) {
+            let grown = match !stale && (0.9..1.2).contains(&factor) {
                 true => h,
                 false => h * factor,
             };

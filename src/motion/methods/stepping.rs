@@ -6,6 +6,7 @@ use crate::base::error::Error;
 use crate::motion::events;
 use crate::motion::pencil::Plain;
 use crate::motion::problem::{Ask, Effort, Problem, Sink, Wanted};
+use crate::motion::progress::check;
 use crate::motion::scale::Scale;
 use crate::motion::stepper::{self, Control};
 use crate::motion::train::Train;
@@ -15,7 +16,8 @@ use crate::motion::train::Train;
 /// # Errors
 /// Those of [`events::run`].
 pub fn dop853(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
-    let mut stepper = Dop853::new(control(ask), Scale::of_train(train));
+    check(ask, train.len())?;
+    let mut stepper = Dop853::new(control(ask), Scale::of_train(train, ask));
     events::run(train, ask, sink, &mut stepper)
 }
 
@@ -24,7 +26,8 @@ pub fn dop853(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error
 /// # Errors
 /// Those of [`events::run`].
 pub fn radau5(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
-    let mut stepper = Radau::new(control(ask), Scale::of_train(train));
+    check(ask, train.len())?;
+    let mut stepper = Radau::new(control(ask), Scale::of_train(train, ask));
     events::run(train, ask, sink, &mut stepper)
 }
 
