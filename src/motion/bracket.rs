@@ -33,7 +33,9 @@ pub fn first_root(border: Border, [from, to]: [f64; 2], effort: &mut Effort) -> 
         effort.evaluations += 1;
         let (value, slope) = value_and_slope(p, x);
         let on_it = value <= border.noise && (fresh || (value >= -border.noise && slope > 0.0));
-        let step = if on_it {
+        // Falling so fast that it would lose more than its noise.
+        let leaves = slope < 0.0 && slope * slope > 4.0 * curvature * border.noise;
+        let step = if on_it && !leaves {
             effort.grazed += u64::from(2.0 * slope < curvature * floor);
             2.0 * slope / curvature
         } else if value <= border.noise {

@@ -3,6 +3,7 @@
 
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::motion::bracket::value_and_slope;
 use crate::motion::contact::{Affine, Stand};
 use crate::motion::series::{Held, Sources};
 use crate::motion::train::{BranchStand, Law};
@@ -23,9 +24,9 @@ pub struct Solutions {
     pub columns: usize,
     /// Rows of the state kept: coordinates and inner states.
     pub rows: usize,
-    /// Coefficients, term by term, row by row: `[term][row][column]`.
+    /// Coefficients, series after series: `[row][column][term]`.
     pub terms: Vec<f64>,
-    /// Of every border: `[border][term][column]`.
+    /// Of every border: `[border][column][term]`.
     pub borders: Vec<f64>,
     /// Terms of every series.
     pub length: usize,
@@ -121,18 +122,15 @@ impl Solutions {
                     .hint("choose a method that is asked by a tolerance")
             })?;
         let mut terms = Vec::with_capacity(length * rows * columns);
-        for k in 0..length {
-            for row in 0..rows {
-                terms.extend((0..columns).map(|column| at(k, row, column)));
+        for row in 0..rows {
+            for column in 0..columns {
+                terms.extend((0..length).map(|k| at(k, row, column)));
             }
         }
-        let mut borders = vec![0.0; limits.len() * length * columns];
-        for (border, limit) in limits.iter().enumerate() {
-            for (column, (_, sources)) in starts.iter().enumerate() {
-                let series = border_series(held, limit, &motions[column], sources, length);
-                for (k, value) in series.into_iter().enumerate() {
-                    borders[(border * length + k) * columns + column] = value;
-                }
+        let mut borders = Vec::with_capacity(limits.len() * length * columns);
+        for limit in limits {
+            for ((_, sources), motion) in starts.iter().zip(&motions) {
+                borders.extend(border_series(held, limit, motion, sources, length));
             }
         }
         Ok(Solutions {
@@ -148,11 +146,8 @@ impl Solutions {
     pub fn states(&self, place: f64, n: usize, speed: f64) -> Vec<f64> {
         let (rows, columns) = (self.rows, self.columns);
         let mut states = vec![0.0; (rows + n) * columns];
-        for entry in 0..rows * columns {
-            let terms = self.terms[entry..].iter().step_by(rows * columns);
-            let (value, slope) = terms.rev().fold((0.0, 0.0), |(value, slope), a| {
-                (value * place + a, slope * place + value)
-            });
+        for (entry, series) in self.terms.chunks_exact(self.length).enumerate() {
+            let (value, slope) = value_and_slope(series, place);
             if entry < n * columns {
                 states[entry] = value;
                 states[entry + n * columns] = slope * speed;
@@ -161,6 +156,29 @@ impl Solutions {
             }
         }
         states
+    }
+
+    /// The combination of the series of a row by weights, added to `sum`.
+    pub fn add_row(&self, row: usize, weights: &[f64], sum: &mut [f64]) {
+        let size = self.columns * self.length;
+        self.add(&self.terms[row * size..(row + 1) * size], weights, sum);
+    }
+
+    /// The combination of the series of a border by weights, added to `sum`; returns the size of what its first term is summed from.
+    pub fn add_border(&self, border: usize, weights: &[f64], sum: &mut [f64]) -> f64 {
+        let size = self.columns * self.length;
+        let all = &self.borders[border * size..(border + 1) * size];
+        self.add(all, weights, sum);
+        let first = all.iter().step_by(self.length).zip(weights);
+        first.map(|(a, x)| (a * x).abs()).sum()
+    }
+
+    fn add(&self, all: &[f64], weights: &[f64], sum: &mut [f64]) {
+        for (series, weight) in all.chunks_exact(self.length).zip(weights) {
+            sum.iter_mut()
+                .zip(series)
+                .for_each(|(s, a)| *s += weight * a);
+        }
     }
 }
 

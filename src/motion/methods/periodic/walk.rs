@@ -244,25 +244,17 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// The polynomial of a border, into the scratch; returns the size of what its first terms are summed from.
+    /// The polynomial of a border, into the scratch; returns the size of what its first term is summed from.
     fn border(&mut self, border: usize, length: usize) -> f64 {
-        let rising = self.tables.grid.elapsed(self.periods);
-        let (free, forced) = (&self.cell.free.solutions, &self.cell.forced);
-        let (n, c) = (free.columns, forced.columns);
+        let rising = [1.0, self.tables.grid.elapsed(self.periods)];
         self.scratch.clear();
-        let own = &free.borders[border * free.length * n..(border + 1) * free.length * n];
-        let given = &forced.borders[border * forced.length * c..(border + 1) * forced.length * c];
-        let of_free = |k: usize| {
-            let row = own.get(k * n..(k + 1) * n).unwrap_or(&[]);
-            row.iter().zip(&self.constants)
-        };
-        self.scratch.extend((0..length).map(|k| {
-            let sum: f64 = of_free(k).map(|(a, x)| a * x).sum();
-            let there = given.get(k * c..(k + 1) * c).unwrap_or(&[]);
-            sum + forced_value(there, c, 0, rising)
-        }));
-        let size: f64 = of_free(0).map(|(a, x)| (a * x).abs()).sum();
-        size + given[0].abs() + self.scratch[0].abs()
+        self.scratch.resize(length, 0.0);
+        let free = &self.cell.free.solutions;
+        let own = free.add_border(border, &self.constants, &mut self.scratch);
+        own + self
+            .cell
+            .forced
+            .add_border(border, &rising, &mut self.scratch)
     }
 
     /// The state at a place, in units.
@@ -295,25 +287,14 @@ impl<'a> Walk<'a> {
 
     /// The polynomials of all rows, `[row][term]`.
     fn combine(&mut self, cell: &Cell) {
-        let rising = self.tables.grid.elapsed(self.periods);
+        let rising = [1.0, self.tables.grid.elapsed(self.periods)];
         let (free, forced) = (&cell.free.solutions, &cell.forced);
         let length = free.length.max(forced.length);
         self.polynomials.clear();
-        for row in 0..free.rows {
-            self.polynomials.extend((0..length).map(|k| {
-                let at = k * free.rows + row;
-                let own = free.terms.get(at * free.columns..(at + 1) * free.columns);
-                let sum: f64 = own
-                    .unwrap_or(&[])
-                    .iter()
-                    .zip(&self.constants)
-                    .map(|(a, x)| a * x)
-                    .sum();
-                let given = forced
-                    .terms
-                    .get(at * forced.columns..(at + 1) * forced.columns);
-                sum + forced_value(given.unwrap_or(&[]), forced.columns, 0, rising)
-            }));
+        self.polynomials.resize(free.rows * length, 0.0);
+        for (row, series) in self.polynomials.chunks_exact_mut(length).enumerate() {
+            free.add_row(row, &self.constants, series);
+            forced.add_row(row, &rising, series);
         }
         self.combined = true;
     }
@@ -363,10 +344,10 @@ impl<'a> Walk<'a> {
 
 /// A row of a table of forced solutions: the first, and what has risen since.
 fn forced_value(table: &[f64], columns: usize, row: usize, rising: f64) -> f64 {
-    match (table.get(row * columns), columns) {
-        (None, _) => 0.0,
-        (Some(steady), 1) => *steady,
-        (Some(steady), _) => steady + rising * table[row * columns + 1],
+    let steady = table[row * columns];
+    match columns {
+        1 => steady,
+        _ => steady + rising * table[row * columns + 1],
     }
 }
 
