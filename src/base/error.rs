@@ -45,6 +45,12 @@ impl Error {
         self
     }
 
+    /// The same error, said of a file where it has no place in one.
+    pub fn in_file(mut self, path: &str) -> Error {
+        self.place.get_or_insert_with(|| Place::of_file(path));
+        self
+    }
+
     /// The same error with a word beside the caret.
     pub fn label(mut self, label: impl Into<String>) -> Error {
         self.label = Some(label.into());
@@ -60,14 +66,13 @@ impl Error {
 
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if let Some(place) = &self.place {
-            write!(
-                f,
-                "{}:{}:{}: ",
-                place.source().path,
-                place.line(),
-                place.column()
-            )?;
+        match &self.place {
+            Some(place) if place.is_whole_file() => write!(f, "{}: ", place.source().path)?,
+            Some(place) => {
+                let (path, line, column) = (&place.source().path, place.line(), place.column());
+                write!(f, "{path}:{line}:{column}: ")?;
+            }
+            None => {}
         }
         write!(f, "{} [{}]", self.message, self.code.word())?;
         match &self.hint {
@@ -91,6 +96,11 @@ impl Errors {
         }
         errors.sort_by(|a, b| Error::order(a).cmp(&Error::order(b)));
         Err(Errors(errors))
+    }
+
+    /// The same errors, said of a file where they have no place in one.
+    pub fn in_file(self, path: &str) -> Errors {
+        Errors(self.0.into_iter().map(|e| e.in_file(path)).collect())
     }
 
     /// The errors, the first in the file first.

@@ -44,6 +44,16 @@ impl Place {
         Place::new(Arc::new(source), span)
     }
 
+    /// A file as a whole.
+    pub fn of_file(path: &str) -> Place {
+        Place::in_line(path, 1, "", 0..0)
+    }
+
+    /// It says which file and no line of it.
+    pub fn is_whole_file(&self) -> bool {
+        self.source.text.is_empty()
+    }
+
     /// The file it is in.
     pub fn source(&self) -> &Arc<Source> {
         &self.source

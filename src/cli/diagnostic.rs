@@ -8,7 +8,6 @@ use annotate_snippets::{
 };
 use serde_json::{Value, json};
 
-use crate::base::code::Code;
 use crate::base::error::{Error, Errors, Warning};
 use crate::base::place::Place;
 
@@ -64,7 +63,7 @@ pub fn error(error: &Error, coloured: bool) -> String {
     let window = error
         .place
         .as_ref()
-        .filter(|_| line(error).is_some())
+        .filter(|place| !place.is_whole_file())
         .map(Window::around);
     let mut group = Level::ERROR
         .primary_title(normalize_untrusted_str(&title))
@@ -86,6 +85,13 @@ pub fn error(error: &Error, coloured: bool) -> String {
         } else {
             group.element(snippet.path(window.path.as_str()))
         };
+    } else if let Some(path) = unsaid_file(error) {
+        let path = normalize_untrusted_str(path);
+        return print(
+            group.element(Origin::path(path)),
+            error.hint.as_deref(),
+            coloured,
+        );
     }
     print(group, error.hint.as_deref(), coloured)
 }
@@ -155,15 +161,16 @@ impl Window {
     }
 }
 
-/// The line of an error; absent where the file was not read at all.
+/// The line of an error; absent where it is said of the file as a whole.
 fn line(error: &Error) -> Option<usize> {
-    match error.code {
-        Code::FileMissing | Code::FileTooLarge => {
-            error.place.as_ref().filter(|p| !p.source().text.is_empty())
-        }
-        _ => error.place.as_ref(),
-    }
-    .map(Place::line)
+    let place = error.place.as_ref().filter(|p| !p.is_whole_file());
+    place.map(Place::line)
+}
+
+/// The file of an error that names no line, where its message does not name the file.
+fn unsaid_file(error: &Error) -> Option<&str> {
+    let path = error.place.as_ref()?.source().path.as_str();
+    (!error.message.contains(path)).then_some(path)
 }
 
 /// `{"errors": [{code, message, file, line, hint}]}`; what an error does not have is null.
@@ -188,6 +195,7 @@ pub fn json(errors: &Errors) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::base::code::Code;
     use crate::scene::read_text;
 
     #[test]

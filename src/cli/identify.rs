@@ -42,10 +42,11 @@ pub fn run(args: &IdentifyArgs) -> Result<u8, Errors> {
         .take()
         .filter(|r| raw.groups.is_empty() || are_meant(r, &study));
     let (found, repairs) = match responses {
-        Some(responses) => (
-            identification::identify(Source::Responses(responses), &study)?,
-            raw.repairs,
-        ),
+        Some(responses) => {
+            let mut found = identification::identify(Source::Responses(responses), &study)?;
+            found.warnings.splice(0..0, raw.warnings);
+            (found, raw.repairs)
+        }
         None => {
             // Without outputs all channels are settled, to be named in the error.
             if !study.outputs.is_empty() {

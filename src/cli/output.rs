@@ -7,11 +7,14 @@ use std::path::{Path, PathBuf};
 use crate::base::code::Code;
 use crate::base::error::Error;
 
-/// Prints an answer. A reader that has gone away (`| head`) is no error.
+/// Prints an answer. A reader that has gone away (`| head`) is no error. Names from a file may hold signs that would command a
+/// terminal; they are shown as unreadable.
 ///
 /// # Errors
 /// Standard output cannot be written for another reason.
 pub fn print(text: &str) -> Result<(), Error> {
+    let commands = |c: char| c.is_control() && !matches!(c, '\n' | '\t');
+    let text = text.replace(commands, "\u{fffd}");
     let mut out = io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(Error::new(
@@ -27,18 +30,28 @@ pub fn tell(text: &str) {
     let _ = io::stderr().lock().write_all(text.as_bytes());
 }
 
-/// Refuses outputs that would overwrite an input or each other, before any work is done.
+/// Refuses outputs that would overwrite an input or each other, or whose folder is missing, before any work is done.
 ///
 /// # Errors
 /// Names the path.
 pub fn check(outputs: &[PathBuf], inputs: &[PathBuf]) -> Result<(), Error> {
     let same = |a: &Path, b: &Path| {
-        a == b
-            || a.canonicalize()
-                .is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b))
+        let settled = |path: &Path| match path.canonicalize() {
+            Ok(path) => Some(path),
+            // A file that is not there yet, in a folder that is.
+            Err(_) => Some(folder(path).canonicalize().ok()?.join(path.file_name()?)),
+        };
+        a == b || settled(a).is_some_and(|a| settled(b) == Some(a))
     };
     for (at, path) in outputs.iter().enumerate() {
         let name = path.display();
+        if !folder(path).is_dir() {
+            let message = format!(
+                "{name} cannot be written: there is no folder {}",
+                folder(path).display()
+            );
+            return Err(Error::new(Code::OutputFailed, message).hint("make it first"));
+        }
         if inputs.iter().any(|input| same(path, input)) {
             let message =
                 format!("{name} is read by this command and would be overwritten by its output");
@@ -64,6 +77,13 @@ pub fn ends(path: &Path, known: &[&str]) -> Result<(), Error> {
     }
     let message = format!("{} does not say its format", path.display());
     Err(Error::new(Code::Usage, message).hint(format!("end it in .{}", known.join(" or ."))))
+}
+
+/// The folder a file lies in.
+fn folder(path: &Path) -> &Path {
+    path.parent()
+        .filter(|p| !p.as_os_str().is_empty())
+        .unwrap_or(Path::new("."))
 }
 
 /// A regular file, or none yet; devices and pipes are written to.
@@ -96,11 +116,8 @@ pub fn write_with(
         return to.flush().map_err(wrong);
     }
     let target = path.canonicalize().unwrap_or(path.to_path_buf());
-    let folder = target
-        .parent()
-        .filter(|p| !p.as_os_str().is_empty())
-        .unwrap_or(Path::new("."));
-    let mut to = BufWriter::new(builder().tempfile_in(folder).map_err(wrong)?);
+    let unnamed = builder().tempfile_in(folder(&target)).map_err(wrong)?;
+    let mut to = BufWriter::new(unnamed);
     fill(&mut to)?;
     let file = to.into_inner().map_err(|e| wrong(e.into_error()))?;
     let settled = || -> io::Result<()> {

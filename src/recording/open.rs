@@ -10,7 +10,6 @@ use super::settings::Settings;
 use super::{container, lvm, mat, text, uff, wav};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
-use crate::base::place::Place;
 
 /// Bytes from which the format is told.
 const TASTE: usize = 4096;
@@ -23,10 +22,14 @@ const DEPTH: usize = 3;
 /// # Errors
 /// The file cannot be read, is of no known format, or breaks the rules of its format.
 pub fn open(path: &str, settings: &Settings) -> Result<Raw, Errors> {
-    let missing = |message: String, hint: &str| {
-        let place = Place::in_line(path, 1, "", 0..0);
-        Error::new(Code::FileMissing, message).at(&place).hint(hint)
-    };
+    let mut raw = file(path, settings).map_err(|e| e.in_file(path))?;
+    raw.repairs.splice(0..0, settings.notes.iter().cloned());
+    Ok(raw)
+}
+
+/// Reads the log in a file.
+fn file(path: &str, settings: &Settings) -> Result<Raw, Errors> {
+    let missing = |message: String, hint: &str| Error::new(Code::FileMissing, message).hint(hint);
     const FOLDER: &str = "paths are taken from the folder the command is run in";
     let unreadable = |e: io::Error| missing(format!("{path} cannot be read: {e}"), FOLDER);
     let facts = std::fs::metadata(path).map_err(unreadable)?;
@@ -36,7 +39,8 @@ pub fn open(path: &str, settings: &Settings) -> Result<Raw, Errors> {
         } else {
             "a device or a pipe"
         };
-        return Err(missing(format!("{path} is {what}, not a file"), "name a log").into());
+        let hint = "a log is read from a file: write what a pipe brings into one and name that";
+        return Err(missing(format!("{path} is {what}, not a file"), hint).into());
     }
     let mut file = File::open(path).map_err(unreadable)?;
     let head = taste(path, &mut file)?;
@@ -201,6 +205,11 @@ const NOT_READ: &[(&[u8], &str, &str)] = &[
         "save the sheet as CSV",
     ),
     (b"PAR1", "a Parquet file", "export CSV"),
+    (
+        b"{",
+        "a JSON document",
+        "`geardyn convert` writes CSV and UFF, which are read again",
+    ),
 ];
 
 fn refuse_known(path: &str, head: &[u8]) -> Result<(), Error> {

@@ -131,13 +131,26 @@ pub fn of_modes(
         ));
     }
     if let Some(spectra) = acquired.and_then(|a| a.spectra.as_ref()) {
-        all.extend(of_spectra(spectra, modes));
+        all.extend(of_spectra(spectra, modes, &channels(responses)));
+    }
+    all
+}
+
+/// The channels behind responses: the inputs, then the outputs.
+fn channels(responses: &FrequencyResponses) -> Vec<&str> {
+    let inputs = (responses.functions.iter()).filter_map(|f| Some(f.input.as_ref()?.name.as_str()));
+    let outputs = responses.functions.iter().map(|f| f.output.name.as_str());
+    let mut all: Vec<&str> = Vec::new();
+    for name in inputs.chain(outputs) {
+        if !all.contains(&name) {
+            all.push(name);
+        }
     }
     all
 }
 
 /// Doubts about the spectra behind the responses: channel 0 is the first input.
-fn of_spectra(spectra: &Spectra, modes: &[IdentifiedMode]) -> Vec<Warning> {
+fn of_spectra(spectra: &Spectra, modes: &[IdentifiedMode], channels: &[&str]) -> Vec<Warning> {
     let mut all = Vec::new();
     let Some(input) = spectra.psd.first() else {
         return all;
@@ -184,8 +197,8 @@ fn of_spectra(spectra: &Spectra, modes: &[IdentifiedMode]) -> Vec<Warning> {
         const FOLDED: f64 = 1.0;
         if top > FOLDED * all_lines && n > 40 {
             let message = format!(
-                "channel {} has as much power near half the sample rate as elsewhere: aliasing cannot be told from signal",
-                channel + 1
+                "{} has as much power near half the sample rate as elsewhere: aliasing cannot be told from signal",
+                channels.get(channel).unwrap_or(&"a channel")
             );
             all.push(warning(
                 "aliasing",
