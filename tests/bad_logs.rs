@@ -211,3 +211,87 @@ fn refuses_an_input_that_is_the_output() {
     let (code, message, _) = refused("log.csv", text.as_bytes(), IDENTIFY);
     assert_eq!(code, "conflict", "{message}");
 }
+
+/// A log whose last number may have been cut short is refused.
+#[test]
+fn refuses_a_universal_file_cut_within_its_last_number() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.csv");
+    fs::write(&path, rows(99, usize::MAX, "")).unwrap();
+    let whole = folder.path().join("a.uff");
+    let done = Command::new(env!("CARGO_BIN_EXE_geardyn"))
+        .args([
+            "convert".as_ref(),
+            path.as_os_str(),
+            "--to".as_ref(),
+            whole.as_os_str(),
+        ])
+        .output()
+        .unwrap();
+    assert!(done.status.success());
+    let bytes = fs::read(&whole).unwrap();
+    let cut = &bytes[..bytes.len() - 11];
+    let (code, message, _) = refused("cut.uff", cut, &["check"]);
+    assert!(
+        code == "broken-file" && message.contains("cut short"),
+        "{message}"
+    );
+}
+
+/// Commas that part cells and stand in numbers, stamps that are all equal or leap, rows that only seem to be a footer.
+#[test]
+fn refuses_what_reads_as_something_else() {
+    let doubled: String = (0..40)
+        .map(|k| format!("0,{k:03},12,{k},3,{k}\n"))
+        .collect();
+    let equal: String = (0..40).map(|k| format!("1.5,{k}\n")).collect();
+    let leaping: String = (0..300)
+        .map(|k| format!("{:.6},{}\n", 10f64.powf(0.05 * f64::from(k)), k % 7))
+        .collect();
+    let mut broken = rows(100, usize::MAX, "");
+    (0..50).for_each(|k| broken += &format!("x,{k},{k}\n"));
+    for (name, text, code) in [
+        (
+            "cc.csv",
+            format!("Zeit [s],Kraft [N],a [g]\n{doubled}"),
+            "ragged-row",
+        ),
+        ("eq.csv", format!("t [s],a\n{equal}"), "bad-time"),
+        ("log.csv", format!("t [s],a\n{leaping}"), "bad-time"),
+        ("foot.csv", broken, "not-a-number"),
+        (
+            "back.csv",
+            "{\"rate_hz\": 5}\n".to_string(),
+            "unknown-format",
+        ),
+    ] {
+        let (found, message, _) = refused(name, text.as_bytes(), &["check"]);
+        assert_eq!(found, code, "{name}: {message}");
+    }
+}
+
+/// Pulses that do not make one turn ask whether their number a turn is right.
+#[test]
+fn refuses_fewer_pulses_than_a_turn() {
+    let mut text = String::from("time [s],tacho [V],a [g]\n");
+    for k in 0..4000 {
+        let on = if k % 200 < 20 { 5.0 } else { 0.0 };
+        writeln!(text, "{:.3},{on},{}", f64::from(k) * 1e-3, k % 7).unwrap();
+    }
+    let order = [
+        "spectrum",
+        "--channel",
+        "a",
+        "--kind",
+        "order",
+        "--tacho",
+        "tacho",
+        "--pulses",
+        "60",
+    ];
+    let (code, message, _) = refused("t.csv", text.as_bytes(), &order);
+    assert!(
+        code == "too-short" && message.contains("less than one turn"),
+        "{message}"
+    );
+}

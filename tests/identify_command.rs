@@ -354,3 +354,27 @@ fn exact_poor_fit() {
     assert_eq!(found.code, "poor-fit");
     assert!(found.message.contains("ay by 1700 %"), "{}", found.message);
 }
+
+/// Gaps shorten no block as long as the stretches between them hold enough blocks together.
+#[test]
+fn exact_blocks_over_gaps() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = std::fs::read_to_string(log(folder.path())).unwrap();
+    let is_kept = |at: usize| {
+        ![9500, 20_500, 29_500]
+            .iter()
+            .any(|g| (*g..g + 500).contains(&at))
+    };
+    let kept: Vec<&str> = (text.lines().enumerate())
+        .filter(|(at, _)| is_kept(*at))
+        .map(|(_, line)| line)
+        .collect();
+    std::fs::write(folder.path().join("gaps.csv"), kept.join("\n")).unwrap();
+    let arguments = [
+        "identify", "gaps.csv", "--input", "force", "--output", "X1,X2", "--json",
+    ];
+    let found = document(folder.path(), &arguments);
+    let how = found["how"].as_str().unwrap();
+    assert!(how.contains("blocks of 2.0480 s"), "{how}");
+    assert_modes(&found, "over gaps", 0.0);
+}

@@ -589,6 +589,8 @@ fn recording(samples: usize) -> Recording {
         rate_source: String::new(),
         samples,
         stretches: std::iter::once(0..samples).collect(),
+        starts: vec![0.0],
+        start: None,
         channels: vec![
             channel("acceleration of housing, x", "m/s²", wild),
             channel("force", "N", tame),

@@ -54,7 +54,7 @@ codes! {
     // logs
     UnknownFormat "unknown-format" 2 "The file is none of the formats logs are read from: delimited text (CSV and its kin), LabVIEW LVM, UFF 58, WAV, MATLAB level 5; each also inside gzip or zip. The message says what its first bytes look like."
     BrokenFile "broken-file" 2 "The file begins as a known format and then breaks its rules: it was cut off, damaged or written by a program that strays from the format."
-    EmptyLog "empty-log" 2 "The log holds no samples: the file is empty, or nothing but a header."
+    EmptyLog "empty-log" 2 "The log holds no samples: the file is empty, nothing but a header, or holds only spectra or frequency responses, which `geardyn spectrum` and `geardyn identify` take as they are."
     RaggedRow "ragged-row" 2 "A row of numbers has more or fewer cells than the rows before it. The row is never cut, filled or passed over; mend the file, or state the delimiter and the decimal mark where they were misread."
     NotANumber "not-a-number" 2 "A cell of a channel holds text. Blank cells, NaN and overload words are understood as missing samples; anything else is not guessed at."
     BadTime "bad-time" 2 "The time stamps repeat or run backward, so that the order of the samples is in doubt."

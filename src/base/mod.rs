@@ -6,6 +6,9 @@ pub mod place;
 /// The words errors go by.
 pub mod code;
 
+/// The words of warnings and repairs.
+pub mod remark;
+
 /// What went wrong, where, and what to do now.
 pub mod error;
 

@@ -26,6 +26,33 @@ pub fn listed<'k>(words: impl Iterator<Item = &'k str>) -> String {
     }
 }
 
+/// So many of a thing: `1 gap`, `2 gaps`.
+pub fn counted(count: usize, thing: &str) -> String {
+    match count {
+        1 => format!("1 {thing}"),
+        n => format!("{n} {thing}s"),
+    }
+}
+
+/// A text in lines of at most a terminal's width, the later ones set in.
+pub fn wrapped(text: &str) -> String {
+    const WIDTH: usize = 120;
+    let (mut all, mut length) = (String::new(), 0);
+    for word in text.split(' ') {
+        let more = 1 + word.chars().count();
+        if length > 0 && length + more > WIDTH {
+            all += "\n  ";
+            length = 2;
+        } else if length > 0 {
+            all.push(' ');
+            length += 1;
+        }
+        all += word;
+        length += more - 1;
+    }
+    all
+}
+
 /// Words people write for keys.
 pub const SYNONYMS: &[(&str, &str)] = &[
     ("stiffness", "k"),

@@ -37,10 +37,10 @@ pub enum Command {
   geardyn check models/y2250.toml models/two_disc.toml
   geardyn check data/spindle_impact.csv")]
     Check(CheckArgs),
-    /// Explain an error code at length
+    /// Explain the word behind an error, a warning or a repair
     #[command(after_help = "Example:\n  geardyn explain contradictory-ratios")]
     Explain {
-        /// The word in brackets behind an error; all of them where left out
+        /// The word in brackets behind an error or a warning, or before a repair; all of them where left out
         code: Option<String>,
     },
     /// Say what would be computed, what is left out and why, without computing it
@@ -105,7 +105,7 @@ pub enum Command {
 /// Arguments of `check`.
 #[derive(Debug, Args)]
 pub struct CheckArgs {
-    /// Models, scenes (.toml) or logs
+    /// Models, scenes (.toml) or logs; files, no pipes
     #[arg(required = true)]
     pub files: Vec<PathBuf>,
     /// What may be said of logs.
@@ -122,7 +122,7 @@ pub struct CheckArgs {
 /// Arguments of `identify`.
 #[derive(Debug, Args)]
 pub struct IdentifyArgs {
-    /// A log of signals, or a file of frequency responses
+    /// A log of signals, or a file of frequency responses; a file, no pipe
     pub file: PathBuf,
     /// Channels that drive: the force; left out, modes are found from the responses alone
     #[arg(long, value_name = "CHANNELS", value_delimiter = ',')]
@@ -206,7 +206,7 @@ pub struct IdentifyArgs {
 /// Arguments of `spectrum`.
 #[derive(Debug, Args)]
 pub struct SpectrumArgs {
-    /// A log of signals
+    /// A log of signals, or a file of spectra; a file, no pipe
     pub file: PathBuf,
     /// Channels analysed
     #[arg(long, value_name = "CHANNELS", value_delimiter = ',', required = true)]
@@ -345,7 +345,7 @@ pub enum MotionWord {
 /// Arguments of `convert`.
 #[derive(Debug, Args)]
 pub struct ConvertArgs {
-    /// A log of signals, or a file of frequency responses
+    /// A log of signals, or a file of frequency responses; a file, no pipe
     pub file: PathBuf,
     /// The file to write (.csv, .uff or .json)
     #[arg(long, value_name = "FILE")]

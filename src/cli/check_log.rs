@@ -6,7 +6,9 @@ use serde_json::{Value, json};
 
 use super::log_args::LogArgs;
 use super::{diagnostic, output, progress};
-use crate::base::error::{Error, Errors};
+use crate::base::code::Code;
+use crate::base::error::{Error, Errors, Warning};
+use crate::recording::raw::Repair;
 use crate::recording::settle;
 use crate::recording::survey::{Survey, survey};
 use crate::report;
@@ -27,64 +29,69 @@ pub struct Understood {
 /// # Errors
 /// Whatever is wrong with the log, the flags or the sidecar.
 pub fn check(path: &Path, args: &LogArgs, write: bool) -> Result<Understood, Errors> {
-    let (settings, sidecar) = args.settings(path)?;
-    let raw = progress::open(path, &settings, false)?;
+    let target = scene::log::beside(path);
+    if write && target.exists() {
+        let message = format!("{} exists and would be overwritten", target.display());
+        return Err(Error::new(Code::Usage, message)
+            .hint("correct it as it is, or move it away first")
+            .into());
+    }
+    let settings = args.settings(path)?.0;
+    let mut raw = progress::open(path, &settings, false)?;
     let written: Vec<(String, String)> = raw
         .groups
         .iter()
         .flat_map(|g| &g.channels)
         .map(|c| (c.name.clone(), c.unit.clone()))
         .collect();
-    if raw.groups.is_empty()
-        && let Some(responses) = &raw.responses
-    {
-        return Ok(Understood {
-            text: report::log_tables::responses(&raw.path, &raw.dialect, responses),
-            json: json!({ "geardyn": report::json::log_header(&[]), "file": raw.path, "dialect": raw.dialect,
-                "responses": report::recording::responses(responses), "warnings": report::json::warnings(&raw.warnings) }),
-            doubts: raw
-                .warnings
+    let (responses, spectra) = (raw.responses.take(), std::mem::take(&mut raw.spectra));
+    let over_frequency = report::log_tables::over_frequency(responses.as_ref(), &spectra);
+    let (mut found, rate_hz) = match raw.groups.is_empty() && !over_frequency.is_empty() {
+        true => {
+            let found = Understood {
+                text: format!("{}   {}\n", raw.path, raw.dialect),
+                json: report::recording::without_channels(&raw),
+                doubts: doubts(&raw.repairs, &raw.warnings),
+            };
+            (found, None)
+        }
+        false => {
+            let recording = settle::settle(raw, &settings)?;
+            let surveys = recording
+                .channels
                 .iter()
-                .map(|w| diagnostic::warning(w, diagnostic::colour()))
-                .collect(),
-        });
-    }
-    let recording = settle::settle(raw, &settings)?;
-    let surveys = recording
-        .channels
-        .iter()
-        .map(|c| survey(&recording, c))
-        .collect::<Result<Vec<Survey>, Error>>()?;
-    let mut doubts = String::new();
-    for repair in &recording.repairs {
-        doubts += &format!(
-            "{}: {}\n",
-            repair.kind,
-            diagnostic::harmless(&repair.message)
-        );
-    }
-    for warning in &recording.warnings {
-        doubts += &diagnostic::warning(warning, diagnostic::colour());
-    }
-    if let Some(sidecar) = sidecar {
-        doubts += &format!("read {}\n", sidecar.display());
+                .map(|c| survey(&recording, c))
+                .collect::<Result<Vec<Survey>, Error>>()?;
+            let found = Understood {
+                text: report::log_tables::survey(&recording, &surveys),
+                json: report::recording::json(&recording, &surveys),
+                doubts: doubts(&recording.repairs, &recording.warnings),
+            };
+            (found, Some(recording.rate_hz))
+        }
+    };
+    found.text += &over_frequency;
+    if let Value::Object(map) = &mut found.json {
+        map.shift_insert(0, "geardyn".to_string(), report::json::log_header(&[]));
+        let responses = responses.as_ref().map(report::recording::responses);
+        map.insert("responses".to_string(), json!(responses));
+        let spectra = report::recording::spectra(&spectra);
+        map.insert("spectra".to_string(), spectra);
     }
     if write {
-        let target = scene::log::beside(path);
-        output::check(std::slice::from_ref(&target), &[path.to_path_buf()])?;
-        output::write(
-            &target,
-            scene::log::write(&settings, recording.rate_hz, &written).as_bytes(),
-        )?;
-        doubts += &format!("wrote {}\n", target.display());
+        let text = scene::log::write(&settings, rate_hz, &written);
+        output::write(&target, text.as_bytes())?;
+        found.doubts += &format!("wrote {}\n", target.display());
     }
-    let mut document = report::recording::json(&recording, &surveys);
-    if let Value::Object(map) = &mut document {
-        map.shift_insert(0, "geardyn".to_string(), report::json::log_header(&[]));
-    }
-    Ok(Understood {
-        text: report::log_tables::survey(&recording, &surveys),
-        json: document,
-        doubts,
-    })
+    Ok(found)
+}
+
+/// What was done to the data, and what is in doubt.
+fn doubts(repairs: &[Repair], warnings: &[Warning]) -> String {
+    let repair = |r: &Repair| format!("{}: {}\n", r.kind, diagnostic::harmless(&r.message));
+    let repairs = repairs.iter().map(repair);
+    let warnings = warnings
+        .iter()
+        .map(|w| diagnostic::warning(w, diagnostic::colour()));
+    repairs.chain(warnings).collect()
 }

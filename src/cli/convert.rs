@@ -6,6 +6,7 @@ use super::args::ConvertArgs;
 use super::{diagnostic, output, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
+use crate::base::words::counted;
 use crate::recording::names;
 use crate::recording::raw::Raw;
 use crate::recording::responses::FrequencyResponses;
@@ -14,6 +15,7 @@ use crate::recording::settle::{self, no_channel};
 use crate::recording::signals::Recording;
 use crate::recording::write::{self, uff::Form};
 use crate::report::json::log_header;
+use crate::report::log_tables::rate;
 
 /// Formats by the end of the file's name.
 const FORMATS: &[&str] = &["csv", "uff", "json"];
@@ -82,6 +84,10 @@ fn content(
     for warning in &recording.warnings {
         *told += &diagnostic::warning(warning, diagnostic::colour());
     }
+    if let Some(start) = &recording.start {
+        let start = diagnostic::harmless(start);
+        *told += &format!("times are seconds from {start}, the first sample of the log\n");
+    }
     Ok(Content::Signals(recording))
 }
 
@@ -121,15 +127,15 @@ fn write_as(content: &Content, format: &str, form: Form, to: &mut dyn Write) -> 
 fn summary(content: &Content) -> String {
     match content {
         Content::Signals(r) => format!(
-            "{} channels, {} samples at {} Hz",
-            r.channels.len(),
-            r.samples,
-            r.rate_hz
+            "{}, {} at {} Hz",
+            counted(r.channels.len(), "channel"),
+            counted(r.samples, "sample"),
+            rate(r.rate_hz)
         ),
         Content::Responses(r) => format!(
-            "{} responses over {} lines",
-            r.functions.len(),
-            r.frequency_hz.len()
+            "{} over {}",
+            counted(r.functions.len(), "response"),
+            counted(r.frequency_hz.len(), "line")
         ),
     }
 }

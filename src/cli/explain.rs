@@ -1,47 +1,55 @@
-//! `geardyn explain`: an error code at length.
+//! `geardyn explain`: a word behind an error, a warning or a repair, at length.
 
 use super::output;
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::base::remark::{self, Sort};
 
-/// Explains one code, or lists all.
+/// Explains one word, or lists all.
 ///
 /// # Errors
-/// No such code.
+/// No such word.
 pub fn run(word: Option<&str>) -> Result<u8, Error> {
+    let all = all();
     let text = match word {
-        None => Code::ALL
+        None => all
             .iter()
-            .map(|code| {
-                format!(
-                    "{:<22} {}\n",
-                    code.word(),
-                    first_sentence(code.explanation())
-                )
-            })
+            .map(|(word, text, _)| format!("{word:<24} {}\n", first_sentence(text)))
             .collect(),
         Some(word) => {
-            let code = Code::from_word(word).ok_or_else(|| unknown(word))?;
-            format!(
-                "{}\n\n{}\n\nexit code {}\n",
-                code.word(),
-                code.explanation(),
-                code.exit()
-            )
+            let found = all.iter().find(|(known, ..)| *known == word);
+            let (word, text, kind) = found.ok_or_else(|| unknown(word, &all))?;
+            format!("{word}\n\n{text}\n\n{kind}\n")
         }
     };
     output::print(&text)?;
     Ok(0)
 }
 
+/// Every word, its explanation, and what it ends: errors first.
+fn all() -> Vec<(&'static str, &'static str, String)> {
+    let errors = Code::ALL.iter().map(|code| {
+        let kind = format!("exit code {}", code.exit());
+        (code.word(), code.explanation(), kind)
+    });
+    let remarks = remark::ALL.iter().map(|(word, sort, text)| {
+        let kind = match sort {
+            Sort::Warning => "a warning beside an answer: the exit code stays 0",
+            Sort::Repair => "what was done to a log: the exit code stays 0",
+        };
+        (*word, *text, kind.to_string())
+    });
+    errors.chain(remarks).collect()
+}
+
 fn first_sentence(text: &str) -> &str {
     text.find(". ").map_or(text, |at| &text[..=at])
 }
 
-fn unknown(word: &str) -> Error {
-    let near = Code::ALL
+fn unknown(word: &str, all: &[(&str, &str, String)]) -> Error {
+    let near = all
         .iter()
-        .map(|code| code.word())
+        .map(|(known, ..)| *known)
         .max_by(|a, b| strsim::jaro_winkler(a, word).total_cmp(&strsim::jaro_winkler(b, word)));
     let hint = match near {
         Some(near) if strsim::jaro_winkler(near, word) > 0.75 => {
@@ -49,5 +57,9 @@ fn unknown(word: &str) -> Error {
         }
         _ => "`geardyn explain` lists all".to_string(),
     };
-    Error::new(Code::Usage, format!("there is no error code `{word}`")).hint(hint)
+    Error::new(
+        Code::Usage,
+        format!("there is no error, warning or repair `{word}`"),
+    )
+    .hint(hint)
 }

@@ -47,7 +47,11 @@ pub fn run(args: &IdentifyArgs) -> Result<u8, Errors> {
         })
     };
     let (found, repairs) = match responses {
-        Some(responses) => (work(Source::Responses(responses), &study)?, raw.repairs),
+        Some(responses) => {
+            let mut found = work(Source::Responses(responses), &study)?;
+            found.warnings.splice(0..0, raw.warnings);
+            (found, raw.repairs)
+        }
         None => {
             // Without outputs all channels are settled, to be named in the error.
             if !study.outputs.is_empty() {

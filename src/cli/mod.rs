@@ -70,7 +70,7 @@ use std::process::ExitCode;
 use args::{Arguments, Command};
 
 use crate::base::code::Code;
-use crate::base::error::Errors;
+use crate::base::error::{Error, Errors};
 
 /// Carries out a command and says how it ended: 0 answered, 1 a bad verdict, 2 bad input or usage, 3 numerical failure.
 pub fn run(arguments: &Arguments) -> ExitCode {
@@ -103,12 +103,11 @@ pub fn usage(error: &clap::Error) -> ExitCode {
     }
     if std::env::args().any(|argument| argument == "--json") {
         let text = error.render().to_string();
-        let message = text
-            .trim_start_matches("error: ")
-            .lines()
-            .next()
-            .unwrap_or("wrong usage");
-        let wrong = crate::base::error::Error::new(Code::Usage, message).hint("see --help");
+        // The first paragraph is the message, its arguments on lines of their own.
+        let mut lines = text.trim_start_matches("error: ").lines().map(str::trim);
+        let message: Vec<&str> = lines.by_ref().take_while(|line| !line.is_empty()).collect();
+        let hint = lines.find_map(|line| line.strip_prefix("tip: "));
+        let wrong = Error::new(Code::Usage, message.join(" ")).hint(hint.unwrap_or("see --help"));
         let _ = output::print(&format!("{:#}\n", diagnostic::json(&wrong.into())));
     } else {
         let _ = error.print();

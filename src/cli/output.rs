@@ -7,11 +7,14 @@ use std::path::{Path, PathBuf};
 use crate::base::code::Code;
 use crate::base::error::Error;
 
-/// Prints an answer. A reader that has gone away (`| head`) is no error.
+/// Prints an answer. A reader that has gone away (`| head`) is no error. Names from a file may hold signs that would command a
+/// terminal; they are shown as unreadable.
 ///
 /// # Errors
 /// Standard output cannot be written for another reason.
 pub fn print(text: &str) -> Result<(), Error> {
+    let commands = |c: char| c.is_control() && !matches!(c, '\n' | '\t');
+    let text = text.replace(commands, "\u{fffd}");
     let mut out = io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(Error::new(
@@ -27,7 +30,7 @@ pub fn tell(text: &str) {
     let _ = io::stderr().lock().write_all(text.as_bytes());
 }
 
-/// Refuses outputs that would overwrite an input or each other, before any work is done.
+/// Refuses outputs that would overwrite an input or each other, or whose folder is missing, before any work is done.
 ///
 /// # Errors
 /// Names the path.
@@ -116,8 +119,8 @@ pub fn write_with(
         return to.flush().map_err(wrong);
     }
     let target = path.canonicalize().unwrap_or(path.to_path_buf());
-    let folder = folder(&target);
-    let mut to = BufWriter::new(builder().tempfile_in(folder).map_err(wrong)?);
+    let unnamed = builder().tempfile_in(folder(&target)).map_err(wrong)?;
+    let mut to = BufWriter::new(unnamed);
     fill(&mut to)?;
     let file = to.into_inner().map_err(|e| wrong(e.into_error()))?;
     let settled = || -> io::Result<()> {

@@ -10,6 +10,7 @@ use crate::base::error::{Error, Errors};
 use crate::base::kind::Kind;
 use crate::base::units;
 use crate::plan::logs::expected;
+use crate::plan::logs::held;
 use crate::plan::logs::spectrum;
 use crate::plan::logs::spectrum_study::{Spectrum, SpectrumKind, SpectrumStudy};
 use crate::plan::prepared::Prepared;
@@ -54,31 +55,35 @@ pub fn run(args: &SpectrumArgs) -> Result<u8, Errors> {
     }
     settings.only = study.channels.iter().chain(&study.tacho).cloned().collect();
     once(&settings.only)?;
-    let recording = settle::settle(raw, &settings)?;
-    let mut found = progress::busy("analysing", args.quiet, || {
-        spectrum::spectrum(&recording, &study)
-    })?;
-    found
-        .warnings
-        .splice(0..0, recording.warnings.iter().cloned());
+    let (mut found, warnings, repairs) = if raw.groups.is_empty() && !raw.spectra.is_empty() {
+        let found = held::spectrum(&raw.spectra, &study).map_err(|e| e.in_file(&raw.path))?;
+        (found, raw.warnings, raw.repairs)
+    } else {
+        let recording = settle::settle(raw, &settings)?;
+        let found = progress::busy("analysing", args.quiet, || {
+            spectrum::spectrum(&recording, &study)
+        })?;
+        (found, recording.warnings, recording.repairs)
+    };
+    found.warnings.splice(0..0, warnings);
     let written = files(args, &found)?;
     if args.json {
-        let document = report::spectra::json(&found, &recording.repairs);
+        let document = report::spectra::json(&found, &repairs);
         output::print(&format!("{document:#}\n"))?;
         return Ok(0);
     }
     output::print(&report::spectrum_table::spectrum(&found))?;
     if !args.quiet {
-        output::tell(&epilogue(&found, &recording.repairs, &written));
+        output::tell(&epilogue(&found, &repairs, &written));
     }
     Ok(0)
 }
 
-/// The channel a word means, with or without its unit; the word itself where it means none.
+/// The channel a word means, with or without its unit, in capitals or not; the word itself where it means none.
 fn full_name(raw: &Raw, word: &str) -> String {
-    let mut all = raw.groups.iter().flat_map(|g| &g.channels);
-    let found = all.find(|c| names::means(word, &c.name));
-    found.map_or(word.to_string(), |c| c.name.clone())
+    let all = raw.groups.iter().flat_map(|g| &g.channels);
+    let known: Vec<String> = all.map(|c| c.name.clone()).collect();
+    names::find(word, &known).map_or(word.to_string(), |at| known[at].clone())
 }
 
 /// Refuses a channel named twice.

@@ -55,6 +55,11 @@ pub fn of(name: &str, unit: &str, said: Option<&ChannelSettings>) -> Result<Cali
             }
         };
         found.factor = volts / per_unit;
+        if !found.factor.is_normal() {
+            let message = format!("the sensitivity \"{sensitivity}\" of \"{name}\" cannot be");
+            return Err(Error::new(Code::OutOfRange, message)
+                .hint("write volts, or part of them, for one unit: \"100 mV/g\""));
+        }
         found.unit = unit;
     }
     found.overload = said.overload.map(|level| level.abs() * found.factor.abs());

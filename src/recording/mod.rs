@@ -12,14 +12,14 @@ pub mod column;
 /// Names of channels with units in them.
 pub mod names;
 
-/// What a reader may be told instead of guessing.
-pub mod settings;
-
 /// Frequency responses, read or estimated.
 pub mod responses;
 
 /// A log as written.
 pub mod raw;
+
+/// What a reader may be told instead of guessing.
+pub mod settings;
 
 /// Delimited text.
 pub mod text;

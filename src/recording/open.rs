@@ -30,7 +30,9 @@ pub fn open(path: &str, settings: &Settings) -> Result<Raw, Errors> {
 /// # Errors
 /// As for [`open`].
 pub fn watched(path: &str, settings: &Settings, progress: &dyn Fn(f64)) -> Result<Raw, Errors> {
-    file(path, settings, progress).map_err(|e| e.in_file(path))
+    let mut raw = file(path, settings, progress).map_err(|e| e.in_file(path))?;
+    raw.repairs.splice(0..0, settings.notes.iter().cloned());
+    Ok(raw)
 }
 
 /// Reads the log in a file.
@@ -45,7 +47,8 @@ fn file(path: &str, settings: &Settings, progress: &dyn Fn(f64)) -> Result<Raw, 
         } else {
             "a device or a pipe"
         };
-        return Err(missing(format!("{path} is {what}, not a file"), "name a log").into());
+        let hint = "a log is read from a file: write what a pipe brings into one and name that";
+        return Err(missing(format!("{path} is {what}, not a file"), hint).into());
     }
     let mut file = Watched {
         file: File::open(path).map_err(unreadable)?,
@@ -240,6 +243,11 @@ const NOT_READ: &[(&[u8], &str, &str)] = &[
         "save the sheet as CSV",
     ),
     (b"PAR1", "a Parquet file", "export CSV"),
+    (
+        b"{",
+        "a JSON document",
+        "`geardyn convert` writes CSV and UFF, which are read again",
+    ),
 ];
 
 fn refuse_known(path: &str, head: &[u8]) -> Result<(), Error> {

@@ -90,3 +90,25 @@ pub struct Spectrum {
     /// A value for each line; real where the file has no phase.
     pub value: Vec<Complex>,
 }
+
+impl Spectrum {
+    /// Its values go with the square of the signal.
+    pub fn is_power(&self) -> bool {
+        const POWERS: &[&str] = &[
+            "auto spectrum",
+            "cross spectrum",
+            "power spectral density",
+            "energy spectral density",
+        ];
+        POWERS.contains(&self.kind)
+    }
+
+    /// What goes with the square of the signal, of one of the values.
+    pub fn power(&self, value: Complex) -> f64 {
+        match (self.is_decibel, self.is_power()) {
+            (true, _) => 10f64.powf(value.re / 10.0),
+            (false, true) => value.norm(),
+            (false, false) => value.norm_sqr(),
+        }
+    }
+}

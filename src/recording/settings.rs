@@ -1,5 +1,7 @@
 //! What a reader may be told instead of guessing: by flags, or by a sidecar file `[log]`.
 
+use super::raw::Repair;
+
 /// Everything that may be said of a log. What is `None` is found from the file.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Settings {
@@ -21,6 +23,8 @@ pub struct Settings {
     pub from_s: Option<f64>,
     /// Nothing from this time on is kept, s from the first sample.
     pub to_s: Option<f64>,
+    /// What was read beside the log to say all this, said in every answer.
+    pub notes: Vec<Repair>,
 }
 
 /// How a text log is laid out.

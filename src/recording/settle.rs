@@ -12,13 +12,16 @@ use super::signals::{Channel, Recording};
 use super::time_base::{self, Spacing, TimeBase};
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
-use crate::base::words::{listed, suggestion};
+use crate::base::words::{counted, listed, suggestion};
 
 /// Samples handled at a time.
 const BLOCK: usize = 1 << 16;
 
 /// Rates that differ by more than this say different things.
 const SAME_RATE: f64 = 1e-3;
+
+/// Places closer to a whole step than this are on it.
+const WHOLE: f64 = 1e-3;
 
 /// Settles the time base of a log and scales its channels.
 ///
@@ -41,11 +44,25 @@ fn settled(mut raw: Raw, settings: &Settings) -> Result<Recording, Error> {
     };
     let (rate_hz, rate_source) = rate(&group, base.as_ref(), settings)?;
     let rows = group.channels.first().map_or(0, |c| c.samples.len());
+    let stated = group.clock.header_samples.filter(|&n| n > rows);
+    if let Some(stated) = stated
+        && !raw.warnings.iter().any(|w| w.code == "values-missing")
+    {
+        raw.warnings.push(Warning {
+            code: "values-missing",
+            message: format!("the header states {stated} samples, the file holds {rows}"),
+            hint: Some("look whether the file was cut off".to_string()),
+        });
+    }
     let mut settled = Settled {
         rate_hz,
-        stretches: base
-            .as_ref()
-            .map_or_else(|| vec![0..rows], |b| b.stretches.clone()),
+        stretches: match &base {
+            Some(base) => stretches(base, rate_hz),
+            None => vec![Stretch {
+                rows: 0..rows,
+                start: 0.0,
+            }],
+        },
         repairs: std::mem::take(&mut raw.repairs),
         warnings: std::mem::take(&mut raw.warnings),
         channels: group.channels,
@@ -64,17 +81,55 @@ fn settled(mut raw: Raw, settings: &Settings) -> Result<Recording, Error> {
         return Err(left_out(name, "holds no number in any row"));
     }
     settled.split_at_missing(&empty)?;
-    if settings.gaps == Gaps::Fill {
-        settled.fill(base.as_ref())?;
-    }
     settled.crop(settings)?;
-    settled.finish(raw, rate_source, &calibrations)
+    if settings.gaps == Gaps::Fill {
+        settled.fill()?;
+    }
+    settled.finish(raw, group.clock.start, rate_source, &calibrations)
+}
+
+/// Rows without a gap.
+struct Stretch {
+    rows: Range<usize>,
+    /// Where it begins, in steps from the first sample of the log.
+    start: f64,
+}
+
+impl Stretch {
+    /// The place after its last sample.
+    fn end(&self) -> f64 {
+        self.start + self.rows.len() as f64
+    }
+
+    /// A part of it.
+    fn part(&self, rows: Range<usize>) -> Stretch {
+        let start = self.start + (rows.start - self.rows.start) as f64;
+        Stretch { rows, start }
+    }
+}
+
+/// The stretches of a time base, on whole steps where their stamps are.
+fn stretches(base: &TimeBase, rate_hz: f64) -> Vec<Stretch> {
+    let first = base.starts.first().copied().unwrap_or(0.0);
+    let place = |start_s: &f64| {
+        let place = (start_s - first) * rate_hz;
+        match (place - place.round()).abs() < WHOLE {
+            true => place.round(),
+            false => place,
+        }
+    };
+    let both = base.stretches.iter().zip(&base.starts);
+    both.map(|(rows, start_s)| Stretch {
+        rows: rows.clone(),
+        start: place(start_s),
+    })
+    .collect()
 }
 
 /// The channels on their way.
 struct Settled {
     rate_hz: f64,
-    stretches: Vec<Range<usize>>,
+    stretches: Vec<Stretch>,
     channels: Vec<RawChannel>,
     repairs: Vec<Repair>,
     warnings: Vec<Warning>,
@@ -89,8 +144,7 @@ fn choose(raw: &mut Raw, settings: &Settings) -> Result<Group, Error> {
         .map(|c| c.name.clone())
         .collect();
     if known.is_empty() {
-        let message = format!("{} holds no channel of samples", raw.path);
-        return Err(Error::new(Code::EmptyLog, message));
+        return Err(no_samples(raw));
     }
     if settings.only.is_empty() {
         // The longest group; a file nearly always has one.
@@ -152,6 +206,26 @@ fn choose(raw: &mut Raw, settings: &Settings) -> Result<Group, Error> {
     Ok(Group { clock, channels })
 }
 
+/// The error of a file that holds something else than samples.
+fn no_samples(raw: &Raw) -> Error {
+    let (held, hint) = match (&raw.responses, raw.spectra.is_empty()) {
+        (Some(_), _) => (
+            "frequency responses",
+            "`geardyn identify` takes them as they are",
+        ),
+        (None, false) => (
+            "spectra",
+            "`geardyn spectrum` shows their peaks; for all else export the signal over time",
+        ),
+        (None, true) => (
+            "nothing that is read",
+            "look whether the right file was named",
+        ),
+    };
+    let message = format!("{} holds {held} and no channel of samples", raw.path);
+    Error::new(Code::EmptyLog, message).hint(hint)
+}
+
 fn samples(group: &Group) -> usize {
     group.channels.first().map_or(0, |c| c.samples.len())
 }
@@ -191,8 +265,43 @@ fn left_out(name: &str, why: &str) -> Error {
         .hint("look whether its sensor was connected and recorded; name another channel")
 }
 
+/// Refuses what is said twice of a channel, and new names that cannot be told apart.
+fn refuse_names(channels: &[RawChannel], settings: &Settings) -> Result<(), Error> {
+    for (at, said) in settings.channels.iter().enumerate() {
+        let before = &settings.channels[..at];
+        if before.iter().any(|b| b.name == said.name) {
+            let message = format!("two [[channel]] speak of \"{}\"", said.name);
+            return Err(Error::new(Code::Conflict, message).hint("join them"));
+        }
+        let Some(new) = &said.rename else { continue };
+        if new.trim().is_empty() || new.contains(char::is_control) {
+            let message = format!("\"{}\" cannot be renamed to {new:?}", said.name);
+            return Err(Error::new(Code::OutOfRange, message).hint("write a name in one line"));
+        }
+        let stays = |c: &RawChannel| {
+            let moved = |s: &ChannelSettings| s.name == c.name && s.rename.is_some();
+            c.name == *new && !settings.channels.iter().any(moved)
+        };
+        if channels.iter().any(stays) || before.iter().any(|b| b.rename.as_ref() == Some(new)) {
+            let message = format!(
+                "\"{}\" is renamed to \"{new}\", and another channel has that name",
+                said.name
+            );
+            return Err(Error::new(Code::Conflict, message).hint("give it a name of its own"));
+        }
+    }
+    Ok(())
+}
+
 /// What is said of each channel, found by its name.
 fn calibrations(channels: &[RawChannel], settings: &Settings) -> Result<Vec<Calibration>, Error> {
+    if settings.channels.is_empty() {
+        let plain = channels
+            .iter()
+            .map(|c| calibrate::of(&c.name, &c.unit, None));
+        return plain.collect();
+    }
+    refuse_names(channels, settings)?;
     let known: Vec<String> = channels.iter().map(|c| c.name.clone()).collect();
     if settings.only.is_empty() {
         for said in &settings.channels {
@@ -311,13 +420,11 @@ impl Settled {
                 format!("line {line}")
             });
         let count = base.gaps.len();
-        let gaps = if count == 1 {
-            "gap".to_string()
-        } else {
-            "gaps".to_string()
-        };
         let message = format!(
-            "{count} {gaps} of together {missing} samples, the first before {place} ({:.6} s): split into {} stretches",
+            "{} of {}{}, the first before {place} ({:.6} s): split into {} stretches",
+            counted(count, "gap"),
+            if count == 1 { "" } else { "together " },
+            counted(missing, "sample"),
             first.seconds,
             base.stretches.len()
         );
@@ -356,7 +463,7 @@ impl Settled {
         let band = resample::best_band(seconds, &longest, rate)?;
         let columns: Vec<&Column> = self.channels.iter().map(|c| &c.samples).collect();
         let mut outputs: Vec<Column> = columns.iter().map(|_| Column::default()).collect();
-        let (mut stretches, mut worst, mut at) = (Vec::new(), 0.0f64, 0);
+        let (mut worst, mut at) = (0.0f64, 0);
         for (rows, &start_s) in base.stretches.iter().zip(&base.starts) {
             let grid = Grid {
                 rows: rows.clone(),
@@ -371,13 +478,26 @@ impl Settled {
                 band,
                 &mut outputs,
             )?);
-            stretches.push(at..at + rows.len());
-            at += rows.len();
+        }
+        // The outputs hold the stretches end to end.
+        for stretch in &mut self.stretches {
+            stretch.rows = at..at + stretch.rows.len();
+            at = stretch.rows.end;
         }
         for (channel, output) in self.channels.iter_mut().zip(outputs) {
             channel.samples = output;
         }
-        self.stretches = stretches;
+        /// What is off by half of its size is no measurement any more.
+        const WORST: f64 = 0.5;
+        if worst > WORST {
+            let message = format!(
+                "the time stamps are too uneven to resample: steps of {} to {}",
+                crate::base::units::seconds(short),
+                crate::base::units::seconds(long)
+            );
+            return Err(Error::new(Code::BadTime, message)
+                .hint("log with even steps, or leave the stamps aside: --time none --rate HZ"));
+        }
         let decibels = 20.0 * worst.max(1e-12).log10();
         let text = crate::base::units::seconds;
         let drift = match (base.drift_hz.1 / base.drift_hz.0 - 1.0).abs() > SAME_RATE {
@@ -414,10 +534,10 @@ impl Settled {
     fn split_at_missing(&mut self, empty: &[bool]) -> Result<(), Error> {
         let rows = self.channels.first().map_or(0, |c| c.samples.len());
         let mut block = vec![0.0; BLOCK.min(rows)];
-        let (mut holes, mut stretches) = (0usize, Vec::new());
+        let (mut holes, mut rows_kept) = (0usize, Vec::new());
         let mut bad = vec![false; BLOCK.min(rows)];
         let mut open: Option<usize> = None;
-        let starts: Vec<usize> = self.stretches.iter().map(|s| s.start).collect();
+        let starts: Vec<usize> = self.stretches.iter().map(|s| s.rows.start).collect();
         let mut at = 0;
         while at < rows {
             let count = BLOCK.min(rows - at);
@@ -437,7 +557,7 @@ impl Settled {
                     && let Some(start) = open.take()
                     && start < row
                 {
-                    stretches.push(start..row);
+                    rows_kept.push(start..row);
                 }
                 holes += usize::from(bad);
                 if !bad && open.is_none() {
@@ -446,21 +566,30 @@ impl Settled {
             }
             at += count;
         }
-        stretches.extend(open.map(|start| start..rows));
+        rows_kept.extend(open.map(|start| start..rows));
         if holes > 0 {
-            let message = format!(
-                "{holes} samples are missing or no number in some channel: {} stretches without",
-                stretches.len()
+            let rows = match holes {
+                1 => "1 row has a channel without a number".to_string(),
+                n => format!("{n} rows have a channel without a number"),
+            };
+            let left = match rows_kept.len() {
+                1 => "the stretch beside is used".to_string(),
+                n => format!("{n} stretches without such rows are used"),
+            };
+            self.repair("cells-missing", format!("{rows}: {left}"));
+        }
+        if rows_kept.is_empty() {
+            return Err(
+                Error::new(Code::NoSignal, "no sample has a number in every channel").hint(
+                    "choose channels that have numbers at the same time: --channel, --output",
+                ),
             );
-            self.repair("cells-missing", message);
         }
-        if stretches.is_empty() {
-            return Err(Error::new(
-                Code::NoSignal,
-                "no sample has a number in every channel",
-            ));
-        }
-        self.stretches = stretches;
+        let of = |rows: Range<usize>| {
+            let after = starts.partition_point(|&start| start <= rows.start);
+            self.stretches[after.saturating_sub(1)].part(rows)
+        };
+        self.stretches = rows_kept.into_iter().map(of).collect();
         Ok(())
     }
 
@@ -486,40 +615,63 @@ impl Settled {
     }
 
     /// Straight lines over gaps of the stamps and over missing numbers.
-    fn fill(&mut self, base: Option<&TimeBase>) -> Result<(), Error> {
+    fn fill(&mut self) -> Result<(), Error> {
+        /// More than this many times what was measured is nothing but straight lines.
+        const MOST: f64 = 10.0;
+        let (Some(first), Some(last)) = (self.stretches.first(), self.stretches.last()) else {
+            return Ok(());
+        };
         if self.stretches.len() < 2 {
             return Ok(());
         }
-        let gap_before = |start: usize| {
-            base.and_then(|b| b.gaps.iter().find(|g| g.row == start))
-                .map_or(0, |g| g.missing)
-        };
-        let mut filled = 0;
+        let (start, length) = (first.start, last.end() - first.start);
+        let held: usize = self.stretches.iter().map(|s| s.rows.len()).sum();
+        if length > MOST * held as f64 {
+            let message = format!(
+                "{held} samples lie spread over {:.6} s, {length:.0} steps: filling the gaps would make up nearly all of it",
+                length / self.rate_hz
+            );
+            return Err(Error::new(Code::OutOfRange, message)
+                .hint("leave the gaps, or analyse a part without them: --after, --before"));
+        }
+        let steps = (self.stretches.windows(2)).map(|pair| pair[1].start - pair[0].end());
+        let (mut missing, mut off, mut most) = (Vec::new(), 0.0, 0.0f64);
+        for steps in steps {
+            let whole = (steps + off).round().max(0.0);
+            off += steps - whole;
+            most = most.max(f64::abs(off));
+            missing.push(whole as usize);
+        }
         for channel in &mut self.channels {
-            let (mut whole, mut count) = (Column::default(), 0);
-            let mut before: Option<(usize, f64)> = None;
-            for stretch in &self.stretches {
-                let mut first = [0.0];
-                channel.samples.read(stretch.start, &mut first)?;
-                if let Some((end, last)) = before {
-                    let missing = stretch.start - end + gap_before(stretch.start);
-                    let step = (first[0] - last) / (missing + 1) as f64;
-                    let bridge: Vec<f64> = (1..=missing).map(|k| last + k as f64 * step).collect();
+            let mut whole = Column::default();
+            let mut before = 0.0;
+            for (at, stretch) in self.stretches.iter().enumerate() {
+                let (mut first, mut last) = ([0.0], [0.0]);
+                channel.samples.read(stretch.rows.start, &mut first)?;
+                channel.samples.read(stretch.rows.end - 1, &mut last)?;
+                if let Some(&missing) = at.checked_sub(1).and_then(|at| missing.get(at)) {
+                    let step = (first[0] - before) / (missing + 1) as f64;
+                    let bridge: Vec<f64> =
+                        (1..=missing).map(|k| before + k as f64 * step).collect();
                     whole.push(&bridge)?;
-                    count += missing;
                 }
-                copy(&channel.samples, stretch.clone(), &mut whole, 1.0)?;
-                let mut last = [0.0];
-                channel.samples.read(stretch.end - 1, &mut last)?;
-                before = Some((stretch.end, last[0]));
+                copy(&channel.samples, stretch.rows.clone(), &mut whole, 1.0)?;
+                before = last[0];
             }
             channel.samples = whole;
-            filled = count;
         }
-        let rows = self.channels.first().map_or(0, |c| c.samples.len());
-        self.stretches = vec![0..rows];
+        let filled: usize = missing.iter().sum();
+        self.stretches = vec![Stretch {
+            rows: 0..held + filled,
+            start,
+        }];
+        let moved = match most > WHOLE {
+            true => format!("; stretches are moved by up to {most:.2} steps to fit"),
+            false => String::new(),
+        };
         let message = format!(
-            "{filled} missing samples filled by straight lines, as asked: spectra near and above the width of the gaps are made up"
+            "{} filled by straight lines, as asked: spectra near and above the width of the gaps are made up{moved}",
+            counted(filled, "missing sample")
         );
         self.repair("gap-filled", message);
         Ok(())
@@ -527,25 +679,30 @@ impl Settled {
 
     /// Only the time that was asked for.
     fn crop(&mut self, settings: &Settings) -> Result<(), Error> {
-        let rows = self.channels.first().map_or(0, |c| c.samples.len());
-        let row = |t: f64| (t * self.rate_hz).round().clamp(0.0, rows as f64) as usize;
+        let end = self.stretches.last().map_or(0.0, Stretch::end);
+        let steps = |t: f64| (t * self.rate_hz).round();
         let (from, to) = (
-            settings.from_s.map_or(0, row),
-            settings.to_s.map_or(rows, row),
+            settings.from_s.map_or(0.0, steps),
+            settings.to_s.map_or(end, steps),
         );
-        if from >= to {
+        if from >= to.min(end) {
             let message = format!(
                 "nothing lies between the times asked for: the log lasts {:.6} s",
-                rows as f64 / self.rate_hz
+                end / self.rate_hz
             );
             return Err(Error::new(Code::OutOfRange, message));
         }
-        let cut = |s: &Range<usize>| s.start.max(from)..s.end.min(to);
+        let cut = |s: &Stretch| {
+            let row = |place: f64| {
+                s.rows.start + (place - s.start).round().clamp(0.0, s.rows.len() as f64) as usize
+            };
+            s.part(row(from)..row(to))
+        };
         self.stretches = self
             .stretches
             .iter()
             .map(cut)
-            .filter(|s| s.start < s.end)
+            .filter(|s| !s.rows.is_empty())
             .collect();
         if self.stretches.is_empty() {
             return Err(Error::new(
@@ -560,13 +717,15 @@ impl Settled {
     fn finish(
         self,
         raw: Raw,
+        start: Option<String>,
         rate_source: String,
         calibrations: &[Calibration],
     ) -> Result<Recording, Error> {
         let mut channels = Vec::new();
         for (channel, calibration) in self.channels.into_iter().zip(calibrations) {
             let overloads = channel.overloads;
-            let whole = matches!(&self.stretches[..], [one] if *one == (0..channel.samples.len()));
+            let whole =
+                matches!(&self.stretches[..], [one] if one.rows == (0..channel.samples.len()));
             let samples = match whole && calibration.factor == 1.0 {
                 true => channel.samples,
                 false => {
@@ -574,7 +733,7 @@ impl Settled {
                     for stretch in &self.stretches {
                         copy(
                             &channel.samples,
-                            stretch.clone(),
+                            stretch.rows.clone(),
                             &mut scaled,
                             calibration.factor,
                         )?;
@@ -591,9 +750,9 @@ impl Settled {
             });
         }
         let mut at = 0;
-        let packed = |s: &Range<usize>| {
+        let packed = |s: &Stretch| {
             let start = at;
-            at += s.len();
+            at += s.rows.len();
             start..at
         };
         let stretches: Vec<Range<usize>> = self.stretches.iter().map(packed).collect();
@@ -605,6 +764,8 @@ impl Settled {
             rate_source,
             samples: at,
             stretches,
+            starts: self.stretches.iter().map(|s| s.start).collect(),
+            start,
             channels,
             repairs: self.repairs,
             warnings: self.warnings,

@@ -23,6 +23,10 @@ pub struct Recording {
     pub samples: usize,
     /// Stretches without a gap, in samples, rising; at least one.
     pub stretches: Vec<Range<usize>>,
+    /// Where each stretch begins, in steps of 1/rate from the log's first sample; whole but where a gap is not.
+    pub starts: Vec<f64>,
+    /// Date and time of the log's first sample as written.
+    pub start: Option<String>,
     /// The channels.
     pub channels: Vec<Channel>,
     /// Everything done to the data.
@@ -52,7 +56,12 @@ impl Recording {
         self.channels.iter().find(|c| c.name == name)
     }
 
-    /// Time from the first to after the last sample, s.
+    /// When sample `at` of stretch `stretch` was taken, s from the log's first sample.
+    pub fn time_s(&self, stretch: usize, at: usize) -> f64 {
+        (self.starts[stretch] + at as f64) / self.rate_hz
+    }
+
+    /// Time that the samples cover, without the gaps, s.
     pub fn duration_s(&self) -> f64 {
         self.samples as f64 / self.rate_hz
     }

@@ -159,6 +159,8 @@ mod tests {
             rate_source: String::new(),
             samples: samples.len(),
             stretches: vec![0..samples.len()],
+            starts: vec![0.0],
+            start: None,
             channels: vec![Channel {
                 name: "a".into(),
                 unit: "g".into(),

@@ -123,7 +123,7 @@ fn each(
 /// Examines the stamps of a log.
 ///
 /// # Errors
-/// Stamps that are no number, run backward, or repeat although they are written finely enough not to.
+/// Stamps that are no number, run backward, are all equal, or repeat although they are written finely enough not to.
 pub fn examine(clock: &Clock, stamps: &Stamps) -> Result<TimeBase, Error> {
     let n = stamps.seconds.len();
     if n < 2 {
@@ -131,8 +131,46 @@ pub fn examine(clock: &Clock, stamps: &Stamps) -> Result<TimeBase, Error> {
         return Err(Error::new(Code::TooShort, message).hint("state it: --rate"));
     }
     let usual = usual_step(stamps)?;
+    // Rounding lengthens a step by less than one unit of the last digit.
+    const LESS: f64 = 1.001;
+    let limit = (GAP * usual.mean_s).max(usual.mean_s + LESS * stamps.resolution_s);
+    let found = split(clock, stamps, &usual, limit)?;
+    // Where most steps are one unit, a step of two is a sample lost, or a clock a little slower than its digits.
+    if (usual.median_s / stamps.resolution_s - 1.0).abs() < LESS - 1.0 {
+        let strict = split(clock, stamps, &usual, GAP * usual.median_s)?;
+        if are_lost(&found, &strict, n, stamps.resolution_s) {
+            return Ok(strict.base);
+        }
+    }
+    Ok(found.base)
+}
+
+/// Whether the steps of two units, gaps in `strict` and not in `found`, are samples lost: few, and not where the rounding of one
+/// line would put them.
+fn are_lost(found: &Split, strict: &Split, rows: usize, resolution_s: f64) -> bool {
+    /// More than one in so many rows is how such a clock runs.
+    const RARE: usize = 200;
+    /// Any one or two may lie on a line.
+    const TELLING: usize = 3;
+    /// Stamps rounded from a line stray by one unit of the last digit, from the earliest to the latest.
+    const ROUNDED: f64 = 1.05;
+    let more = strict.base.gaps.len().saturating_sub(found.base.gaps.len());
+    let on_a_line = found.spread_s <= ROUNDED * resolution_s;
+    more > 0 && more * RARE <= rows && !(more >= TELLING && on_a_line)
+}
+
+/// A time base, and how far its stamps stray.
+struct Split {
+    base: TimeBase,
+    /// From the earliest to the latest stamp relative to the line, s.
+    spread_s: f64,
+}
+
+/// The time base where steps longer than `limit_s` are gaps.
+fn split(clock: &Clock, stamps: &Stamps, usual: &Usual, limit_s: f64) -> Result<Split, Error> {
+    let n = stamps.seconds.len();
     // Only stamps coarser than the step may repeat.
-    let rounded = stamps.resolution_s > 1.02 * usual;
+    let rounded = stamps.resolution_s > 1.02 * usual.mean_s;
     // First pass: order, gaps, and the sums of every stretch.
     let (mut stretches, mut gaps): (Vec<Range<usize>>, Vec<Gap>) = (Vec::new(), Vec::new());
     let mut all: Vec<Sums> = Vec::new();
@@ -150,13 +188,13 @@ pub fn examine(clock: &Clock, stamps: &Stamps) -> Result<TimeBase, Error> {
             };
             return Err(bad_stamp(&clock.lines, row, &what));
         }
-        if row == 0 || step > GAP * usual + stamps.resolution_s {
+        if row == 0 || step > limit_s {
             if let Some(before) = stretches.last_mut() {
                 before.end = row;
                 gaps.push(Gap {
                     row,
                     line: clock.lines.of(row),
-                    missing: ((step / usual).round() as usize).saturating_sub(1).max(1),
+                    missing: 0,
                     seconds: step,
                 });
             }
@@ -178,23 +216,34 @@ pub fn examine(clock: &Clock, stamps: &Stamps) -> Result<TimeBase, Error> {
         .iter()
         .map(Sums::centred)
         .fold((0.0, 0.0), |(a, b), (x, y)| (a + x, b + y));
-    let dt = if xx > 0.0 && xy > 0.0 { xy / xx } else { usual };
+    let dt = if xx > 0.0 && xy > 0.0 {
+        xy / xx
+    } else {
+        usual.mean_s
+    };
+    if dt <= 0.0 {
+        return Err(
+            Error::new(Code::BadTime, format!("all {n} time stamps are equal"))
+                .hint("leave them aside and state the rate: --time none --rate HZ"),
+        );
+    }
     let starts: Vec<f64> = all
         .iter()
         .zip(&firsts)
         .map(|(s, first)| first + (s.y - dt * s.x) / s.n)
         .collect();
     // Second pass: deviations from the line.
-    let (mut square, mut most, mut at) = (0.0, 0.0f64, 0);
+    let (mut square, mut early, mut late, mut at) = (0.0, 0.0f64, 0.0f64, 0);
     each(&stamps.seconds, |row, t| {
         while row >= stretches[at].end {
             at += 1;
         }
         let off = t - starts[at] - dt * (row - stretches[at].start) as f64;
         square += off * off;
-        most = most.max(off.abs());
+        (early, late) = (early.min(off), late.max(off));
         Ok(())
     })?;
+    let most = late.max(-early);
     let freedoms = (n as f64 - 1.0 - stretches.len() as f64).max(1.0);
     let mut rate_hz = 1.0 / dt;
     let spacing = if most <= UNIFORM * dt {
@@ -231,7 +280,12 @@ pub fn examine(clock: &Clock, stamps: &Stamps) -> Result<TimeBase, Error> {
     if (whole / rate_hz - 1.0).abs() < ROUNDING {
         rate_hz = whole;
     }
-    Ok(TimeBase {
+    for gap in &mut gaps {
+        gap.missing = ((gap.seconds * rate_hz).round() as usize)
+            .saturating_sub(1)
+            .max(1);
+    }
+    let base = TimeBase {
         rate_hz,
         drift_hz: drift(stamps, &stretches, rate_hz)?,
         rate_std: if ends_std > 0.0 {
@@ -245,6 +299,10 @@ pub fn examine(clock: &Clock, stamps: &Stamps) -> Result<TimeBase, Error> {
         starts,
         gaps,
         spacing,
+    };
+    Ok(Split {
+        base,
+        spread_s: late - early,
     })
 }
 
@@ -270,13 +328,19 @@ fn drift(stamps: &Stamps, stretches: &[Range<usize>], rate_hz: f64) -> Result<(f
     Ok((low.min(rate_hz), high.max(rate_hz)))
 }
 
-/// The step most rows make, s: only to tell gaps from steps, never to tell the rate.
-fn usual_step(stamps: &Stamps) -> Result<f64, Error> {
+/// The step most rows make, only to tell gaps from steps, never to tell the rate.
+struct Usual {
+    median_s: f64,
+    /// The mean of the steps that rounding may have made of one, where stamps are coarse; else the median.
+    mean_s: f64,
+}
+
+fn usual_step(stamps: &Stamps) -> Result<Usual, Error> {
     let n = stamps.seconds.len();
     let mut ends = [0.0, 0.0];
     stamps.seconds.read(0, &mut ends[..1])?;
     stamps.seconds.read(n - 1, &mut ends[1..])?;
-    let mean = (ends[1] - ends[0]) / (n - 1) as f64;
+    let over_all = (ends[1] - ends[0]) / (n - 1) as f64;
     let mut some = vec![0.0; n.min(BLOCK)];
     stamps.seconds.read(0, &mut some)?;
     let mut steps: Vec<f64> = some
@@ -285,16 +349,24 @@ fn usual_step(stamps: &Stamps) -> Result<f64, Error> {
         .filter(|s| s.is_finite())
         .collect();
     if steps.is_empty() {
-        return Ok(mean);
+        return Ok(Usual {
+            median_s: over_all,
+            mean_s: over_all,
+        });
     }
     let middle = steps.len() / 2;
-    let median = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
-    // Stamps coarser than the step repeat: their median tells nothing.
-    Ok(if median > stamps.resolution_s {
-        median
-    } else {
-        mean.max(median)
-    })
+    let median_s = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+    // Coarse stamps of even steps make them one unit longer or shorter: their median tells nothing.
+    const COARSE: f64 = 2.0;
+    let longest = median_s + 1.001 * stamps.resolution_s;
+    let (count, sum) = (steps.iter().filter(|s| **s <= longest))
+        .fold((0.0, 0.0), |(n, sum), s| (n + 1.0, sum + s));
+    let mean_s = match sum / count {
+        _ if median_s > COARSE * stamps.resolution_s => median_s,
+        mean if mean > 0.0 => mean,
+        _ => over_all,
+    };
+    Ok(Usual { median_s, mean_s })
 }
 
 fn bad_stamp(lines: &Lines, row: usize, what: &str) -> Error {
@@ -346,6 +418,32 @@ mod tests {
             assert!(matches!(found.spacing, Spacing::Rounded { .. }));
             assert_eq!(found.stretches.len(), 1);
         }
+    }
+
+    /// 1000 Hz in whole milliseconds: a step of 2 ms is a lost sample; at 999 Hz it comes once in a thousand rows and is rounding.
+    #[test]
+    fn exact_lost_samples_of_whole_steps() {
+        for lost in [&[700][..], &[700, 2100, 2200, 2250]] {
+            let kept = (0..4000).filter(|i| !lost.contains(i));
+            let t: Vec<f64> = kept.map(|i| f64::from(i) * 1e-3).collect();
+            let found = examine(&Clock::default(), &stamps(&t, 1e-3)).unwrap();
+            assert!((found.rate_hz / 1000.0 - 1.0).abs() < 1e-12);
+            let missing: Vec<usize> = found.gaps.iter().map(|g| g.missing).collect();
+            assert_eq!(missing, vec![1; lost.len()]);
+            assert_eq!(found.spacing, Spacing::Uniform);
+        }
+        let t: Vec<f64> = (0..6000)
+            .map(|i| (f64::from(i) / 0.999).floor() * 1e-3)
+            .collect();
+        let found = examine(&Clock::default(), &stamps(&t, 1e-3)).unwrap();
+        assert_eq!(found.gaps, []);
+        assert!((found.rate_hz / 999.0 - 1.0).abs() < 1e-5);
+    }
+
+    #[test]
+    fn refuses_stamps_that_are_all_equal() {
+        let error = examine(&Clock::default(), &stamps(&[0.0; 50], 1.0)).unwrap_err();
+        assert_eq!(error.code, Code::BadTime);
     }
 
     #[test]

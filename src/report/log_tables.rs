@@ -3,12 +3,13 @@
 use super::number::{brief, with_deviation};
 use super::recording::note;
 use super::table::{finish, plain};
+use crate::base::words::{counted, wrapped};
 use crate::identify::modal::stabilisation::Stability;
 use crate::identify::rational::{Omitted, RationalFit};
 use crate::plan::logs::doubts::{coherence_at, window_damping};
 use crate::plan::logs::found::{Evidence, FoundMode, Identification, Orders, Peak};
 use crate::plan::logs::method::family;
-use crate::recording::responses::FrequencyResponses;
+use crate::recording::responses::{FrequencyResponses, Spectrum};
 use crate::recording::signals::Recording;
 use crate::recording::survey::Survey;
 
@@ -21,19 +22,21 @@ pub fn survey(recording: &Recording, surveys: &[Survey]) -> String {
         recording.rate_source
     );
     text += &format!(
-        "              {} samples, {} s",
-        recording.samples,
+        "              {}, {} s",
+        counted(recording.samples, "sample"),
         brief(recording.duration_s())
     );
     text += &match recording.stretches.len() {
         1 => "\n".to_string(),
         n => format!(" in {n} stretches\n"),
     };
-    for (key, value) in recording.facts.iter().take(FACTS) {
-        text += &format!("  {key}   {value}\n");
+    let facts = || recording.facts.iter().take(FACTS);
+    let width = facts().map(|(key, _)| key.chars().count()).max();
+    for (key, value) in facts() {
+        text += &format!("  {key:width$}   {value}\n", width = width.unwrap_or(0));
     }
     let mut table = plain();
-    table.add_row(vec!["  channel", "unit", "range", "noise", "note"]);
+    table.add_row(vec!["  channel", "unit", "range", "noise ≤", "note"]);
     for (channel, survey) in recording.channels.iter().zip(surveys) {
         let (range, noise) = match survey.empty {
             true => ("–".to_string(), "–".to_string()),
@@ -58,34 +61,50 @@ pub fn survey(recording: &Recording, surveys: &[Survey]) -> String {
     text + &finish(&table)
 }
 
-/// What frequency responses a file holds.
-pub fn responses(path: &str, dialect: &str, found: &FrequencyResponses) -> String {
-    let ends = |f: Option<&f64>| f.map_or("–".to_string(), |&f| brief(f));
-    let lines = &found.frequency_hz;
+/// What a file holds over frequency: responses and spectra; empty where nothing.
+pub fn over_frequency(found: Option<&FrequencyResponses>, held: &[Spectrum]) -> String {
+    let mut text = found.map_or(String::new(), responses);
+    if !held.is_empty() {
+        text += &spectra(held);
+    }
+    text
+}
+
+/// `1601 lines, 0 … 800 Hz`.
+fn lines(frequency_hz: &[f64]) -> String {
+    let end = |f: Option<&f64>| f.map_or("–".to_string(), |&f| brief(f));
+    format!(
+        "{}, {} … {} Hz",
+        counted(frequency_hz.len(), "line"),
+        end(frequency_hz.first()),
+        end(frequency_hz.last())
+    )
+}
+
+/// A text from a file, or that it has none.
+fn or_unknown(text: &str) -> String {
+    match text {
+        "" => "?".to_string(),
+        text => text.to_string(),
+    }
+}
+
+fn responses(found: &FrequencyResponses) -> String {
     let mut text = format!(
-        "{path}   {dialect}\n  {} frequency responses over {} lines, {} … {} Hz\n",
-        found.functions.len(),
-        lines.len(),
-        ends(lines.first()),
-        ends(lines.last())
+        "  {} over {}\n",
+        counted(found.functions.len(), "frequency response"),
+        lines(&found.frequency_hz)
     );
     let mut table = plain();
     table.add_row(vec!["  response", "unit", "input", "unit", "coherence"]);
     for f in &found.functions {
         let input = f.input.clone().unwrap_or_default();
-        let or = |text: &str| {
-            if text.is_empty() {
-                "?".to_string()
-            } else {
-                text.to_string()
-            }
-        };
         let coherence = if f.coherence.is_some() { "yes" } else { "–" };
         table.add_row(vec![
-            format!("  {}", or(&f.output.name)),
-            or(&f.output.unit),
-            or(&input.name),
-            or(&input.unit),
+            format!("  {}", or_unknown(&f.output.name)),
+            or_unknown(&f.output.unit),
+            or_unknown(&input.name),
+            or_unknown(&input.unit),
             coherence.to_string(),
         ]);
     }
@@ -93,9 +112,28 @@ pub fn responses(path: &str, dialect: &str, found: &FrequencyResponses) -> Strin
     text
 }
 
+fn spectra(held: &[Spectrum]) -> String {
+    let mut table = plain();
+    table.add_row(vec!["  spectrum", "unit", "kind", "over"]);
+    for s in held {
+        let unit = match s.is_decibel {
+            true => format!("dB of {}", or_unknown(&s.unit)),
+            false => or_unknown(&s.unit),
+        };
+        table.add_row(vec![
+            format!("  {}", or_unknown(&s.name)),
+            unit,
+            s.kind.to_string(),
+            lines(&s.frequency_hz),
+        ]);
+    }
+    finish(&table)
+}
+
 /// Identified modes.
 pub fn identified(found: &Identification) -> String {
-    let mut text = format!("{}\n{}: {}\n\n", found.how, found.method.word(), found.rule);
+    let rule = wrapped(&format!("{}: {}", found.method.word(), found.rule));
+    let mut text = format!("{}\n{rule}\n\n", wrapped(&found.how));
     if found.modes.is_empty() {
         text += "no mode is significant in the band\n";
         return text + &evidence(found);
@@ -271,6 +309,9 @@ const FACTS: usize = 6;
 
 /// A rate with the digits a time base can have.
 pub fn rate(rate_hz: f64) -> String {
+    if !(1.0..1e9).contains(&rate_hz) {
+        return brief(rate_hz);
+    }
     let text = format!("{rate_hz:.4}");
     text.trim_end_matches('0').trim_end_matches('.').to_string()
 }

@@ -4,10 +4,11 @@ use serde_json::{Value, json};
 
 use super::json::warnings;
 use super::number::brief;
-use crate::recording::raw::Repair;
-use crate::recording::responses::FrequencyResponses;
+use crate::recording::raw::{Raw, Repair};
+use crate::recording::responses::{FrequencyResponses, Spectrum};
 use crate::recording::signals::Recording;
 use crate::recording::survey::Survey;
+use crate::recording::write;
 
 /// The JSON document of `check LOG`, without its header.
 pub fn json(recording: &Recording, surveys: &[Survey]) -> Value {
@@ -36,11 +37,12 @@ pub fn json(recording: &Recording, surveys: &[Survey]) -> Value {
         "file": recording.path,
         "dialect": recording.dialect,
         "facts": facts(recording),
+        "start": recording.start,
         "rate_hz": recording.rate_hz,
         "rate_source": recording.rate_source,
         "samples": recording.samples,
         "duration_s": recording.duration_s(),
-        "stretches": recording.stretches.iter().map(|s| json!({ "from_sample": s.start, "samples": s.len() })).collect::<Vec<_>>(),
+        "stretches": write::json::stretches(recording),
         "channels": channels,
         "repairs": repairs(&recording.repairs),
         "warnings": warnings(&recording.warnings),
@@ -76,6 +78,32 @@ pub fn responses(found: &FrequencyResponses) -> Value {
         "from_hz": found.frequency_hz.first(),
         "to_hz": found.frequency_hz.last(),
         "functions": functions,
+    })
+}
+
+/// What spectra a file holds.
+pub fn spectra(found: &[Spectrum]) -> Value {
+    let spectrum = |s: &Spectrum| {
+        json!({
+            "name": s.name,
+            "unit": s.unit,
+            "kind": s.kind,
+            "decibel": s.is_decibel,
+            "lines": s.frequency_hz.len(),
+            "from_hz": s.frequency_hz.first(),
+            "to_hz": s.frequency_hz.last(),
+        })
+    };
+    found.iter().map(spectrum).collect()
+}
+
+/// The document of a file that holds nothing over time, without its header.
+pub fn without_channels(raw: &Raw) -> Value {
+    json!({
+        "file": raw.path,
+        "dialect": raw.dialect,
+        "repairs": repairs(&raw.repairs),
+        "warnings": warnings(&raw.warnings),
     })
 }
 

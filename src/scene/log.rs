@@ -11,6 +11,7 @@ use crate::base::load;
 use crate::base::notes::{Notes, Range};
 use crate::base::place::{Place, Source};
 use crate::base::toml::{self, Value};
+use crate::recording::raw::Repair;
 use crate::recording::settings::{ChannelSettings, DialectSettings, Gaps, RateSource, Settings};
 
 /// Where the sidecar of a log lies: `run.csv` → `run.toml`.
@@ -20,23 +21,37 @@ pub fn beside(log: &Path) -> PathBuf {
 
 /// Whether a TOML file is a sidecar.
 pub fn is_sidecar(source: &Arc<Source>) -> bool {
-    toml::parse(source).root.get("log").is_some()
+    let root = toml::parse(source).root;
+    root.get("log").is_some() || root.get("channel").is_some()
 }
 
-/// The sidecar beside a log, where there is one; a file of another kind under its name is passed over.
+/// The sidecar beside a log, where there is one; a file of another kind under its name is passed over, and this is noted.
 ///
 /// # Errors
-/// Everything wrong in it.
+/// Everything wrong in it; that it is no TOML.
 pub fn read_beside(log: &Path) -> Result<Option<Settings>, Errors> {
     let path = beside(log);
     if !path.is_file() || path == log {
         return Ok(None);
     }
     let source = load::load(&path)?;
-    match is_sidecar(&source) {
-        true => read(&source).map(Some),
-        false => Ok(None),
-    }
+    let broken = toml::parse(&source).broken;
+    let is_other = broken.is_none() && !is_sidecar(&source);
+    let (mut settings, message) = match is_other {
+        true => (
+            Settings::default(),
+            format!(
+                "{} holds neither [log] nor [[channel]] and is passed over",
+                path.display()
+            ),
+        ),
+        false => (read(&source)?, format!("read {}", path.display())),
+    };
+    settings.notes.push(Repair {
+        kind: "sidecar",
+        message,
+    });
+    Ok(Some(settings))
 }
 
 /// Reads a sidecar.
@@ -107,6 +122,7 @@ fn log(f: &mut Fields) -> Settings {
             .unwrap_or_default(),
         from_s: f.optional_quantity("after", Kind::Time, Range::NotNegative),
         to_s: f.optional_quantity("before", Kind::Time, Range::Positive),
+        notes: Vec::new(),
     }
 }
 
@@ -123,7 +139,7 @@ fn channel(f: &mut Fields) -> ChannelSettings {
 }
 
 /// A sidecar that says what was understood of a log, for somebody to correct.
-pub fn write(settings: &Settings, rate_hz: f64, channels: &[(String, String)]) -> String {
+pub fn write(settings: &Settings, rate_hz: Option<f64>, channels: &[(String, String)]) -> String {
     let quoted = |text: &str| {
         format!(
             "\"{}\"",
@@ -139,16 +155,20 @@ pub fn write(settings: &Settings, rate_hz: f64, channels: &[(String, String)]) -
         Some(RateSource::Time) => "rate_from = \"time\"\n".to_string(),
         Some(RateSource::Header) => "rate_from = \"header\"\n".to_string(),
         Some(RateSource::Hertz(rate)) => format!("rate = \"{rate} Hz\"\n"),
-        None => format!("# rate = \"{rate_hz} Hz\"       # or rate_from = \"time\", \"header\"\n"),
-    };
-    for (key, value) in [
-        ("time", &settings.time_column),
-        ("time_unit", &settings.time_unit),
-        ("encoding", &settings.dialect.encoding),
-    ] {
-        if let Some(value) = value {
-            text += &format!("{key} = {}\n", quoted(value));
+        None => {
+            let found = rate_hz.map_or("5 kHz".to_string(), |rate| format!("{rate} Hz"));
+            format!("# rate = \"{found}\"       # or rate_from = \"time\", \"header\"\n")
         }
+    };
+    for (key, value, example) in [
+        ("time", &settings.time_column, "column 1\"   # or \"none"),
+        ("time_unit", &settings.time_unit, "ms"),
+        ("encoding", &settings.dialect.encoding, "latin1"),
+    ] {
+        text += &match value {
+            Some(value) => format!("{key} = {}\n", quoted(value)),
+            None => format!("# {key} = \"{example}\"\n"),
+        };
     }
     if let Some(delimiter) = settings.dialect.delimiter {
         let word = match delimiter {
@@ -158,9 +178,10 @@ pub fn write(settings: &Settings, rate_hz: f64, channels: &[(String, String)]) -
         };
         text += &format!("delimiter = \"{word}\"\n");
     }
-    if let Some(decimal) = settings.dialect.decimal {
-        text += &format!("decimal = \"{decimal}\"\n");
-    }
+    text += &match settings.dialect.decimal {
+        Some(decimal) => format!("decimal = \"{decimal}\"\n"),
+        None => "# decimal = \",\"\n".to_string(),
+    };
     if let Some(lines) = settings.dialect.header_lines {
         text += &format!("header_lines = {lines}\n");
     }
@@ -170,9 +191,10 @@ pub fn write(settings: &Settings, rate_hz: f64, channels: &[(String, String)]) -
             if day_first { "day" } else { "month" }
         );
     }
-    if settings.gaps == Gaps::Fill {
-        text += "gaps = \"fill\"\n";
-    }
+    text += match settings.gaps {
+        Gaps::Fill => "gaps = \"fill\"\n",
+        Gaps::Split => "# gaps = \"fill\"\n",
+    };
     for (key, time) in [("after", settings.from_s), ("before", settings.to_s)] {
         if let Some(time) = time {
             text += &format!("{key} = \"{time} s\"\n");
@@ -230,7 +252,7 @@ mod tests {
             }],
             ..Settings::default()
         };
-        let text = write(&settings, 331.4, &[("ax".into(), "V".into())]);
+        let text = write(&settings, Some(331.4), &[("ax".into(), "V".into())]);
         let mut again = parsed(&text).unwrap();
         if let Some(RateSource::Hertz(rate)) = &mut again.rate {
             assert!((*rate - 331.4).abs() < 1e-12);

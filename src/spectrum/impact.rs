@@ -362,7 +362,10 @@ impl Record<'_> {
                 reasons.join(", ")
             ),
         )
-        .hint("a shorter block, or stated overload levels, let more of them through")
+        .hint(match count(Fault::LateStart) == self.cuts.len() {
+            true => "record from before the hit; look with `geardyn check` whether the file holds finished responses",
+            false => "a shorter block, or stated overload levels, let more of them through",
+        })
     }
 
     fn estimate(&self, block: usize, sigma: f64) -> Result<(Estimate, Vec<f64>), Error> {

@@ -249,9 +249,14 @@ pub fn welch_options(recording: &Recording, study: &EstimateStudy) -> Result<Wel
             block as usize
         }
         None => {
-            let part = longest / LEAST_BLOCKS;
-            let power = part.max(1).ilog2();
-            (1usize << power).clamp(SHORTEST, LONGEST).min(longest)
+            let blocks = |block: usize| -> usize {
+                recording.stretches.iter().map(|s| s.len() / block).sum()
+            };
+            let mut block = LONGEST;
+            while block > SHORTEST && blocks(block) < LEAST_BLOCKS {
+                block /= 2;
+            }
+            block.min(longest)
         }
     };
     Ok(WelchOptions {

@@ -12,6 +12,7 @@ use super::study::IdentifyStudy;
 use super::{operational, record, series};
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
+use crate::base::words::counted;
 use crate::identify::modal::lsfd::ModeShape;
 use crate::identify::mode::IdentifiedMode;
 use crate::identify::rational::{self, Measured, RationalFit, RationalOptions};
@@ -244,7 +245,8 @@ fn from_responses(
         Some(acquired) => (acquired.how, acquired.hits),
         None => {
             let (functions, lines) = (responses.functions.len(), responses.frequency_hz.len());
-            let how = format!("{functions} responses over {lines} lines, as read");
+            let (functions, lines) = (counted(functions, "response"), counted(lines, "line"));
+            let how = format!("{functions} over {lines}, as read");
             (how, Vec::new())
         }
     };

@@ -53,3 +53,6 @@ pub mod turning;
 
 /// The run of a spectrum.
 pub mod spectrum;
+
+/// Spectra that a file holds.
+pub mod held;

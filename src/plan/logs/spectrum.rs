@@ -284,7 +284,7 @@ fn short(hertz: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_string()
 }
 
-fn is_inside(band: Option<(f64, f64)>, place: f64) -> bool {
+pub(super) fn is_inside(band: Option<(f64, f64)>, place: f64) -> bool {
     band.is_none_or(|(low, high)| (low..=high).contains(&place))
 }
 
@@ -315,7 +315,12 @@ fn units(kind: SpectrumKind, unit: &str) -> (String, String) {
 
 /// The lines in the band, their values densities: those that stand clear, and in any case the strongest. Under a `flat` window the
 /// highest line is the height of a tone.
-fn lines(spectra: &Spectra, channel: usize, band: Option<(f64, f64)>, flat: bool) -> Vec<Line> {
+pub(super) fn lines(
+    spectra: &Spectra,
+    channel: usize,
+    band: Option<(f64, f64)>,
+    flat: bool,
+) -> Vec<Line> {
     let inside = |f: f64| is_inside(band, f);
     let line = |position: f64, density: f64, ratio: Option<f64>, significant: bool| Line {
         position,
@@ -361,7 +366,7 @@ fn lines(spectra: &Spectra, channel: usize, band: Option<(f64, f64)>, flat: bool
 }
 
 /// Gives lines the names of what was expected within reach.
-fn name(lines: &mut [Line], study: &SpectrumStudy, spacing: f64) {
+pub(super) fn name(lines: &mut [Line], study: &SpectrumStudy, spacing: f64) {
     let measured: Vec<label::Peak> = lines
         .iter()
         .map(|line| label::Peak {

@@ -35,7 +35,7 @@ pub enum SpectrumKind {
 }
 
 /// The study; what is `None` is chosen from the data.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct SpectrumStudy {
     /// Channels analysed.
     pub channels: Vec<String>,

@@ -6,6 +6,7 @@ use super::blocks;
 use super::spectrum_study::{Across, Found, SpectrumKind, SpectrumStudy};
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
+use crate::base::words::counted;
 use crate::recording::signals::{Channel, Recording};
 use crate::spectrum::band::Band;
 use crate::spectrum::cepstrum::Cepstrum;
@@ -364,7 +365,9 @@ pub fn by_time(
         ..Spectra::default()
     };
     let how = format!(
-        "{count} rows of {averages} blocks of {:.4} s, {:.4} s apart, {:.6} Hz lines; their mean below",
+        "{} of {} of {:.4} s, {:.4} s apart, {:.6} Hz lines; their mean below",
+        counted(count, "row"),
+        counted(averages, "block"),
         block as f64 / recording.rate_hz,
         (step * averages) as f64 / recording.rate_hz,
         recording.rate_hz / block as f64

@@ -113,6 +113,15 @@ fn angle(
                 hint: Some("look at the tacho's signal and at --pulses".into()),
             });
         }
+        if found.pulses.len() <= study.pulses {
+            let message = format!(
+                "the tacho {name} has {} pulses, less than one turn at {} a turn",
+                found.pulses.len(),
+                study.pulses
+            );
+            return Err(Error::new(Code::TooShort, message)
+                .hint("is --pulses right? it takes the pulses of one turn"));
+        }
         let curve = AngleCurve::from_pulses(&found, study.pulses)?;
         let (from, to) = curve.times_s();
         let how = format!(

@@ -2,7 +2,7 @@
 
 use super::roles;
 use super::variables::Variable;
-use crate::base::error::Error;
+use crate::base::error::{Error, Warning};
 use crate::base::kind::Kind;
 use crate::base::units;
 use crate::recording::column::Column;
@@ -33,9 +33,24 @@ pub(super) fn take(
         return Ok(());
     }
     for time in times {
+        let creep = rate.as_ref().and_then(|rate| creep(&time, rate.0));
+        if let (Some(creep), Some((hertz, name))) = (creep, &rate) {
+            raw.warnings.push(Warning {
+                code: "time-rounded",
+                message: format!(
+                    "`{}` is in single precision and creeps by {creep:.1e} of a step: `{name}` is taken, {hertz} Hz",
+                    time.name
+                ),
+                hint: None,
+            });
+        }
+        let stamps = match creep {
+            Some(_) => None,
+            None => Some(stamps(&time, settings)?),
+        };
         let clock = Clock {
             header_rate: rate.clone(),
-            stamps: Some(stamps(&time, settings)?),
+            stamps,
             ..Clock::default()
         };
         // Vectors of the same structure as the time first, so that equally long runs stay apart.
@@ -76,6 +91,20 @@ fn take_times(numbers: &mut Vec<Variable>, settings: &Settings, has_rate: bool) 
 
 fn indices(numbers: &[Variable], is: impl Fn(&Variable) -> bool) -> Vec<usize> {
     (0..numbers.len()).filter(|&at| is(&numbers[at])).collect()
+}
+
+/// How far the steps of a time in single precision differ from those of the rate stated, in steps, where rounding at every step
+/// explains it.
+fn creep(time: &Variable, rate_hz: f64) -> Option<f64> {
+    let largest = time.re.iter().fold(0.0_f64, |most, t| most.max(t.abs()));
+    // One unit of the last digit at the end of the record.
+    let unit = f64::from(f32::EPSILON) * largest * rate_hz;
+    let off = |pair: &[f64]| ((pair[1] - pair[0]) * rate_hz - 1.0).abs();
+    let most = time.re.windows(2).map(off).fold(0.0, f64::max);
+    let is_single = time.epsilon == f64::from(f32::EPSILON);
+    let steps = (time.re.len() - 1) as f64;
+    let mean = ((time.re[time.re.len() - 1] - time.re[0]) * rate_hz / steps - 1.0).abs();
+    (is_single && most <= 2.0 * unit && unit < 0.1).then_some(mean)
 }
 
 /// Seconds since the first stamp.

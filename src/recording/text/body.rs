@@ -203,9 +203,24 @@ impl<'p> Reader<'p> {
 
     /// A line that is no row: an error at once where it begins with a number, else perhaps the footer.
     fn doubted(&mut self, fault: Fault, line: &[u8], number: usize) -> Result<(), Error> {
-        if let Some((_, _, count, _)) = &mut self.doubt {
+        /// A summary below the rows has fewer lines of numbers than this.
+        const FOOTER: usize = 20;
+        if let Some((error, _, count, _)) = &mut self.doubt {
             *count += 1;
-            return Ok(());
+            let cells = cells::Cells::new(line, self.marks.delimiter);
+            let (mut all, mut numbers) = (0, 0);
+            for (_, cell) in cells {
+                all += 1;
+                numbers += usize::from(matches!(
+                    cells::read(cell, self.marks.decimal),
+                    Cell::Number(_)
+                ));
+            }
+            let is_row = all >= self.plan.required && 2 * numbers >= all;
+            return match is_row && *count > FOOTER {
+                true => Err(error.clone()),
+                false => Ok(()),
+            };
         }
         let begins = cells::Cells::new(line, self.marks.delimiter)
             .map(|(_, cell)| cells::bare(cell))

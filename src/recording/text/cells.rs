@@ -86,6 +86,11 @@ const OVERLOAD: &[&str] = &[
     "under range",
     "underflow",
     "under",
+    "überlast",
+    "ueberlast",
+    "übersteuert",
+    "uebersteuert",
+    "过载",
 ];
 
 /// The longest text a number or one of the words takes, bytes.
@@ -236,9 +241,9 @@ fn word(cell: &[u8]) -> Cell {
     if cell.iter().all(|b| *b == b'*') || cell.iter().all(|b| *b == b'#') {
         return Cell::Missing;
     }
-    let Ok(text) = std::str::from_utf8(cell) else {
-        return Cell::Text;
-    };
+    // What is no UTF-8 is Latin-1 in most words that could be meant.
+    let latin = || cell.iter().map(|&b| char::from(b)).collect::<String>();
+    let text = std::str::from_utf8(cell).map_or_else(|_| latin(), str::to_string);
     let text = text.to_lowercase();
     // What old C libraries of Windows print: -1.#IND, 1.#QNAN, 1.#INF00.
     let windows = text.trim_start_matches(['+', '-']).strip_prefix("1.#");

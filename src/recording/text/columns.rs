@@ -1,5 +1,7 @@
 //! What becomes of each column: a channel, time stamps, a counter, nothing.
 
+use std::collections::HashSet;
+
 use super::cells::{self, Cell, Cells, Marks};
 use super::dialect::Kind;
 use super::header::Header;
@@ -56,6 +58,8 @@ pub struct Plan {
     pub left_out: Vec<(String, &'static str)>,
     /// Guesses.
     pub warnings: Vec<Warning>,
+    /// Names of channels so far.
+    taken: HashSet<String>,
 }
 
 /// Names of a time column, folded.
@@ -271,6 +275,11 @@ pub fn plan(
     rate: Option<f64>,
     settings: &Settings,
 ) -> Result<Plan, Error> {
+    let stated = settings.time_unit.as_deref();
+    if let Some(unit) = stated.filter(|unit| seconds_of(unit).is_none()) {
+        let message = format!("`{unit}` is no unit of time");
+        return Err(Error::new(Code::WrongUnit, message).hint("it takes s, ms, µs, ns, min or h"));
+    }
     let columns = Columns {
         header,
         kinds,
@@ -432,6 +441,7 @@ fn position(columns: &Columns<'_>, width: usize, name: &str) -> Result<usize, Er
             (0..width)
                 .find(|c| !header.names[*c].is_empty() && names::means(name, &header.names[*c]))
         })
+        .or_else(|| names::find(name, &header.names[..width.min(header.names.len())]))
         .ok_or_else(|| {
             missing(
                 name,
@@ -528,9 +538,12 @@ impl Plan {
                     settings.time_unit.clone().unwrap_or(written_unit),
                 ),
             };
-            let unit_s = match form {
-                Form::Decimal => {
-                    seconds_of(&unit).unwrap_or_else(|| epoch(&columns.sample[column]))
+            let unit_s = match (form, seconds_of(&unit)) {
+                (Form::Decimal, Some(unit_s)) => unit_s,
+                (Form::Decimal, None) => {
+                    let unit_s = epoch(&columns.sample[column]);
+                    self.say_unit(&name, &unit, unit_s, columns.is_counting(column));
+                    unit_s
                 }
                 _ => 1.0,
             };
@@ -576,6 +589,29 @@ impl Plan {
         }
     }
 
+    /// Says what stamps without a unit of time are taken in, where another one could be meant.
+    fn say_unit(&mut self, name: &str, unit: &str, unit_s: f64, is_counting: bool) {
+        let word = unit_word(unit_s);
+        let message = match unit {
+            "" if is_counting => {
+                format!(
+                    "`{name}` counts in whole numbers and states no unit: it is taken in {word}"
+                )
+            }
+            "" if unit_s != 1.0 => {
+                format!("`{name}` states no unit: by its size it is taken in {word} since 1970")
+            }
+            "" => return,
+            unit => format!("`{unit}` of `{name}` is no unit of time: it is taken in {word}"),
+        };
+        let hint = "state it: --time-unit ms, or that it counts samples: --time none --rate HZ";
+        self.warnings.push(Warning {
+            code: "time-guessed",
+            message,
+            hint: Some(hint.into()),
+        });
+    }
+
     fn time(&mut self, name: String, unit: String, group: usize, reader: stamps::Reader) -> Role {
         self.readers.push(reader);
         let reader = self.readers.len() - 1;
@@ -588,18 +624,22 @@ impl Plan {
         Role::Time(self.sinks.len() - 1, reader)
     }
 
-    /// A sink of a name of its own: names that repeat are numbered.
+    /// A sink of a name of its own: names that repeat are numbered, and the first of them is said.
     fn sink(&mut self, name: String, unit: &str, group: usize) -> usize {
-        let taken = |name: &str| {
-            self.sinks
-                .iter()
-                .any(|s| s.reader.is_none() && s.name == name)
-        };
         let numbered = (2..).map(|n| format!("{name} {n}"));
-        let name = std::iter::once(name.clone())
+        let own = std::iter::once(name.clone())
             .chain(numbered)
-            .find(|n| !taken(n))
-            .unwrap_or(name);
+            .find(|n| !self.taken.contains(n))
+            .unwrap_or_else(|| name.clone());
+        if own != name && !self.warnings.iter().any(|w| w.code == "name-twice") {
+            self.warnings.push(Warning {
+                code: "name-twice",
+                message: format!("two columns are named `{name}`: the second is called `{own}`"),
+                hint: Some("give every column a name of its own".into()),
+            });
+        }
+        self.taken.insert(own.clone());
+        let name = own;
         self.sinks.push(Sink {
             name,
             unit: unit.to_string(),

@@ -221,6 +221,7 @@ fn refuse_misfits(
         .hint("mend the cell, or state how many lines stand above the numbers: --header-lines"));
     }
     let above = &lines[..layout.first.min(lines.len())];
+    refuse_double_commas(path, above, lines, layout)?;
     for (at, line) in above.iter().enumerate().rev() {
         match dialect::stance(line, layout.marks, &layout.kinds) {
             dialect::Stance::Blank => {}
@@ -252,6 +253,44 @@ fn refuse_misfits(
         }
     }
     Ok(())
+}
+
+/// Rows with twice as many whole numbers as the line above has words, all parted by commas: the comma is the decimal mark too.
+fn refuse_double_commas(
+    path: &str,
+    above: &[&str],
+    lines: &[&str],
+    layout: &dialect::Layout,
+) -> Result<(), Error> {
+    let Some((at, names)) = (above.iter().enumerate().rev()).find(|(_, l)| !l.trim().is_empty())
+    else {
+        return Ok(());
+    };
+    let width = layout.kinds.len();
+    let words = cells::Cells::new(names.as_bytes(), b',').count();
+    let is_whole = |(_, cell): (usize, &[u8])| {
+        let digits = cell.strip_prefix(b"-").unwrap_or(cell);
+        !digits.is_empty() && digits.iter().all(u8::is_ascii_digit)
+    };
+    let rows = lines.get(layout.first..).unwrap_or(&[]).iter().take(TASTE);
+    let commas = layout.marks.delimiter == b',' && layout.marks.decimal == b'.';
+    let doubled = commas
+        && words > 1
+        && width == 2 * words
+        && names.contains(char::is_alphabetic)
+        && rows
+            .clone()
+            .all(|row| cells::Cells::new(row.as_bytes(), b',').all(is_whole));
+    if !doubled {
+        return Ok(());
+    }
+    let place = Place::in_line(path, at + 1, names, 0..names.len());
+    let message = format!(
+        "{words} names stand over rows of {width} cells: the comma parts the cells and is the decimal mark as well"
+    );
+    Err(Error::new(Code::RaggedRow, message)
+        .at(&place)
+        .hint("export with points as decimal marks, or with semicolons or tabs between the cells"))
 }
 
 /// Format and dialect in words.
@@ -452,6 +491,7 @@ fn report_cells(raw: &mut Raw, sink: &columns::Sink, filled: &body::Filled) {
     let name = &sink.name;
     if filled.missing > 0 {
         let lines: Vec<String> = filled.lines.iter().map(usize::to_string).collect();
+        let line = if filled.missing == 1 { "line" } else { "lines" };
         let more = filled.missing.saturating_sub(filled.lines.len());
         let more = if more > 0 {
             format!(" and {more} more")
@@ -466,7 +506,7 @@ fn report_cells(raw: &mut Raw, sink: &columns::Sink, filled: &body::Filled) {
             raw,
             "cells-missing",
             format!(
-                "{} cells of `{name}` hold no number{overloads}: lines {}{more}",
+                "{} cells of `{name}` hold no number{overloads}: {line} {}{more}",
                 filled.missing,
                 lines.join(", ")
             ),

@@ -11,6 +11,8 @@ pub(super) struct Cursor<'a> {
     pub rest: &'a [u8],
     /// Of the file, from 1.
     pub line: usize,
+    /// The last line of the file is ended.
+    pub ended: bool,
 }
 
 impl<'a> Cursor<'a> {
@@ -19,6 +21,7 @@ impl<'a> Cursor<'a> {
             path,
             rest: bytes,
             line: 1,
+            ended: bytes.ends_with(b"\n") || bytes.ends_with(b"\r"),
         }
     }
 

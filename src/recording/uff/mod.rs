@@ -32,6 +32,7 @@ use super::raw::{Raw, Repair};
 use super::settings::Settings;
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors, Warning};
+use crate::base::words::counted;
 
 /// Lines of a header after the one with the number of the set.
 const HEADER_LINES: usize = 11;
@@ -70,7 +71,7 @@ pub fn read(path: &str, bytes: &[u8], settings: &Settings) -> Result<Raw, Errors
         (false, true) => "binary",
         _ => "text",
     };
-    raw.dialect = format!("UFF 58, {kind}, {} functions", reader.sets.len());
+    raw.dialect = format!("UFF 58, {kind}, {}", counted(reader.sets.len(), "function"));
     reader.sets.retain(|set| !set.values.re.is_empty());
     if reader.sets.is_empty() {
         let skipped: Vec<String> = reader.skipped.keys().map(i64::to_string).collect();
@@ -210,6 +211,14 @@ impl Reader {
                 "the data set 58 at line {first_line} states {} values and the file ends after {}",
                 header.count,
                 values.re.len()
+            );
+            return Err(cursor
+                .error_here(message)
+                .hint("the file was cut off: copy it again"));
+        }
+        if cursor.rest.is_empty() && !cursor.ended {
+            let message = format!(
+                "the file ends within the data set 58 at line {first_line}: its last number may be cut short"
             );
             return Err(cursor
                 .error_here(message)

@@ -9,7 +9,7 @@ use crate::base::error::Error;
 use crate::recording::responses::{FrequencyResponse, FrequencyResponses};
 use crate::recording::signals::Recording;
 
-/// Signals: time from the first sample, then a column for each channel.
+/// Signals: time from the log's first sample, then a column for each channel; a gap is a step of the time.
 ///
 /// # Errors
 /// `output-failed`; those of reading a column.
@@ -20,21 +20,23 @@ pub fn signals(recording: &Recording, to: &mut impl Write) -> Result<(), Error> 
         .collect();
     writeln!(to, "{}", head.join(",")).map_err(failed)?;
     let mut blocks = vec![vec![0.0; BLOCK]; recording.channels.len()];
-    let mut start = 0;
-    while start < recording.samples {
-        let length = BLOCK.min(recording.samples - start);
-        for (channel, block) in recording.channels.iter().zip(&mut blocks) {
-            channel.samples.read(start, &mut block[..length])?;
-        }
-        let rows = 0..length;
-        rows.into_iter()
-            .try_for_each(|row| {
-                write!(to, "{:?}", (start + row) as f64 / recording.rate_hz)?;
+    for (k, stretch) in recording.stretches.iter().enumerate() {
+        let mut start = 0;
+        while start < stretch.len() {
+            let length = BLOCK.min(stretch.len() - start);
+            for (channel, block) in recording.channels.iter().zip(&mut blocks) {
+                let samples = &channel.samples;
+                samples.read(stretch.start + start, &mut block[..length])?;
+            }
+            let mut rows = 0..length;
+            rows.try_for_each(|row| {
+                write!(to, "{:?}", recording.time_s(k, start + row))?;
                 blocks.iter().try_for_each(|block| cell(to, block[row]))?;
                 writeln!(to)
             })
             .map_err(failed)?;
-        start += length;
+            start += length;
+        }
     }
     Ok(())
 }

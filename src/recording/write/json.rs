@@ -1,6 +1,7 @@
 //! JSON: one document, keys with their units, what is missing as null.
 
 use std::io::{self, Write};
+use std::ops::Range;
 
 use serde_json::{Value, json};
 
@@ -10,7 +11,7 @@ use crate::numeric::Complex;
 use crate::recording::responses::{FrequencyResponses, Terminal};
 use crate::recording::signals::Recording;
 
-/// Signals: `rate_hz`, `samples`, `duration_s`, and `channels[]` with `name`, `unit`, `value[]`.
+/// Signals: `start` (date and time), `rate_hz`, `samples`, `duration_s`, `stretches[]`, and `channels[]` with `name`, `unit`, `value[]`.
 ///
 /// `geardyn` is the block of that name every document begins with.
 ///
@@ -19,9 +20,10 @@ use crate::recording::signals::Recording;
 pub fn signals(recording: &Recording, geardyn: &Value, to: &mut impl Write) -> Result<(), Error> {
     let (rate, duration) = (number(recording.rate_hz), number(recording.duration_s()));
     let samples = recording.samples;
+    let (start, stretches) = (json!(recording.start), stretches(recording));
     write!(
         to,
-        "{{\"geardyn\":{geardyn},\"rate_hz\":{rate},\"samples\":{samples},\"duration_s\":{duration},\"channels\":["
+        "{{\"geardyn\":{geardyn},\"start\":{start},\"rate_hz\":{rate},\"samples\":{samples},\"duration_s\":{duration},\"stretches\":{stretches},\"channels\":["
     )
     .map_err(failed)?;
     for (at, channel) in recording.channels.iter().enumerate() {
@@ -38,6 +40,17 @@ pub fn signals(recording: &Recording, geardyn: &Value, to: &mut impl Write) -> R
         write!(to, "]}}").map_err(failed)?;
     }
     writeln!(to, "]}}").map_err(failed)
+}
+
+/// The stretches without gaps: first sample, number of samples, time of the first from the log's first sample.
+pub fn stretches(recording: &Recording) -> Value {
+    let stretch = |(k, s): (usize, &Range<usize>)| json!({ "from_sample": s.start, "samples": s.len(), "from_s": recording.time_s(k, 0) });
+    recording
+        .stretches
+        .iter()
+        .enumerate()
+        .map(stretch)
+        .collect()
 }
 
 /// Frequency responses: `frequency_hz[]`, and `functions[]` with `input` (null where unknown), `output`, `value[]` of

@@ -7,9 +7,10 @@
 use std::io::{self, Write};
 
 use super::{blocks, failed};
+use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::recording::responses::{FrequencyResponse, FrequencyResponses, Terminal};
-use crate::recording::signals::Recording;
+use crate::recording::signals::{Channel, Recording};
 use crate::recording::uff::codes;
 
 /// How the numbers are written.
@@ -24,6 +25,9 @@ pub enum Form {
 /// Digits after the point of an abscissa in 13 columns, and of a double in 20.
 const ABSCISSA_DIGITS: usize = 6;
 const DOUBLE_DIGITS: usize = 12;
+
+/// Characters of a line for people.
+const ID: usize = 80;
 
 /// The abscissa of a set.
 #[derive(Clone, Copy)]
@@ -49,8 +53,23 @@ struct Head<'a> {
 /// Signals as time responses.
 ///
 /// # Errors
-/// `output-failed`; those of reading a column.
+/// `conflict` where the record has gaps, for which an even abscissa has no place; `output-failed`; those of reading a column.
 pub fn signals(recording: &Recording, form: Form, to: &mut impl Write) -> Result<(), Error> {
+    if recording.stretches.len() > 1 {
+        let message = format!(
+            "the record has {} stretches, and an even UFF 58 has no place for the gaps between them",
+            recording.stretches.len()
+        );
+        return Err(Error::new(Code::Conflict, message)
+            .hint("bridge them: --fill-gaps; take a part: --after, --before; or write CSV"));
+    }
+    let long = |c: &&Channel| c.name.chars().count() > ID;
+    if let Some(channel) = recording.channels.iter().find(long) {
+        let message = format!("UFF 58 gives {ID} characters to a name: {}", channel.name);
+        return Err(Error::new(Code::Conflict, message)
+            .hint("rename the channel in the sidecar, or write CSV"));
+    }
+    let date = recording.start.as_deref().unwrap_or_default();
     let (before, after) = codes::RATE_LINE;
     let rate = format!("{before}{:?}{after}", recording.rate_hz);
     for channel in &recording.channels {
@@ -59,13 +78,13 @@ pub fn signals(recording: &Recording, form: Form, to: &mut impl Write) -> Result
             unit: channel.unit.clone(),
         };
         let head = Head {
-            ids: [&channel.name, "", "", &rate, ""],
+            ids: [&channel.name, "", date, &rate, ""],
             function: codes::TIME_RESPONSE,
             output: &output,
             input: None,
             is_complex: false,
             count: recording.samples,
-            abscissa: Abscissa::Even(0.0, recording.rate_hz.recip()),
+            abscissa: Abscissa::Even(recording.time_s(0, 0), recording.rate_hz.recip()),
             abscissa_type: codes::TIME,
         };
         head.write(form, to).map_err(failed)?;
@@ -192,7 +211,7 @@ impl Head<'_> {
             )?,
         }
         for id in self.ids {
-            writeln!(to, "{}", shown(id, 80))?;
+            writeln!(to, "{}", shown(id, ID))?;
         }
         let none = Terminal::default();
         let input = self.input.unwrap_or(&none);

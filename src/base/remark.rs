@@ -1,0 +1,316 @@
+//! The words that stand beside an answer: warnings about it, and what was done to the data.
+
+/// What a word stands beside.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sort {
+    /// A doubt about the answer.
+    Warning,
+    /// Something done to the data of a log.
+    Repair,
+}
+
+use Sort::{Repair, Warning};
+
+/// Every word, its sort, and what `geardyn explain` says of it.
+pub const ALL: &[(&str, Sort, &str)] = &[
+    // Reading a log.
+    (
+        "time-guessed",
+        Warning,
+        "The column of time stamps, or their unit, is not certain: a column without a name rises evenly, or one named as a time without a unit counts 0, 1, 2, … Say which it is: --time COLUMN or --time none, --time-unit ms, or in the sidecar.",
+    ),
+    (
+        "time-rounded",
+        Warning,
+        "The time stamps are too coarse to judge single steps. The samples are taken as evenly spaced, which the record as a whole bears out.",
+    ),
+    (
+        "time-jitter",
+        Warning,
+        "The time stamps lie unevenly and the samples were resampled. Above the band said the values rest on the interpolation.",
+    ),
+    (
+        "decimal-comma",
+        Warning,
+        "Every comma of the text stands before three digits, so it may be a decimal mark or separate thousands. State it: --decimal.",
+    ),
+    (
+        "names-misfit",
+        Warning,
+        "The line of names has another number of words than the rows have cells, so no name can be given to a column. Columns are numbered; mend the line, or state --delimiter and --decimal.",
+    ),
+    (
+        "header-rates-differ",
+        Warning,
+        "Two lines of the header state different sample rates. State the right one: --rate.",
+    ),
+    (
+        "taken-as-spectrum",
+        Warning,
+        "A channel's name says that it is a spectrum, though the header says it is over time.",
+    ),
+    (
+        "variables-left-out",
+        Warning,
+        "Variables of the MATLAB file that are neither signals nor functions of frequency were not read.",
+    ),
+    (
+        "functions-left-out",
+        Warning,
+        "Functions of the file are of a kind that is not read, or lie over other lines than the rest.",
+    ),
+    (
+        "values-missing",
+        Warning,
+        "A data set holds fewer values than its header states.",
+    ),
+    (
+        "name-twice",
+        Warning,
+        "Two variables or channels of the file have one name. Both are kept, the second numbered.",
+    ),
+    (
+        "coherence-above-one",
+        Warning,
+        "A coherence of the file is larger than one, which no coherence is. Its values are kept as they are.",
+    ),
+    (
+        "coherence-left-out",
+        Warning,
+        "A coherence of the file belongs to no response of it.",
+    ),
+    // What was done to a log.
+    (
+        "sidecar",
+        Repair,
+        "A file beside the log, with its name and .toml, was read: what it says of the log was applied. --no-sidecar passes it over.",
+    ),
+    (
+        "gap-split",
+        Repair,
+        "Samples are missing. The record falls into stretches there, and no average reaches across. --fill-gaps bridges them instead.",
+    ),
+    (
+        "gap-filled",
+        Repair,
+        "Straight lines were laid over missing samples, as asked.",
+    ),
+    (
+        "resampled",
+        Repair,
+        "Samples at uneven times were brought to even steps by band-limited interpolation.",
+    ),
+    (
+        "cells-missing",
+        Repair,
+        "Cells hold no number. Stretches end there, in every channel.",
+    ),
+    (
+        "thousands-joined",
+        Repair,
+        "Numbers were written with separators of thousands, which were taken out.",
+    ),
+    (
+        "column-left-out",
+        Repair,
+        "A column is no channel: a counter, or one that holds words or nothing.",
+    ),
+    (
+        "channel-empty",
+        Repair,
+        "A channel holds no number and was left out.",
+    ),
+    (
+        "footer-skipped",
+        Repair,
+        "Lines after the rows of numbers were passed over.",
+    ),
+    (
+        "lines-skipped",
+        Repair,
+        "Lines outside of the data were passed over.",
+    ),
+    (
+        "sets-skipped",
+        Repair,
+        "Data sets of other kinds than UFF 58 were passed over.",
+    ),
+    (
+        "segments-joined",
+        Repair,
+        "Segments of an LVM file follow each other in time and were joined.",
+    ),
+    // Spectra.
+    (
+        "no-line",
+        Warning,
+        "Nothing stands clear of the floor. The strongest line is shown although noise could make it.",
+    ),
+    (
+        "no-band",
+        Warning,
+        "An envelope without --band is that of the whole signal, in which bursts are hidden.",
+    ),
+    (
+        "longest-stretch",
+        Warning,
+        "Gaps split the record, and the method needs one piece: the longest is analysed.",
+    ),
+    (
+        "tacho-pulses",
+        Warning,
+        "Pulses of the tacho are missing, doubled or uneven, or their number a turn seems to be another than stated with --pulses.",
+    ),
+    // Identification.
+    (
+        "one-stretch",
+        Warning,
+        "Gaps split the record, and the method needs one piece: the longest is used.",
+    ),
+    (
+        "one-average",
+        Warning,
+        "There is one average, so no variance and no coherence.",
+    ),
+    (
+        "few-averages",
+        Warning,
+        "The variance is known to a factor of two at best, and the intervals with it.",
+    ),
+    (
+        "coherent-inputs",
+        Warning,
+        "The inputs cannot be told apart: one follows the other.",
+    ),
+    (
+        "closed-loop",
+        Warning,
+        "The input has peaks at the modes: the motion feeds the force, and the responses are those of the loop.",
+    ),
+    (
+        "aliasing",
+        Warning,
+        "A channel has as much power near half the sample rate as below: it was sampled without a filter, and what lies above is folded down.",
+    ),
+    (
+        "transmissibility",
+        Warning,
+        "Motion over motion: its poles are those of the structure held at the input, not its modes.",
+    ),
+    (
+        "low-coherence",
+        Warning,
+        "The response at a mode is mostly noise, or comes from another source than the input.",
+    ),
+    (
+        "leakage",
+        Warning,
+        "A resonance is narrower than three lines, so the block it was measured in broadens it. Take longer blocks: --resolution.",
+    ),
+    (
+        "not-a-pole",
+        Warning,
+        "A resonance lacks the skirts of a pole: leakage, or a structure whose frequency depends on amplitude.",
+    ),
+    (
+        "not-poles",
+        Warning,
+        "The responses are not those of a few poles: the usual method found no number of poles that suffices, and another answers.",
+    ),
+    (
+        "misfit",
+        Warning,
+        "The misfit is larger than the variance explains. Standard deviations were widened to it.",
+    ),
+    (
+        "responses-disagree",
+        Warning,
+        "The responses disagree about a mode beyond their noise: sensors that load the structure, drift, or amplitudes that differ.",
+    ),
+    (
+        "zero-response",
+        Warning,
+        "A response is zero throughout and was left out.",
+    ),
+    (
+        "pole-limit",
+        Warning,
+        "The search ended at the most pole pairs allowed. Narrow the band.",
+    ),
+    (
+        "no-mode",
+        Warning,
+        "Nothing stands out of the noise as a mode.",
+    ),
+    (
+        "harmonic",
+        Warning,
+        "A mode lies on an order of the speed, or is distributed like a sine: it is the machine's running, not its structure. Repeat at another speed.",
+    ),
+    (
+        "few-block-rows",
+        Warning,
+        "The covariances reach over too few periods of the lowest frequency of the band.",
+    ),
+    (
+        "residuals",
+        Warning,
+        "The residuals of the difference equation are not white, or follow the input: something is not modelled, and the intervals are too narrow.",
+    ),
+    (
+        "coefficients-lose-digits",
+        Warning,
+        "Polynomials of high degree lose digits that poles and residues keep.",
+    ),
+    // Machines.
+    (
+        "no-load",
+        Warning,
+        "Contacts with play carry on the flank the mean torques press them to, and none are stated. They are taken as closed on the drive flank.",
+    ),
+    (
+        "loads-accelerate",
+        Warning,
+        "The mean torques do not balance, so the train speeds up under them.",
+    ),
+    (
+        "contact-open",
+        Warning,
+        "A contact with play stands open under the mean torques and has no stiffness.",
+    ),
+    (
+        "rayleigh-brakes",
+        Warning,
+        "Mass-proportional damping brakes the rigid-body motion as well.",
+    ),
+    (
+        "idle-damping",
+        Warning,
+        "A damping ratio stands on a branch without mass at one end, and damps nothing.",
+    ),
+    (
+        "unsupported",
+        Warning,
+        "A body moves sideways without a support, which is a rigid-body mode.",
+    ),
+    (
+        "assembly",
+        Warning,
+        "The planets of a stage cannot be mounted at even angles with these tooth numbers.",
+    ),
+    (
+        "worm-efficiency",
+        Warning,
+        "What efficiency the lead, the pressure angle and the friction of a worm pair give.",
+    ),
+    (
+        "not-counted",
+        Warning,
+        "The number of modes found could not be confirmed by counting.",
+    ),
+    (
+        "branch-in-doubt",
+        Warning,
+        "A branch of the Campbell diagram could not be followed with certainty.",
+    ),
+];
