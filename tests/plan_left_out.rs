@@ -12,7 +12,7 @@ use std::f64::consts::TAU;
 use std::fs;
 
 use geardyn::base::code::Code;
-use geardyn::plan::stages::{Stage, Verdict};
+use geardyn::plan::stages::{Plan, Stage, Verdict};
 use geardyn::scene::study::ModesStudy;
 use support::{
     Solved, damped, lowest, model, plain, solve, solve_file, solve_model, within, worst,

@@ -1,5 +1,7 @@
 //! `geardyn plan`: what would be computed, and what could be left out.
 
+use serde_json::json;
+
 use super::args::PlanArgs;
 use super::{output, study};
 use crate::base::error::{Error, Errors};
@@ -8,10 +10,13 @@ use crate::base::units;
 use crate::modes::basis;
 use crate::modes::equations::Case;
 use crate::modes::reduction::{Advice, advise};
+use crate::plan::motion::choice;
+use crate::plan::motion::scene::MotionScene;
 use crate::plan::prepared::Prepared;
-use crate::plan::stages::{Plan, solver};
+use crate::plan::stages::{Plan, Verdict, solver};
 use crate::report;
-use crate::scene;
+use crate::scene::study::StudyKind;
+use crate::scene::{self, Scene};
 
 /// Prints the plan of a study of modes.
 ///
@@ -30,15 +35,28 @@ pub fn run(args: &PlanArgs) -> Result<u8, Errors> {
     let advice = band_hz
         .map(|hz| Ok::<_, Error>((hz, could_leave_out(&prepared, hz, args.tolerance)?)))
         .transpose()?;
+    let motions = motions(&scene, &prepared)?;
     if args.json {
         let mut document = report::json::plan(&scene.sources, plan.rows(), &prepared.warnings());
+        let motion = |(kind, rows): &(&str, Rows)| json!({ "kind": kind, "stages": report::json::stages(each(rows)) });
+        document["motions"] = motions.iter().map(motion).collect();
         if let Some((hz, advice)) = &advice {
             document["advice"] = report::systems::advice_json(&prepared.machine, advice, *hz);
         }
         output::print(&format!("{document:#}\n"))?;
         return Ok(0);
     }
-    output::print(&report::table::plan(plan.rows()))?;
+    let asks_modes = motions.len() < scene.studies.len();
+    if asks_modes || motions.is_empty() {
+        output::print(&report::table::plan(plan.rows()))?;
+    }
+    for (at, (kind, rows)) in motions.iter().enumerate() {
+        let gap = if at > 0 || asks_modes { "\n" } else { "" };
+        output::print(&format!(
+            "{gap}── {kind}\n{}",
+            report::table::plan(each(rows))
+        ))?;
+    }
     if let Some((hz, advice)) = &advice {
         output::print(&report::system_tables::advice(
             &prepared.machine,
@@ -47,6 +65,30 @@ pub fn run(args: &PlanArgs) -> Result<u8, Errors> {
         ))?;
     }
     Ok(0)
+}
+
+/// The plan of one study of motion.
+type Rows = Vec<(&'static str, Verdict)>;
+
+fn each(rows: &Rows) -> impl Iterator<Item = (&str, &Verdict)> + Clone {
+    rows.iter().map(|(name, verdict)| (*name, verdict))
+}
+
+/// The plans of every study of motion that a scene lists.
+fn motions(scene: &Scene, prepared: &Prepared) -> Result<Vec<(&'static str, Rows)>, Error> {
+    let mut all = Vec::new();
+    for study in &scene.studies {
+        let (kind, motion) = match &study.kind {
+            StudyKind::Modes(_) => continue,
+            StudyKind::Simulate(motion) => ("simulate", motion),
+            StudyKind::Accuracy(accuracy) => ("accuracy", &accuracy.motion),
+            StudyKind::Stability(stability) => ("stability", &stability.motion),
+        };
+        let ready = MotionScene::new(prepared, &scene.start, motion)?;
+        let choice = choice::choose(&ready.moving.train, motion)?;
+        all.push((kind, choice::plan(&ready, &choice, motion)));
+    }
+    Ok(all)
 }
 
 fn could_leave_out(prepared: &Prepared, hz: f64, tolerance: f64) -> Result<Advice, Error> {

@@ -1,0 +1,407 @@
+//! `simulate`, `run`, `accuracy`, `stability` and `plan` of scenes, as they are called.
+
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use std::time::Duration;
+
+use serde_json::Value;
+
+fn geardyn(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_geardyn"))
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+fn document(arguments: &[&str]) -> Value {
+    let output = geardyn(arguments);
+    serde_json::from_slice(&output.stdout).unwrap_or_else(|e| {
+        panic!(
+            "{arguments:?}: {e}\n{}",
+            String::from_utf8_lossy(&output.stderr)
+        )
+    })
+}
+
+fn text(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+/// JSON, CSV and picture of one motion hold the same numbers; the table ends with them.
+#[test]
+fn law_outputs_of_simulate_agree() {
+    let folder = tempfile::tempdir().unwrap();
+    let (csv, svg) = (folder.path().join("x.csv"), folder.path().join("x.svg"));
+    let (csv, svg) = (csv.to_str().unwrap(), svg.to_str().unwrap());
+    let arguments = [
+        "simulate",
+        "examples/linear_chain.toml",
+        "--until",
+        "50 ms",
+        "--samples",
+        "50",
+        "--energy",
+        "--json",
+        "--csv",
+        csv,
+        "--svg",
+        svg,
+    ];
+    let found = document(&arguments);
+    assert_eq!(found["method"], "exact");
+    let (time, values) = (
+        found["time_s"].as_array().unwrap(),
+        found["outputs"]["chain.20.theta_rad"].as_array().unwrap(),
+    );
+    assert_eq!((time.len(), values.len()), (51, 51));
+    assert_eq!(time[50], 0.05);
+    let rows: Vec<String> = std::fs::read_to_string(csv)
+        .unwrap()
+        .lines()
+        .map(str::to_string)
+        .collect();
+    assert_eq!(rows.len(), 52);
+    assert!(
+        rows[0].starts_with("time [s],chain.20.theta [rad]"),
+        "{}",
+        rows[0]
+    );
+    let cells: Vec<f64> = rows[51].split(',').map(|c| c.parse().unwrap()).collect();
+    assert_eq!(cells[1], values[50].as_f64().unwrap());
+    assert!(found["energy_balance"]["gap"].as_f64().unwrap().abs() < 1e-6);
+    assert!(
+        std::fs::read_to_string(svg)
+            .unwrap()
+            .contains("chain.20.theta.speed")
+    );
+    assert_eq!(found["effort"]["linear_machines"], 1);
+}
+
+/// A method by its word gives what the exact one gives, to what its tolerance promises; a step is for those that take one.
+#[test]
+fn law_methods_agree_from_the_command() {
+    let end = |method: &str, how: [&str; 2]| {
+        let found = document(&[
+            "simulate",
+            "examples/geared_chain.toml",
+            "--until",
+            "0.02",
+            "--samples",
+            "20",
+            "--method",
+            method,
+            how[0],
+            how[1],
+            "--json",
+        ]);
+        found["outputs"]["b20.theta.speed_rad_s"][20]
+            .as_f64()
+            .unwrap_or_else(|| panic!("{method}: {found}"))
+    };
+    let exact = end("switched", ["--tolerance", "1e-8"]);
+    for (method, how, close) in [
+        ("radau5", ["--tolerance", "1e-9"], 1e-7),
+        ("dop853-events", ["--tolerance", "1e-10"], 1e-7),
+        ("newmark", ["--step", "1 us"], 1e-4),
+    ] {
+        let other = end(method, how);
+        assert!(
+            (other / exact - 1.0).abs() < close,
+            "{method}: {other} {exact}"
+        );
+    }
+}
+
+/// The study of accuracy: an exact reference confirmed by another method, errors that fall with the tolerance, every failure told.
+#[test]
+fn law_accuracy_orders_errors() {
+    let folder = tempfile::tempdir().unwrap();
+    let svg = folder.path().join("a.svg");
+    let arguments = [
+        "accuracy",
+        "examples/backlash_pair.toml",
+        "--until",
+        "2 ms",
+        "--samples",
+        "100",
+        "--methods",
+        "exact,switched,radau5",
+        "--json",
+        "--svg",
+        svg.to_str().unwrap(),
+    ];
+    let found = document(&arguments);
+    assert!(
+        found["reference"]["error"].as_f64().unwrap() < 1e-9,
+        "{}",
+        found["reference"]
+    );
+    let runs = found["runs"].as_array().unwrap();
+    let refused = runs.iter().find(|r| r["method"] == "exact").unwrap();
+    assert!(refused["error"].is_null() && refused["status"].as_str().unwrap().contains("linear"));
+    let errors: Vec<f64> = runs
+        .iter()
+        .filter(|r| r["method"] == "radau5")
+        .map(|r| r["error"].as_f64().unwrap())
+        .collect();
+    assert_eq!(errors.len(), 6);
+    assert!(
+        errors[5] < 1e-8 && errors[0] > 1e3 * errors[5],
+        "{errors:?}"
+    );
+    assert!(
+        runs.iter()
+            .all(|r| r["method"] == "exact" || r["run_time_s"].as_f64().unwrap() > 0.0)
+    );
+    assert!(found["recommendation"]["method"].is_string());
+    assert!(std::fs::read_to_string(svg).unwrap().contains("radau5"));
+    let table = text(&geardyn(&[
+        "accuracy",
+        "examples/backlash_pair.toml",
+        "--until",
+        "2 ms",
+        "--samples",
+        "100",
+        "--methods",
+        "switched",
+    ]));
+    assert!(
+        table.contains("reference: switched and") && table.contains("for 1e-8"),
+        "{table}"
+    );
+}
+
+/// The study of stability: a step limit in closed form, verdicts for every case, exit code 1 where one failed and only there.
+#[test]
+fn law_stability_verdicts() {
+    let folder = tempfile::tempdir().unwrap();
+    let svg = folder.path().join("r.svg");
+    let arguments = [
+        "stability",
+        "examples/linear_chain.toml",
+        "--until",
+        "0.02",
+        "--methods",
+        "exact",
+        "--json",
+        "--svg",
+        svg.to_str().unwrap(),
+    ];
+    let output = geardyn(&arguments);
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let omega = 2.0 * (8000.0f64 / 0.02).sqrt() * (39.0 * std::f64::consts::PI / 82.0).sin();
+    assert!((found["facts"]["fastest_rad_s"].as_f64().unwrap() / omega - 1.0).abs() < 1e-9);
+    // Runge–Kutta of order 4 reaches 2√2 on the imaginary axis; light damping moves it by little.
+    let limit = found["facts"]["step_limits_s"]["rk4"].as_f64().unwrap();
+    assert!(
+        (limit * omega / 8.0f64.sqrt() - 1.0).abs() < 0.02,
+        "{limit}"
+    );
+    let cases = found["cases"].as_array().unwrap();
+    assert!(cases.len() >= 14);
+    let failed = cases.iter().any(|c| c["verdict"] == "fail");
+    assert_eq!(output.status.code(), Some(i32::from(failed)));
+    assert!(
+        cases
+            .iter()
+            .all(|c| c["verdict"] == "pass" || c["reason"].is_string()),
+        "{cases:?}"
+    );
+    assert!(
+        cases
+            .iter()
+            .any(|c| c["case"] == "stiffness × 1e6" && c["verdict"] == "pass")
+    );
+    assert!(std::fs::read_to_string(svg).unwrap().contains("dop853"));
+}
+
+/// Parametric stability from the command: the principal region of a lightly damped mesh lies about twice its natural frequency.
+#[test]
+fn law_stability_finds_the_principal_region() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("s.toml");
+    let model = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/gear_pair.toml");
+    let text = format!(
+        "model = {:?}\n[set]\n\"pair.k_wave\" = {{ kind = \"fourier\", amplitudes = [0.4] }}\n\"pair.damping_ratio\" = 0.02\n[start]\nat = \"steady\"\nmesh_phase = \"speed\"\n[[study]]\nkind = \"stability\"\nuntil = \"1 ms\"\nmethods = [\"periodic\"]\nspeeds = \"8000:12000:41\"\n",
+        model.to_str().unwrap()
+    );
+    std::fs::write(&scene, text).unwrap();
+    let found = document(&["stability", scene.to_str().unwrap(), "--json"]);
+    let tongues = found["floquet"]["tongues"].as_array().unwrap();
+    // x″ + 2ζx′ + (1 + 0.4 cos Wt) x = 0 at ζ = 0.02: W from 1.79960885906 to 2.19017468393 (Floquet's theory, DOP853 at 1e-13).
+    let natural = (4e8f64 / (0.01 / (2.0 * (0.05 * 20f64.to_radians().cos()).powi(2)))).sqrt()
+        / std::f64::consts::TAU;
+    let edge = |key: &str| tongues[0][key].as_f64().unwrap() / natural;
+    assert_eq!(tongues.len(), 1, "{tongues:?}");
+    assert!(
+        (edge("from_hz") - 1.79960885906).abs() < 1e-5
+            && (edge("to_hz") - 2.19017468393).abs() < 1e-5,
+        "{} {}",
+        edge("from_hz"),
+        edge("to_hz")
+    );
+}
+
+/// `run` carries out the studies in their order; `plan` announces the methods they take.
+#[test]
+fn law_run_and_plan_of_a_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("s.toml");
+    let model = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/chain_20.toml");
+    let text = format!(
+        "model = {:?}\n[[load]]\nat = \"chain.20\"\nkind = \"step\"\ntorque = \"5 N·m\"\ntime = \"1 ms\"\n[[study]]\nkind = \"modes\"\nlowest = 3\n[[study]]\nkind = \"simulate\"\nuntil = \"20 ms\"\noutputs = [\"chain.20.theta\"]\n",
+        model.to_str().unwrap()
+    );
+    std::fs::write(&scene, text).unwrap();
+    let path = scene.to_str().unwrap();
+    let found = document(&["run", path, "--json"]);
+    let studies = found["studies"].as_array().unwrap();
+    assert_eq!(studies[0]["answer"]["modes"].as_array().unwrap().len(), 3);
+    assert_eq!(studies[1]["answer"]["method"], "exact");
+    let printed = text_of(&["run", path]);
+    assert!(
+        printed.find("── modes").unwrap() < printed.find("── simulate").unwrap(),
+        "{printed}"
+    );
+    let plan = document(&["plan", path, "--json"]);
+    let stages = plan["motions"][0]["stages"].as_array().unwrap();
+    let method = stages.iter().find(|s| s["stage"] == "method").unwrap();
+    assert!(
+        method["what"].as_str().unwrap().starts_with("exact"),
+        "{method}"
+    );
+    assert!(text_of(&["plan", path]).contains("── simulate"));
+    assert_eq!(
+        geardyn(&["run", "models/two_disc.toml"]).status.code(),
+        Some(2)
+    );
+}
+
+fn text_of(arguments: &[&str]) -> String {
+    text(&geardyn(arguments))
+}
+
+/// Wrong words end with 2 and say what would be right; a hopeless request ends with 3.
+#[test]
+fn refused_with_words() {
+    let cases: [(&[&str], i32, &str); 7] = [
+        (&["simulate", "models/two_disc.toml"], 2, "--until"),
+        (
+            &["simulate", "examples/linear_chain.toml", "--until", "0 s"],
+            2,
+            "above zero",
+        ),
+        (
+            &[
+                "simulate",
+                "examples/linear_chain.toml",
+                "--method",
+                "exakt",
+            ],
+            2,
+            "did you mean `exact`",
+        ),
+        (
+            &[
+                "simulate",
+                "examples/linear_chain.toml",
+                "--output",
+                "chain.99",
+            ],
+            2,
+            "chain.99",
+        ),
+        (
+            &["simulate", "examples/linear_chain.toml", "--tolerance", "2"],
+            2,
+            "below 1",
+        ),
+        (
+            &[
+                "simulate",
+                "examples/backlash_pair.toml",
+                "--method",
+                "exact",
+            ],
+            2,
+            "linear",
+        ),
+        (
+            &["simulate", "models/y2250.toml", "--until", "1 s"],
+            2,
+            "contact_damping",
+        ),
+    ];
+    for (arguments, code, word) in cases {
+        let output = geardyn(arguments);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
+        assert!(said.contains(word), "{arguments:?}: {said}");
+    }
+    let hopeless = geardyn(&[
+        "simulate",
+        "examples/stiff_chain.toml",
+        "--method",
+        "rk4",
+        "--step",
+        "1e-12",
+        "--until",
+        "1e6",
+        "--json",
+    ]);
+    assert_eq!(hopeless.status.code(), Some(3));
+    let found: Value = serde_json::from_slice(&hopeless.stdout).unwrap();
+    assert_eq!(found["errors"][0]["code"], "hopeless", "{found}");
+}
+
+/// Ctrl-C ends a long run with 130 and prints what was finished, whole.
+#[cfg(unix)]
+#[test]
+fn law_interrupted_run_is_whole() {
+    let child = Command::new(env!("CARGO_BIN_EXE_geardyn"))
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .args([
+            "simulate",
+            "examples/geared_chain.toml",
+            "--until",
+            "3000",
+            "--samples",
+            "3000000",
+            "--output",
+            "b1.theta.speed",
+            "--method",
+            "radau5",
+            "--json",
+        ])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(Duration::from_millis(1500));
+    let id = child.id().to_string();
+    assert!(
+        Command::new("kill")
+            .args(["-INT", &id])
+            .status()
+            .unwrap()
+            .success()
+    );
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(
+        output.status.code(),
+        Some(130),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(found["interrupted"], true);
+    let (time, values) = (
+        found["time_s"].as_array().unwrap().len(),
+        found["outputs"]["b1.theta.speed_rad_s"]
+            .as_array()
+            .unwrap()
+            .len(),
+    );
+    assert!(time > 1 && time == values);
+}

@@ -1,0 +1,467 @@
+//! From scene files to motion: loads, motors, brakes, waves, starts; what is read off; what is refused.
+
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use geardyn::base::code::Code;
+use geardyn::base::error::Error;
+use geardyn::motion::train::Law;
+use geardyn::plan::motion::choice;
+use geardyn::plan::motion::reading;
+use geardyn::plan::motion::run::{self, Motion};
+use geardyn::plan::motion::scene::MotionScene;
+use geardyn::plan::prepared::Prepared;
+use geardyn::scene::study::SimulateStudy;
+use geardyn::scene::{self, Scene};
+
+/// A model as a scene without studies.
+fn scene_of(text: &str) -> Scene {
+    scene::read_text(
+        "test.toml",
+        &format!("title = \"t\"\nsource = \"t\"\nunits = \"SI\"\n{text}"),
+    )
+    .unwrap()
+}
+
+fn study(until: f64, outputs: &[&str]) -> SimulateStudy {
+    SimulateStudy {
+        until: Some(until),
+        outputs: outputs.iter().map(|s| s.to_string()).collect(),
+        samples: Some(2000),
+        ..SimulateStudy::default()
+    }
+}
+
+fn ready(scene: &Scene, study: &SimulateStudy) -> Result<MotionScene, Error> {
+    MotionScene::new(&Prepared::new(&scene.model)?, &scene.start, study)
+}
+
+fn moved(scene: &Scene, study: &SimulateStudy) -> (MotionScene, Motion) {
+    let ready = ready(scene, study).unwrap();
+    let choice = choice::choose(&ready.moving.train, study).unwrap();
+    let motion = run::run(&ready, &choice, study.energy, &AtomicBool::new(false)).unwrap();
+    (ready, motion)
+}
+
+fn shipped(name: &str) -> Scene {
+    scene::read(
+        &Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("examples")
+            .join(name),
+    )
+    .unwrap()
+}
+
+/// One disc on a damped spring: ω = 10 rad/s, ζ = 0.1.
+const ONE: &str = r#"
+inertia = [{ name = "disc", J = 2.0 }]
+shaft = [{ name = "bar", between = ["ground", "disc"], k = 200.0, c = 4.0 }]
+"#;
+
+/// The step answer of one freedom: overshoot exp(−πζ/√(1 − ζ²)), reached after π/ω_d; final value T/k.
+#[test]
+fn exact_step_of_one_freedom() {
+    let scene = scene_of(&format!(
+        "{ONE}\nload = [{{ at = \"disc\", kind = \"step\", torque = 5.0, time = 0.5 }}]"
+    ));
+    let mut study = study(8.0, &["disc", "bar.force"]);
+    study.samples = Some(16_000);
+    let (_, motion) = moved(&scene, &study);
+    let zeta: f64 = 0.1;
+    let damped = 10.0 * (1.0 - zeta * zeta).sqrt();
+    let answer = reading::step(&motion.time, &motion.values[0], 0.5).unwrap();
+    let overshoot = (-std::f64::consts::PI * zeta / (1.0 - zeta * zeta).sqrt()).exp();
+    assert!(
+        (answer.overshoot.0 / overshoot - 1.0).abs() < 1e-3,
+        "{answer:?}"
+    );
+    assert!(
+        (answer.overshoot.1 - std::f64::consts::PI / damped).abs() < 1e-3,
+        "{answer:?}"
+    );
+    assert!((answer.after / 0.025 - 1.0).abs() < 2e-3, "{answer:?}");
+    // The envelope exp(−ζωt)/√(1 − ζ²) bounds the settling; the last swing beyond 2 % lies within half a period of it.
+    let envelope = -(0.02 * (1.0 - zeta * zeta).sqrt()).ln() / (zeta * 10.0);
+    assert!(
+        answer.settling_s < envelope
+            && answer.settling_s > envelope - std::f64::consts::PI / damped,
+        "{answer:?}"
+    );
+    // Every value in closed form.
+    for (t, x) in motion.time.iter().zip(&motion.values[0]) {
+        let s = t - 0.5;
+        let exact = match s > 0.0 {
+            false => 0.0,
+            true => 0.025 * (1.0 - (-s).exp() * ((damped * s).cos() + (damped * s).sin() / damped)),
+        };
+        assert!((x - exact).abs() < 1e-14, "{t}: {x} {exact}");
+    }
+}
+
+/// Ramps, tables, harmonics and orders against closed forms of a free disc: J φ̈ = T(t).
+#[test]
+fn exact_loads_on_a_free_disc() {
+    let cases = [
+        ("kind = \"constant\", torque = 3.0", 3.0 * 2.0 * 2.0 / 2.0),
+        (
+            "kind = \"ramp\", torque = 4.0, between = [0.0, 2.0]",
+            4.0 / 2.0 * 8.0 / 6.0,
+        ),
+        (
+            "kind = \"table\", times = [0.0, 1.0, 1.0, 2.0], torques = [2.0, 2.0, 0.0, 0.0]",
+            2.0 * 0.5 + 2.0 * 1.0,
+        ),
+        // ∫∫ cos(3t) = (1 − cos 3t)/9.
+        (
+            "kind = \"harmonic\", torque = 2.0, frequency = 3.0",
+            2.0 * (1.0 - 6.0f64.cos()) / 9.0,
+        ),
+        (
+            "kind = \"orders\", orders = [1.5], torques = [2.0]",
+            2.0 * (1.0 - 6.0f64.cos()) / 9.0,
+        ),
+    ];
+    for (load, position) in cases {
+        let frequency = load.replace("frequency = 3.0", "frequency = \"3 rad/s\"");
+        let text = format!(
+            "inertia = [{{ name = \"disc\", J = 1.0 }}]\nload = [{{ at = \"disc\", {frequency} }}]\n[speed]\ndisc = \"2 rad/s\""
+        );
+        let (_, motion) = moved(&scene_of(&text), &study(2.0, &["disc"]));
+        let end = motion.values[0].last().unwrap();
+        assert!(
+            (end - position).abs() < 1e-12 * position.abs().max(1.0),
+            "{load}: {end} {position}"
+        );
+    }
+}
+
+/// A disc on a brake: sliding with T/J until it stands, then held; its energy goes into the brake.
+#[test]
+fn exact_brake_stops_and_holds() {
+    let text = "inertia = [{ name = \"disc\", J = 2.0 }]\nbrake = [{ name = \"b\", at = \"disc\", torque = 4.0 }]\n[speed]\ndisc = \"6 rad/s\"";
+    let mut scene = scene_of(text);
+    scene.start.at = geardyn::scene::laws::StartAt::Steady;
+    let (_, motion) = moved(&scene, &study(5.0, &["disc", "disc.speed", "b.force"]));
+    for (k, t) in motion.time.iter().enumerate() {
+        let speed = (6.0 - 2.0 * t).max(0.0);
+        assert!((motion.values[1][k] - speed).abs() < 1e-11, "{t}");
+    }
+    assert!((motion.values[0].last().unwrap() - 9.0).abs() < 1e-11);
+    assert!(
+        motion.values[2].last().unwrap().abs() < 1e-9,
+        "at rest without a load it holds nothing"
+    );
+}
+
+/// Run-up of a motor with a straight curve: ω = ω₀ (1 − exp(−t T₀/(J ω₀))); with Kloss's curve the time to a slip is an integral.
+#[test]
+fn exact_motors_run_up() {
+    let text = "inertia = [{ name = \"disc\", J = 2.0 }]\nmotor = [{ name = \"m\", at = \"disc\", kind = \"dc\", stall = 10.0, idle = \"100 rad/s\" }]";
+    let (_, motion) = moved(&scene_of(text), &study(30.0, &["disc.speed"]));
+    for (t, x) in motion.time.iter().zip(&motion.values[0]) {
+        assert!(
+            (x - 100.0 * (1.0 - (-t / 20.0).exp())).abs() < 1e-9,
+            "{t}: {x}"
+        );
+    }
+    // t(s) = J ω_s/(2 T_k) [(1 − s²)/(2 s_k) + s_k ln(1/s)].
+    let text = "inertia = [{ name = \"disc\", J = 0.5 }]\nmotor = [{ name = \"m\", at = \"disc\", kind = \"induction\", pull_out = 60.0, pull_out_slip = 0.2, synchronous = \"150 rad/s\" }]";
+    let (_, motion) = moved(&scene_of(text), &study(2.5, &["disc.speed", "m.force"]));
+    for (t, x) in motion
+        .time
+        .iter()
+        .zip(&motion.values[0])
+        .filter(|p| *p.1 > 1.0 && *p.1 < 149.0)
+    {
+        let s = 1.0 - x / 150.0;
+        let exact = 0.5 * 150.0 / 120.0 * ((1.0 - s * s) / 0.4 + 0.2 * (1.0 / s).ln());
+        assert!((t / exact - 1.0).abs() < 1e-6, "{t} {exact}");
+    }
+    // The motor's branch carries what the machine receives, with the opposite sign.
+    let (s, pushed) = (1.0 - motion.values[0][1000] / 150.0, motion.values[1][1000]);
+    assert!((pushed + 120.0 * s * 0.2 / (s * s + 0.04)).abs() < 1e-6);
+}
+
+/// A node of prescribed speed moves so whatever acts on it, and drags its neighbour along.
+#[test]
+fn exact_prescribed_speed() {
+    let text = "inertia = [{ name = \"a\", J = 1.0 }, { name = \"b\", J = 2.0 }]\nshaft = [{ name = \"s\", between = [\"a\", \"b\"], k = 50.0 }]\nload = [{ at = \"a\", torque = 7.0 }]\n\
+        motor = [{ name = \"m\", at = \"a\", kind = \"speed\", times = [0.0, 2.0], speeds = [\"0 rad/s\", \"4 rad/s\"] }]";
+    let (_, motion) = moved(&scene_of(text), &study(2.0, &["a.speed", "b", "s.force"]));
+    for (k, t) in motion.time.iter().enumerate() {
+        assert!((motion.values[0][k] - 2.0 * t).abs() < 1e-7, "{t}");
+        // J b̈ = k (t² − b): b = t² − 2/25 (1 − cos 5t).
+        let exact = t * t - 2.0 / 25.0 * (1.0 - (5.0 * t).cos());
+        assert!(
+            (motion.values[1][k] - exact).abs() < 1e-6,
+            "{t}: {} {exact}",
+            motion.values[1][k]
+        );
+    }
+}
+
+/// Started steadily under balanced loads nothing but turning happens: deflections stay to rounding, through gears and play.
+#[test]
+fn law_steady_start_stays() {
+    let text = std::fs::read_to_string(
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("models/gear_pair.toml"),
+    )
+    .unwrap();
+    let mut scene = scene::read_text("m.toml", &text).unwrap();
+    scene.start.at = geardyn::scene::laws::StartAt::Steady;
+    let (_, motion) = moved(
+        &scene,
+        &study(0.05, &["pair.deflection", "pair.force", "pinion.speed"]),
+    );
+    let force = 93.97 / (0.5 * 25.0 * 4e-3 * 20f64.to_radians().cos());
+    for k in 0..motion.time.len() {
+        assert!(
+            (motion.values[1][k] / force - 1.0).abs() < 1e-9,
+            "{}",
+            motion.values[1][k]
+        );
+        assert!((motion.values[0][k] - (50e-6 + force / 4e8)).abs() < 1e-13);
+    }
+}
+
+/// Waves of a mesh: rectangular and Fourier at imposed speed agree with the same machine whose phase follows its steady angle.
+#[test]
+fn law_phases_agree_at_steady_speed() {
+    let with = |wave: &str, phase: &str| {
+        let text = format!(
+            r#"
+inertia = [{{ name = "p", J = 10.0 }}, {{ name = "w", J = 0.01 }}]
+motor = [{{ name = "m", at = "p", kind = "speed", speed = "40 rad/s" }}]
+gear_pair = [{{ name = "g", between = ["p", "w"], teeth = [20, 30], module = 0.004, k = 1e6, c = 40.0, k_wave = {wave} }}]
+load = [{{ at = "w", torque = 3.0 }}]
+[speed]
+p = "40 rad/s"
+"#
+        );
+        let mut scene = scene_of(&text);
+        scene.start.at = geardyn::scene::laws::StartAt::Steady;
+        scene.start.phase = if phase == "speed" {
+            geardyn::scene::laws::PhaseOf::Speed
+        } else {
+            geardyn::scene::laws::PhaseOf::Angle
+        };
+        let mut study = study(0.05, &["g.deflection"]);
+        study.method = Some("radau5".to_string());
+        study.tolerance = Some(1e-10);
+        moved(&scene, &study).1.values.remove(0)
+    };
+    // Two sines of which one leads: only equal if leads and senses are read alike.
+    let wave = "{ kind = \"fourier\", amplitudes = [0.2, 0.1], phases = [\"30 deg\", \"80 deg\"], phase = \"20 deg\" }";
+    let (a, b) = (with(wave, "speed"), with(wave, "angle"));
+    let size = a.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    let apart = a
+        .iter()
+        .zip(&b)
+        .fold(0.0f64, |m, (x, y)| m.max((x - y).abs()));
+    assert!(apart < 1e-6 * size, "{apart} of {size}");
+    let plain = with("{ kind = \"fourier\", amplitudes = [0.0] }", "speed");
+    assert!(
+        a.iter()
+            .zip(&plain)
+            .any(|(x, y)| (x - y).abs() > 0.05 * size),
+        "the wave acts"
+    );
+}
+
+/// The cutting torque against a plain sum over the blades at random instants, and its mean against quadrature.
+#[test]
+fn exact_face_mill_torque() {
+    let text = r#"
+inertia = [{ name = "head", J = 1.0 }]
+[speed]
+head = "-6 rad/s"
+[[load]]
+at = "head"
+kind = "face-mill"
+sense = "backward"
+blade_groups = 16
+radius = 0.11
+arc = "30 deg"
+specific_force = 2.1e9
+exponent = 0.26
+chip_width = 0.008
+chip_thickness = 0.8e-4
+runout = 5e-6
+roll = [0.2, 2.2]
+"#;
+    let scene = scene_of(text);
+    let ready = ready(&scene, &study(2.5, &["head.speed"])).unwrap();
+    let signal = &ready.moving.train.drives[0].signal;
+    let exact = |t: f64| {
+        let depth = (std::f64::consts::PI * (t - 0.2) / 2.0).sin().powi(2);
+        let mut sum = 0.0;
+        for blade in 0..16 {
+            let place = std::f64::consts::TAU * f64::from(blade) / 16.0;
+            let psi = (6.0 * t + place).rem_euclid(std::f64::consts::TAU);
+            if psi < 30f64.to_radians() {
+                let chip_mm = 1e3
+                    * (0.8e-4 * depth + 5e-6 * place.cos() * depth.sqrt())
+                    * (std::f64::consts::PI * psi / 30f64.to_radians()).sin();
+                sum -= 0.11 * 2100.0 * 8.0 * chip_mm.max(0.0).powf(0.74);
+            }
+        }
+        sum
+    };
+    let largest = (0..4000)
+        .map(|k| exact(0.2 + 0.0005 * f64::from(k)).abs())
+        .fold(0.0, f64::max);
+    let mut worst = 0.0f64;
+    for k in 0..4000 {
+        let t = 0.2 + 0.0005 * f64::from(k) + 0.0001;
+        worst = worst.max((signal.value(t, signal.piece(t)) - exact(t)).abs());
+    }
+    assert!(
+        worst < 0.06 * largest,
+        "{worst} of {largest}: straight lines over a 48th of a passage, at its steep edges"
+    );
+    assert!(
+        signal.value(0.1, signal.piece(0.1)) == 0.0 && signal.value(2.3, signal.piece(2.3)) == 0.0
+    );
+    assert!(largest > 50.0);
+}
+
+/// The energy balance closes for every shipped scene that a test can afford.
+#[test]
+fn law_energy_closes() {
+    for (name, until) in [
+        ("linear_chain.toml", 0.3),
+        ("stiff_chain.toml", 0.1),
+        ("backlash_pair.toml", 0.02),
+        ("smooth_mesh.toml", 0.02),
+        ("geared_chain.toml", 0.1),
+    ] {
+        let scene = shipped(name);
+        let study = SimulateStudy {
+            energy: true,
+            samples: Some(4000),
+            ..study(until, &[])
+        };
+        let (_, motion) = moved(&scene, &study);
+        let [fine, _] = motion.balance.unwrap();
+        assert!(fine.put_in.abs() > 0.0, "{name}: something is put in");
+        assert!(
+            fine.gap().abs() < 2e-5,
+            "{name}: {} of {fine:?}",
+            fine.gap()
+        );
+    }
+}
+
+/// Every shipped scene assembles, starts and finds a method; contacts say what their dampers do.
+#[test]
+fn law_shipped_scenes_start() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
+    let mut count = 0;
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_none_or(|e| e != "toml") {
+            continue;
+        }
+        let scene = scene::read(&path).unwrap();
+        assert!(!scene.studies.is_empty(), "{}", path.display());
+        for listed in &scene.studies {
+            if let geardyn::scene::study::StudyKind::Simulate(study) = &listed.kind {
+                let short = SimulateStudy {
+                    until: Some(2e-4),
+                    samples: Some(10),
+                    ..study.clone()
+                };
+                let (ready, motion) = moved(&scene, &short);
+                assert_eq!(motion.time.len(), 11, "{}", path.display());
+                assert!(
+                    motion.values.iter().flatten().all(|x| x.is_finite()),
+                    "{}",
+                    path.display()
+                );
+                assert!(
+                    !ready
+                        .moving
+                        .train
+                        .branches
+                        .iter()
+                        .any(|b| matches!(b.law, Law::Power { .. }))
+                );
+                count += 1;
+            }
+        }
+    }
+    assert!(count >= 10, "{count} scenes");
+}
+
+/// What has no motion in time, or none without a word more, is refused with the code that explains it.
+#[test]
+fn refused_machines_and_studies() {
+    let pair = |keys: &str| {
+        format!(
+            "inertia = [{{ name = \"p\", J = 1.0 }}, {{ name = \"w\", J = 1.0 }}]\ngear_pair = [{{ name = \"g\", between = [\"p\", \"w\"], teeth = [20, 30], module = 0.004, k = 1e6{keys} }}]"
+        )
+    };
+    let error = |text: &str, study: SimulateStudy| ready(&scene_of(text), &study).err().unwrap();
+    let one = || study(1.0, &[]);
+    let undecided = error(&pair(", c = 4.0, backlash = 1e-4"), one());
+    assert_eq!(undecided.code, Code::MissingKey);
+    assert!(undecided.hint.unwrap().contains("no-pull"));
+    assert!(
+        ready(&scene_of(&pair(", backlash = 1e-4")), &one()).is_ok(),
+        "without a damper all conventions are one"
+    );
+    assert!(
+        ready(
+            &scene_of(&pair(
+                ", c = 4.0, backlash = 1e-4, contact_damping = \"adhesive\""
+            )),
+            &one()
+        )
+        .is_ok()
+    );
+    assert_eq!(
+        error(&pair(", loss_factor = 0.1"), one()).code,
+        Code::Conflict
+    );
+    let massless = "inertia = [{ name = \"a\", J = 1.0 }, { name = \"n\", J = 0.0 }]\nshaft = [{ name = \"s\", between = [\"a\", \"n\"], k = 5.0 }, { name = \"t\", between = [\"n\", \"ground\"], k = 5.0 }]";
+    assert_eq!(error(massless, one()).code, Code::Conflict);
+    assert_eq!(
+        error(
+            ONE,
+            SimulateStudy {
+                until: None,
+                ..one()
+            }
+        )
+        .code,
+        Code::MissingKey
+    );
+    assert_eq!(
+        error(ONE, study(1.0, &["bar.torsion"])).code,
+        Code::UnknownNode
+    );
+    let mut imposed = scene_of(&pair(
+        ", k_wave = { kind = \"fourier\", amplitudes = [0.1] }",
+    ));
+    imposed.start.phase = geardyn::scene::laws::PhaseOf::Speed;
+    assert_eq!(ready(&imposed, &one()).err().unwrap().code, Code::NoSpeed);
+    let cutter = "inertia = [{ name = \"h\", J = 1.0 }]\nload = [{ at = \"h\", kind = \"face-mill\", sense = \"forward\", blade_groups = 4, radius = 0.1, arc = 0.5, specific_force = 1e9, chip_width = 0.01, chip_thickness = 1e-4, roll = [0.0, 1.0] }]";
+    assert_eq!(error(cutter, one()).code, Code::NoSpeed);
+    let ready = ready(&scene_of(ONE), &one()).unwrap();
+    let choose = |method: &str, step: Option<f64>| {
+        choice::choose(
+            &ready.moving.train,
+            &SimulateStudy {
+                method: Some(method.into()),
+                step,
+                ..one()
+            },
+        )
+        .err()
+        .unwrap()
+        .code
+    };
+    assert_eq!(choose("radua5", None), Code::OutOfRange);
+    assert_eq!(choose("newmark", None), Code::Usage);
+    assert_eq!(choose("radau5", Some(1e-3)), Code::Usage);
+}
