@@ -76,7 +76,7 @@ impl Search {
                 let bound = flight.bound(machine, at, tau + horizon);
                 self.readings.push((reading, bound));
             }
-            let (mut step, mut first) = self.shortest(tau);
+            let (mut step, mut first) = self.shortest(tau, None);
             let (reading, bound) = self.readings[first];
             let steep =
                 reading.rate < 0.0 && bound * reading.value < 0.25 * reading.rate * reading.rate;
@@ -86,31 +86,31 @@ impl Search {
                     Some(root) => self.known[first] = root,
                     None => self.clear[first] = tau + horizon,
                 }
-                (step, first) = self.shortest(tau);
-                let root = self.known[first];
-                if root <= tau + step {
-                    return match root < span {
-                        true => Outcome::Reached(Reached {
-                            tau: root,
-                            border: first,
-                        }),
-                        false => Outcome::Clear,
-                    };
-                }
-            } else if self.known[first].is_nan() {
-                // Touching without a certain crossing: go on by as much as rounding hides.
-                let hidden = match self.readings[first].1 {
-                    0.0 => 0.0,
-                    bound => (2.0 * flight.noise(first) / bound).sqrt(),
+                (step, first) = self.shortest(tau, None);
+            }
+            let root = self.known[first];
+            if !root.is_nan() {
+                // A root is known, and no other border can be reached before.
+                return match root < span {
+                    true => Outcome::Reached(Reached {
+                        tau: root,
+                        border: first,
+                    }),
+                    false => Outcome::Clear,
                 };
-                let ulps = 4.0 * f64::EPSILON * (tau + flight.epoch.abs());
-                let least = hidden.max(ulps).max(f64::MIN_POSITIVE);
-                if step < least {
-                    if !flight.starts_on(first) {
-                        effort.grazed += 1;
-                    }
-                    step = least;
+            }
+            // Touching without a certain crossing: go on by as much as rounding hides, but no other border is passed.
+            let hidden = match self.readings[first].1 {
+                0.0 => 0.0,
+                bound => (2.0 * flight.noise(first) / bound).sqrt(),
+            };
+            let ulps = 4.0 * f64::EPSILON * (tau + flight.epoch.abs());
+            let ulps = ulps.max(f64::MIN_POSITIVE);
+            if step < hidden.max(ulps) {
+                if !flight.starts_on(first) {
+                    effort.grazed += 1;
                 }
+                step = hidden.min(self.shortest(tau, Some(first)).0).max(ulps);
             }
             tau += step.min(horizon);
             if tau >= span {
@@ -119,10 +119,13 @@ impl Search {
         }
     }
 
-    /// The shortest safe step of all borders, and whose it is.
-    fn shortest(&self, tau: f64) -> (f64, usize) {
+    /// The shortest safe step of all borders but one, and whose it is.
+    fn shortest(&self, tau: f64, but: Option<usize>) -> (f64, usize) {
         let mut best = (f64::INFINITY, 0);
         for (at, &(reading, bound)) in self.readings.iter().enumerate() {
+            if but == Some(at) {
+                continue;
+            }
             let known = self.known[at];
             let step = match known.is_nan() {
                 true => safe(reading, bound).max(self.clear[at] - tau),
