@@ -27,7 +27,7 @@ const ERROR: [f64; 3] = [
 ];
 
 /// The real eigenvalue of the tableau's inverse, 3 + 3^(2/3) − 3^(1/3).
-const REAL: f64 = 3.637_834_252_744_495_7;
+const REAL: f64 = 3.637_834_252_744_496;
 
 /// Its complex pair, 3 + (3^(1/3) − 3^(2/3))/2 ∓ i (3^(5/6) + 3^(7/6))/2.
 const PAIR: (f64, f64) = (2.681_082_873_627_752_3, -3.050_430_199_247_410_5);
