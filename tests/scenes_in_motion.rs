@@ -140,7 +140,7 @@ fn exact_loads_on_a_free_disc() {
 fn exact_brake_stops_and_holds() {
     let text = "inertia = [{ name = \"disc\", J = 2.0 }]\nbrake = [{ name = \"b\", at = \"disc\", torque = 4.0 }]\n[speed]\ndisc = \"6 rad/s\"";
     let mut scene = scene_of(text);
-    scene.start.at = geardyn::scene::laws::StartAt::Steady;
+    scene.start.at = scene::laws::StartAt::Steady;
     let (_, motion) = moved(&scene, &study(5.0, &["disc", "disc.speed", "b.force"]));
     for (k, t) in motion.time.iter().enumerate() {
         let speed = (6.0 - 2.0 * t).max(0.0);
@@ -208,7 +208,7 @@ fn law_steady_start_stays() {
     )
     .unwrap();
     let mut scene = scene::read_text("m.toml", &text).unwrap();
-    scene.start.at = geardyn::scene::laws::StartAt::Steady;
+    scene.start.at = scene::laws::StartAt::Steady;
     let (_, motion) = moved(
         &scene,
         &study(0.05, &["pair.deflection", "pair.force", "pinion.speed"]),
@@ -239,11 +239,11 @@ p = "40 rad/s"
 "#
         );
         let mut scene = scene_of(&text);
-        scene.start.at = geardyn::scene::laws::StartAt::Steady;
+        scene.start.at = scene::laws::StartAt::Steady;
         scene.start.phase = if phase == "speed" {
-            geardyn::scene::laws::PhaseOf::Speed
+            scene::laws::PhaseOf::Speed
         } else {
-            geardyn::scene::laws::PhaseOf::Angle
+            scene::laws::PhaseOf::Angle
         };
         let mut study = study(0.05, &["g.deflection"]);
         study.method = Some("radau5".to_string());
@@ -365,7 +365,7 @@ fn law_shipped_scenes_start() {
         let scene = scene::read(&path).unwrap();
         assert!(!scene.studies.is_empty(), "{}", path.display());
         for listed in &scene.studies {
-            if let geardyn::scene::study::StudyKind::Simulate(study) = &listed.kind {
+            if let scene::study::StudyKind::Simulate(study) = &listed.kind {
                 let short = SimulateStudy {
                     until: Some(2e-4),
                     samples: Some(10),
@@ -443,7 +443,7 @@ fn refused_machines_and_studies() {
     let mut imposed = scene_of(&pair(
         ", k_wave = { kind = \"fourier\", amplitudes = [0.1] }",
     ));
-    imposed.start.phase = geardyn::scene::laws::PhaseOf::Speed;
+    imposed.start.phase = scene::laws::PhaseOf::Speed;
     assert_eq!(ready(&imposed, &one()).err().unwrap().code, Code::NoSpeed);
     let cutter = "inertia = [{ name = \"h\", J = 1.0 }]\nload = [{ at = \"h\", kind = \"face-mill\", sense = \"forward\", blade_groups = 4, radius = 0.1, arc = 0.5, specific_force = 1e9, chip_width = 0.01, chip_thickness = 1e-4, roll = [0.0, 1.0] }]";
     assert_eq!(error(cutter, one()).code, Code::NoSpeed);

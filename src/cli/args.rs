@@ -6,7 +6,7 @@ use clap::{Args, Parser, Subcommand};
 
 use super::log_args::LogArgs;
 
-/// Machine dynamics of gear drive trains: a model file becomes modes.
+/// Machine dynamics of gear drive trains: models become modes and motion, logs become models.
 #[derive(Debug, Parser)]
 #[command(
     name = "geardyn",

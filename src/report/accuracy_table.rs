@@ -10,7 +10,7 @@ pub fn table(outputs: &[String], accuracy: &Accuracy, wanted: f64) -> String {
     let reference = &accuracy.reference;
     let beside = match reference.beside {
         Some(other) => format!(
-            "{} and {other} agree to {}",
+            "{} and {other} agree to {}, below which no error can be told",
             reference.method,
             brief(reference.agreement)
         ),

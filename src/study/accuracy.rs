@@ -1,7 +1,8 @@
 //! Error against run time: every method that can take a scene, over a ladder of tolerances or steps, against one reference.
 //!
 //! The error of an output is its largest difference from the reference over all samples, divided by the largest size of the
-//! reference; that of a run is the worst of its outputs. Times are the least of several repeats.
+//! reference; that of a run is the worst of its outputs. Nothing below the distance of two references can be told, so no error
+//! is stated smaller. Times are the least of several repeats.
 
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -103,7 +104,7 @@ pub fn study(
         }
         for rung in ladder(scene, method) {
             progress(method.name);
-            let run = rung_of(scene, method, rung, &reference.values);
+            let run = rung_of(scene, method, rung, &reference);
             let hopeless = run.failed.is_some() && run.seconds > PATIENCE / 2.0;
             runs.push(run);
             // Finer rungs cost more.
@@ -113,6 +114,16 @@ pub fn study(
         }
     }
     Ok(Accuracy { reference, runs })
+}
+
+impl Reference {
+    /// Errors below this cannot be told.
+    fn floor(&self) -> f64 {
+        match self.agreement.is_finite() {
+            true => self.agreement,
+            false => 0.0,
+        }
+    }
 }
 
 impl Accuracy {
@@ -238,7 +249,7 @@ fn rung_of(
     scene: &MotionScene,
     method: &'static Method,
     rung: Option<Wanted>,
-    reference: &[Vec<f64>],
+    reference: &Reference,
 ) -> Run {
     let wanted = rung.unwrap_or(Wanted::Tolerance(TIGHTEST));
     let start = Instant::now();
@@ -257,7 +268,7 @@ fn rung_of(
             Ok((values, effort)) => {
                 least = least.min(begin.elapsed().as_secs_f64());
                 run.effort = effort;
-                let error = distance(&values, reference);
+                let error = distance(&values, &reference.values).max(reference.floor());
                 run.error = error.is_finite().then_some(error);
                 if !error.is_finite() {
                     run.failed = Some("the motion grew beyond all numbers".to_string());
