@@ -300,9 +300,9 @@ fn survives_high_orders() {
     }
 }
 
-/// Poles that are no modes are named with their reason; a file of responses is fitted where they are coherent, with the modes of the log.
+/// Poles that are no modes are named with their reason.
 #[test]
-fn law_left_out_poles_and_coherent_bands() {
+fn law_left_out_poles() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/spindle_impact.csv");
@@ -315,22 +315,6 @@ fn law_left_out_poles_and_coherent_bands() {
     );
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(text.contains("no mode at "), "{text}");
-    let direct = [
-        "identify", data, "--input", "force", "--output", "ax,ay", "--frf", "f.uff", "--json",
-    ];
-    let direct = document(folder, &direct);
-    let read = document(folder, &["identify", "f.uff", "--json"]);
-    let top = read["band_hz"][1].as_f64().unwrap();
-    assert!(top < 1500.0, "{}", read["band_hz"]);
-    for mode in direct["modes"].as_array().unwrap() {
-        let f = mode["frequency_hz"].as_f64().unwrap();
-        let near = |m: &Value| (m["frequency_hz"].as_f64().unwrap() / f - 1.0).abs() < 1e-3;
-        assert!(
-            read["modes"].as_array().unwrap().iter().any(near),
-            "{f}: {:#}",
-            read["modes"]
-        );
-    }
 }
 
 /// A fit farther from a response than nothing would be is said to be poor.

@@ -389,7 +389,7 @@ fn survives_files() {
     ]);
     assert_eq!(output.status.code(), Some(0));
     let table = String::from_utf8(output.stdout).unwrap();
-    assert!(table.contains("19.998") && table.contains("Hz"), "{table}");
+    assert!(table.contains("20.0000") && table.contains("Hz"), "{table}");
     let csv = std::fs::read_to_string(csv).unwrap();
     assert!(
         csv.starts_with("frequency_hz,\"ax [g²/Hz]\"\n"),

@@ -262,6 +262,11 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         Warning,
         "Polynomials of high degree lose digits that poles and residues keep.",
     ),
+    (
+        "poor-fit",
+        Warning,
+        "The fit is farther from a response than nothing would be: what it says of that response is no answer.",
+    ),
     // Machines.
     (
         "no-load",

@@ -3,26 +3,17 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::base::code::Code;
-use crate::base::error::Error;
+/// Exit code of a run that Ctrl-C ended; what was finished is whole.
+pub const INTERRUPTED: u8 = 130;
 
-/// Raised by Ctrl-C. A second one ends the process at once.
-///
-/// # Errors
-/// The system does not let signals be caught.
-pub fn flag() -> Result<Arc<AtomicBool>, Error> {
+/// Raised by Ctrl-C. A second one ends the process at once. Where whoever started it has Ctrl-C ignored, it stays so.
+pub fn flag() -> Arc<AtomicBool> {
     let raised = Arc::new(AtomicBool::new(false));
     let seen = raised.clone();
-    let caught = ctrlc::try_set_handler(move || {
+    let _ = ctrlc::try_set_handler(move || {
         if seen.swap(true, Ordering::Relaxed) {
-            std::process::exit(i32::from(super::simulate::INTERRUPTED));
+            std::process::exit(i32::from(INTERRUPTED));
         }
     });
-    match caught {
-        Ok(()) => Ok(raised),
-        Err(e) => Err(Error::new(
-            Code::Usage,
-            format!("Ctrl-C cannot be caught: {e}"),
-        )),
-    }
+    raised
 }

@@ -37,7 +37,7 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
         );
         return Err(error.hint("write [[study]] and below it kind = \"modes\" or \"simulate\"; or call the command of the analysis").into());
     }
-    let stop = interrupt::flag()?;
+    let stop = interrupt::flag();
     let mut documents = Vec::new();
     let mut exit = 0;
     for study in &scene.studies {
@@ -87,7 +87,7 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
         }
         documents.push(json!({ "study": name, "answer": done.json }));
         exit = exit.max(done.exit);
-        if done.exit == super::simulate::INTERRUPTED {
+        if done.exit == interrupt::INTERRUPTED {
             break;
         }
     }

@@ -8,6 +8,7 @@ use serde_json::Value;
 
 use super::args::SimulateArgs;
 use super::{diagnostic, interrupt, motion_flags, output};
+use crate::base::code::Code;
 use crate::base::error::{Error, Errors, Warning};
 use crate::plan::motion::choice::{self, Choice};
 use crate::plan::motion::run::{self, Motion};
@@ -18,9 +19,6 @@ use crate::report;
 use crate::scene::laws::History;
 use crate::scene::study::{SimulateStudy, StudyKind};
 use crate::scene::{self, Scene};
-
-/// Exit code of a run that Ctrl-C ended; what was finished is whole.
-pub const INTERRUPTED: u8 = 130;
 
 /// Integrates and prints.
 ///
@@ -47,7 +45,7 @@ pub fn run(args: &SimulateArgs) -> Result<u8, Errors> {
     if let Some(path) = &args.svg {
         output::ends(path, &["svg"])?;
     }
-    let moved = Moved::new(&scene, &study, &interrupt::flag()?)?;
+    let moved = Moved::new(&scene, &study, &interrupt::flag())?;
     let mut written = Vec::new();
     if let Some(path) = &args.csv {
         output::write(
@@ -100,7 +98,8 @@ impl Moved {
         let ready = MotionScene::new(&prepared, &scene.start, study)?;
         let choice = choice::choose(&ready.moving.train, study)?;
         let plan = choice::plan(&ready, &choice, study);
-        let motion = run::run(&ready, &choice, study.energy, stop)?;
+        let motion =
+            run::run(&ready, &choice, study.energy, stop).map_err(|e| another(e, study))?;
         let step_at = only_step(scene).filter(|t| *t < ready.until);
         // What is said of the operating point belongs to linear studies.
         let warnings = prepared
@@ -164,10 +163,24 @@ impl Moved {
     /// How the command ends.
     pub fn exit(&self) -> u8 {
         match self.motion.interrupted {
-            true => INTERRUPTED,
+            true => interrupt::INTERRUPTED,
             false => 0,
         }
     }
+}
+
+/// Names another method where the one that was chosen gave up.
+fn another(error: Error, study: &SimulateStudy) -> Error {
+    if study.method.is_some() || error.code != Code::NoConvergence {
+        return error;
+    }
+    let before = error
+        .hint
+        .clone()
+        .map_or(String::new(), |hint| format!("{hint}; "));
+    error.hint(format!(
+        "{before}another method may carry it through, such as --method radau5"
+    ))
 }
 
 /// The instant of the one step among the loads: the answer to it can be read off.

@@ -130,6 +130,27 @@ fn refuse(machine: &Machine, linear: &Linear) -> Result<(), Error> {
             .at(&element.place)
             .hint(hint));
     }
+    for (at, motor) in machine.motors.iter().enumerate() {
+        let other = machine.motors[..at]
+            .iter()
+            .find(|m| m.freedom == motor.freedom);
+        let is_speed = |m: &parts::Motor| matches!(m.drive, laws::Drive::Speed(_));
+        if let Some(other) = other.filter(|m| is_speed(m) || is_speed(motor)) {
+            let (one, two) = (
+                &machine.elements[other.element],
+                &machine.elements[motor.element],
+            );
+            let message = format!(
+                "`{}` and `{}` both drive {}, and one of them prescribes its speed",
+                one.name,
+                two.name,
+                machine.freedom_name(motor.freedom)
+            );
+            return Err(Error::new(Code::Conflict, message)
+                .at(&two.place)
+                .hint("leave one of them out"));
+        }
+    }
     if let Some(&j) = linear.massless.first() {
         let freedom = linear.free[j];
         let element = machine.nodes[machine.freedoms[freedom].node].element;

@@ -63,7 +63,9 @@ pub fn state(
             continue;
         };
         let stiffness = tight.force(at, None, t, &y, 0.0).1;
-        let force = stiffness * b.direction.dot(&tight_q);
+        let piece = b.imposed.as_ref().map_or(0, |e| e.piece(t) as u32);
+        let still = vec![0.0; n];
+        let force = stiffness * b.deflection(t, &tight_q, &still, piece).0;
         let largest = push.iter().fold(0.0f64, |m, f| m.max(f.abs()));
         // A force this small is rounding of a branch that carries nothing: it stays in the middle of its play.
         if force.abs() * b.direction.scale > 1e-9 * largest {

@@ -152,10 +152,11 @@ fn are_lost(found: &Split, strict: &Split, rows: usize, resolution_s: f64) -> bo
     const RARE: usize = 200;
     /// Any one or two may lie on a line.
     const TELLING: usize = 3;
-    /// Stamps rounded from a line stray by one unit of the last digit, from the earliest to the latest.
+    /// Stamps rounded from a line stray by one unit of the last digit, from the earliest to the latest, and the line through a few
+    /// periods of that rounding leans by a share of it.
     const ROUNDED: f64 = 1.05;
     let more = strict.base.gaps.len().saturating_sub(found.base.gaps.len());
-    let on_a_line = found.spread_s <= ROUNDED * resolution_s;
+    let on_a_line = found.spread_s <= (ROUNDED + 1.0 / more.max(1) as f64) * resolution_s;
     more > 0 && more * RARE <= rows && !(more >= TELLING && on_a_line)
 }
 

@@ -94,7 +94,7 @@ pub fn table(found: &Stability) -> String {
     }
     right_but_first(&mut table);
     text += &format!(
-        "\nthe scene at its extremes; the figure is what is missing of the energy, as a share of the largest part\n{}",
+        "\nthe scene at its extremes; the figure is what is missing of the energy, as a share of the largest part; up to 1e-3 passes, and what the sum over samples may miss by itself\n{}",
         finish(&table)
     );
     let mut told = plain();

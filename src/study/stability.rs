@@ -197,7 +197,7 @@ impl Verdict {
 const BUDGET: u64 = 3_000_000;
 
 /// Seconds after which an extreme case is given up.
-const PATIENCE: f64 = 6.0;
+const PATIENCE: f64 = 4.0;
 
 /// What may be missing of the energy: the share a user would see in a plot.
 const ADDS_UP: f64 = 1e-3;

@@ -1,6 +1,9 @@
 //! Linear machines, propagated exactly whatever the step.
 
 use super::{Ladder, Method};
+use crate::base::error::Error;
+use crate::motion::problem::{Ask, Effort, Problem, Sink};
+use crate::motion::progress::check;
 use crate::motion::segment::journey;
 use crate::motion::train::Train;
 
@@ -12,8 +15,14 @@ pub const METHOD: Method = Method {
     order: None,
     locates_events: true,
     refuses,
-    run: journey::run,
+    run,
 };
+
+/// Checks what is asked, and flies.
+fn run(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
+    check(ask, train.len())?;
+    journey::run(train, ask, sink)
+}
 
 fn refuses(train: &Train) -> Option<String> {
     let message = "it takes linear machines only: constant stiffness and damping, known forces";

@@ -1,7 +1,6 @@
 //! Machines that are linear between switches, propagated exactly from one switch to the next.
 
-use super::{Ladder, Method};
-use crate::motion::segment::journey;
+use super::{Ladder, Method, exact};
 use crate::motion::train::Train;
 
 /// A sum of exponentials between switches, and switches as roots of it.
@@ -12,7 +11,7 @@ pub const METHOD: Method = Method {
     order: None,
     locates_events: true,
     refuses,
-    run: journey::run,
+    run: exact::METHOD.run,
 };
 
 fn refuses(train: &Train) -> Option<String> {

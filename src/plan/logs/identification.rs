@@ -360,30 +360,8 @@ fn band(
     const EDGE: f64 = 0.95;
     match acquired {
         Some(_) => Ok((lines.get(3).copied().unwrap_or(first), EDGE * last)),
-        None => Ok(coherent(responses).unwrap_or((first, last))),
+        None => Ok((first, last)),
     }
-}
-
-/// Where the responses of a file are coherent, by the median over neighbours of the best coherence of each line: beyond, the input had no
-/// power.
-fn coherent(responses: &FrequencyResponses) -> Option<(f64, f64)> {
-    const REACH: usize = 12;
-    const COHERENT: f64 = 0.5;
-    let lines = &responses.frequency_hz;
-    let all: Vec<&Vec<f64>> = (responses.functions.iter())
-        .map(|f| f.coherence.as_ref())
-        .collect::<Option<_>>()?;
-    let best: Vec<f64> = (0..lines.len())
-        .map(|k| all.iter().map(|c| c[k]).fold(0.0, f64::max))
-        .collect();
-    let is_coherent = |&k: &usize| {
-        let mut near = best[k.saturating_sub(REACH)..(k + REACH + 1).min(best.len())].to_vec();
-        near.sort_by(f64::total_cmp);
-        near[near.len() / 2] > COHERENT
-    };
-    let first = (0..lines.len()).find(is_coherent)?;
-    let last = (0..lines.len()).rev().find(is_coherent)?;
-    (last > first).then(|| (lines[first], lines[last]))
 }
 
 fn fitted(

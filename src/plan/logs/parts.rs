@@ -14,7 +14,7 @@ use crate::identify::modal::selection::{SelectedMode, SelectionRule, select};
 const HALF: usize = 1200;
 
 /// With fewer halves the band is not wide.
-const LEAST_HALVES: usize = 4;
+const LEAST_HALVES: usize = 5;
 
 /// A stretch of the lines.
 pub struct Part<'a> {

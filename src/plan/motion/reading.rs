@@ -26,14 +26,23 @@ pub fn read(time: &[f64], values: &[f64]) -> Option<Reading> {
         }
         Some(best)
     };
-    let mean = values.iter().sum::<f64>() / values.len() as f64;
-    let square = values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / values.len() as f64;
+    // By the largest size, so that no square leaves the range of numbers.
+    let size = values.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    let unit = if size > 0.0 { size } else { 1.0 };
+    let count = values.len() as f64;
+    let mean = values.iter().map(|x| x / unit).sum::<f64>() / count;
+    let square = values
+        .iter()
+        .map(|x| (x / unit - mean).powi(2))
+        .sum::<f64>()
+        / count;
+    let mean = mean * unit;
     Some(Reading {
         end: *values.last()?,
         least: by(|a, b| a < b)?,
         greatest: by(|a, b| a > b)?,
         mean,
-        rms: square.sqrt(),
+        rms: square.sqrt() * unit,
     })
 }
 
