@@ -35,7 +35,7 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
             Code::MissingKey,
             format!("{} lists no [[study]]", args.scene.display()),
         );
-        return Err(error.hint("write [[study]] and below it kind = \"modes\" or \"simulate\"; or call the command of the analysis").into());
+        return Err(error.hint("write [[study]] and below it kind = \"modes\", \"simulate\", \"accuracy\" or \"stability\"; or call the command of the analysis").into());
     }
     let stop = interrupt::flag();
     let mut documents = Vec::new();

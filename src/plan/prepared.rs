@@ -75,7 +75,7 @@ impl Prepared {
             );
             warn("no-load", message, Some(hint));
         }
-        if self.accelerates() {
+        if self.machine.motors.is_empty() && self.accelerates() {
             let hint =
                 "state the torque that holds against them, if the machine is meant to run steadily";
             let message = "the mean loads do not balance: contacts are taken as the train accelerates under them";

@@ -51,7 +51,7 @@ pub fn steps(scene: &MotionScene, motion: &Motion, at: f64) -> String {
         "answer to the step",
         "before",
         "after",
-        "overshoot",
+        "overshoot %",
         "after s",
         "rise s",
         "settled s",

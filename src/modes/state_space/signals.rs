@@ -55,6 +55,12 @@ pub fn output(machine: &Machine, name: &str) -> Result<Output, Error> {
             Ok(Output::Freedom(freedom, times))
         }
         "force" | "torque" => force(machine, stem, name),
+        _ if machine.elements.iter().any(|e| e.name == stem) && machine.freedom(stem).is_none() => {
+            let message = format!("`{stem}` has no `{word}`");
+            Err(Error::new(Code::UnknownNode, message).hint(format!(
+                "it has `{stem}.force`, and in motion `{stem}.deflection`"
+            )))
+        }
         _ => Err(unknown(machine, name)),
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::base::words::suggestion;
+use crate::base::words::{counted, suggestion};
 use crate::motion::methods::{self, Ladder, METHODS, Method};
 use crate::motion::problem::Wanted;
 use crate::motion::train::{Law, Train};
@@ -186,10 +186,14 @@ pub fn plan(
         (
             "equations",
             Verdict::Runs(format!(
-                "{} coordinates, {} branches, {} loads",
-                train.n(),
-                train.branches.len(),
-                train.drives.len()
+                "{}, {}, {}",
+                counted(train.n(), "coordinate"),
+                format!(
+                    "{} branch{}",
+                    train.branches.len(),
+                    if train.branches.len() == 1 { "" } else { "es" }
+                ),
+                counted(train.drives.len(), "load")
             )),
         ),
         ("structure", Verdict::Runs(structure(train))),
@@ -200,10 +204,11 @@ pub fn plan(
         (
             "outputs",
             Verdict::Runs(format!(
-                "{outputs} of {} states kept at {} instants, every {} s",
-                2 * train.n() + train.inner(),
+                "{} kept at {} instants, every {}; of {} no history",
+                counted(outputs, "signal"),
                 scene.samples + 1,
-                scene.until / scene.samples as f64
+                crate::base::units::seconds(scene.until / scene.samples as f64),
+                counted(2 * train.n() + train.inner(), "state")
             )),
         ),
     ];
