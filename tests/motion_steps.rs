@@ -805,7 +805,10 @@ fn law_refusals() {
         assert_eq!(refused(&short), Code::OutOfRange, "{}", method.name);
         let mut dear = ask(1e3, &[1.0, 0.0], 3, effort);
         dear.budget = 300;
-        assert_eq!(refused(&dear), Code::Hopeless, "{}", method.name);
+        // What is exact pays for switches, and here is none.
+        if method.ladder != Ladder::Exact {
+            assert_eq!(refused(&dear), Code::Hopeless, "{}", method.name);
+        }
         let mut ended = 0;
         let effort = (method.run)(&machine, &ask(1.0, &[1.0, 0.0], 9, effort), &mut |_, _| {
             ended += 1;

@@ -55,7 +55,13 @@ pub fn output(machine: &Machine, name: &str) -> Result<Output, Error> {
             Ok(Output::Freedom(freedom, times))
         }
         "force" | "torque" => force(machine, stem, name),
-        _ if machine.elements.iter().any(|e| e.name == stem) && machine.freedom(stem).is_none() => {
+        _ if machine.elements.iter().any(|e| e.name == stem)
+            && !machine
+                .nodes
+                .iter()
+                .any(|n| n.name.starts_with(&format!("{stem}.")))
+            && machine.freedom(stem).is_none() =>
+        {
             let message = format!("`{stem}` has no `{word}`");
             Err(Error::new(Code::UnknownNode, message).hint(format!(
                 "it has `{stem}.force`, and in motion `{stem}.deflection`"
