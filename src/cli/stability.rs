@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use super::args::StabilityArgs;
 use super::{motion_flags, output};
+use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::machine::kinematics::mean_speeds;
 use crate::motion::floquet;
@@ -134,9 +135,17 @@ fn parametric(
     let reference = prepared.machine.speeds.first().map_or(0.0, |s| speeds[s.0]);
     let chart = match study.speeds {
         None => None,
+        Some(_) if reference == 0.0 => {
+            let message = "a chart over speed needs the speed of the scene to start from";
+            return Err(Error::new(Code::NoSpeed, message)
+                .hint("state the speed of a node in [speed] of the model"));
+        }
         Some(range) => {
             let span = [range.from / reference, range.to / reference];
-            Some((span, floquet::chart::tongues(train, span, range.count as usize)?))
+            Some((
+                span,
+                floquet::chart::tongues(train, span, range.count as usize)?,
+            ))
         }
     };
     Ok(Ok(Parametric {

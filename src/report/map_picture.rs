@@ -183,7 +183,7 @@ impl Cells {
     fn panel(&self, down: (f64, f64)) -> Option<Panel> {
         let (first, last) = (self.columns.first()?, self.columns.last()?);
         let lines = first.levels.len();
-        (lines > 0).then(|| Panel {
+        (lines > 0).then_some(Panel {
             across: (LEFT, RIGHT),
             down,
             x: (first.from, last.to),

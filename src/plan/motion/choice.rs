@@ -181,6 +181,10 @@ pub fn plan(
     study: &SimulateStudy,
 ) -> Vec<(&'static str, Verdict)> {
     let train = &scene.moving.train;
+    let branches = match train.branches.len() {
+        1 => "1 branch".to_string(),
+        n => format!("{n} branches"),
+    };
     let outputs = scene.outputs.list.len();
     let mut rows = vec![
         (
@@ -188,11 +192,7 @@ pub fn plan(
             Verdict::Runs(format!(
                 "{}, {}, {}",
                 counted(train.n(), "coordinate"),
-                format!(
-                    "{} branch{}",
-                    train.branches.len(),
-                    if train.branches.len() == 1 { "" } else { "es" }
-                ),
+                branches,
                 counted(train.drives.len(), "load")
             )),
         ),

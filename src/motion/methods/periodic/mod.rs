@@ -10,6 +10,7 @@ use super::{Ladder, Method};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::motion::problem::{Ask, Effort, Problem, Sink};
+use crate::motion::progress::check;
 use crate::motion::train::Train;
 
 /// What it does not take.
@@ -50,6 +51,7 @@ fn refuses(train: &Train) -> Option<String> {
 }
 
 fn run(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
+    check(ask, train.len())?;
     let mut walk = Walk::new(train, ask.from, &ask.start)?;
     let end = walk.tables.grid.instant(ask.to - ask.from);
     let mut y = vec![0.0; train.len()];
