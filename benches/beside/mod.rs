@@ -61,15 +61,30 @@ pub fn python() -> Command {
 
 /// What a script of this folder prints as `seconds error`; `None` where Python or a package is missing.
 pub fn peer(script: &str, arguments: &[&str]) -> Option<Took> {
+    Some(took(&printed(script, arguments)?)?.0)
+}
+
+/// What a script of this folder prints as lines of `seconds error name`; none where Python or a package is missing.
+pub fn peers(script: &str, arguments: &[&str]) -> Vec<(String, Took)> {
+    let text = printed(script, arguments).unwrap_or_default();
+    let line = |line: &str| took(line).map(|(took, name)| (name, took));
+    text.lines().filter_map(line).collect()
+}
+
+fn printed(script: &str, arguments: &[&str]) -> Option<String> {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/");
     let script = format!("{folder}{script}");
     let output = python().arg(script).args(arguments).output().ok()?;
-    let text = String::from_utf8(output.stdout).ok()?;
-    let mut words = text.split_whitespace();
-    Some(Took {
+    String::from_utf8(output.stdout).ok()
+}
+
+fn took(line: &str) -> Option<(Took, String)> {
+    let mut words = line.split_whitespace();
+    let took = Took {
         seconds: words.next()?.parse().ok()?,
         error: words.next()?.parse().ok(),
-    })
+    };
+    Some((took, words.collect::<Vec<_>>().join(" ")))
 }
 
 /// The names of the columns, the first `width` wide.
