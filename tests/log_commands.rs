@@ -338,11 +338,8 @@ fn refuses_outputs_before_any_work() {
 fn law_what_is_printed_is_whole_and_harmless() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    fs::write(
-        folder.join("e.csv"),
-        "t [s],\u{1b}[31mred\n0.0,1\n0.1,2\n0.2,1\n",
-    )
-    .unwrap();
+    let rows: String = (0..90).map(|k| format!("{}.0,{}\n", k, k % 7)).collect();
+    fs::write(folder.join("e.csv"), format!("t [s],\u{1b}[31mred\n{rows}")).unwrap();
     assert!(!said(folder, &["check", "e.csv"], 0).0.contains('\u{1b}'));
     let output = geardyn(folder, &["spectrum", "e.csv", "--json"]);
     let found: Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -371,7 +368,7 @@ fn law_every_remark_is_explained() {
             let dense: String = text.split_whitespace().collect();
             for mark in [
                 "code:\"",
-                "kind:\"",
+                "Repair{kind:\"",
                 "say(\"",
                 "warn(\"",
                 "warning(\"",
