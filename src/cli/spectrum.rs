@@ -55,7 +55,7 @@ pub fn run(args: &SpectrumArgs) -> Result<u8, Errors> {
     }
     settings.only = study.channels.iter().chain(&study.tacho).cloned().collect();
     once(&settings.only)?;
-    let (mut found, warnings, repairs) = if raw.groups.is_empty() && !raw.spectra.is_empty() {
+    let (mut found, warnings, repairs) = if are_held(&raw, &study) {
         let found = held::spectrum(&raw.spectra, &study).map_err(|e| e.in_file(&raw.path))?;
         (found, raw.warnings, raw.repairs)
     } else {
@@ -77,6 +77,14 @@ pub fn run(args: &SpectrumArgs) -> Result<u8, Errors> {
         output::tell(&epilogue(&found, &repairs, &written));
     }
     Ok(0)
+}
+
+/// Whether what is asked for are spectra that the file holds: it holds nothing else, or all words name one.
+fn are_held(raw: &Raw, study: &SpectrumStudy) -> bool {
+    let known: Vec<String> = raw.spectra.iter().map(|s| s.name.clone()).collect();
+    let mut words = study.channels.iter();
+    !known.is_empty()
+        && (raw.groups.is_empty() || words.all(|word| names::find(word, &known).is_some()))
 }
 
 /// The channel a word means, with or without its unit, in capitals or not; the word itself where it means none.

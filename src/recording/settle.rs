@@ -460,6 +460,20 @@ impl Settled {
             );
             return Err(Error::new(Code::TooShort, message));
         }
+        /// A clock that runs this many times as fast elsewhere has no rate.
+        const UNEVEN: f64 = 2.0;
+        /// Rows that tell the drift from the jitter.
+        const TELLING: usize = 100;
+        if longest.len() >= TELLING && base.drift_hz.1 > UNEVEN * base.drift_hz.0 {
+            let text = crate::base::units::seconds;
+            let message = format!(
+                "the time stamps are too uneven to resample: steps of {} to {}",
+                text(short),
+                text(long)
+            );
+            return Err(Error::new(Code::BadTime, message)
+                .hint("log with even steps, or leave the stamps aside: --time none --rate HZ"));
+        }
         let band = resample::best_band(seconds, &longest, rate)?;
         let columns: Vec<&Column> = self.channels.iter().map(|c| &c.samples).collect();
         let mut outputs: Vec<Column> = columns.iter().map(|_| Column::default()).collect();
@@ -486,17 +500,6 @@ impl Settled {
         }
         for (channel, output) in self.channels.iter_mut().zip(outputs) {
             channel.samples = output;
-        }
-        /// What is off by half of its size is no measurement any more.
-        const WORST: f64 = 0.5;
-        if worst > WORST {
-            let message = format!(
-                "the time stamps are too uneven to resample: steps of {} to {}",
-                crate::base::units::seconds(short),
-                crate::base::units::seconds(long)
-            );
-            return Err(Error::new(Code::BadTime, message)
-                .hint("log with even steps, or leave the stamps aside: --time none --rate HZ"));
         }
         let decibels = 20.0 * worst.max(1e-12).log10();
         let text = crate::base::units::seconds;

@@ -138,46 +138,41 @@ pub fn examine(clock: &Clock, stamps: &Stamps) -> Result<TimeBase, Error> {
     // Where most steps are one unit, a step of two is a sample lost, or a clock a little slower than its digits.
     if (usual.median_s / stamps.resolution_s - 1.0).abs() < LESS - 1.0 {
         let strict = split(clock, stamps, &usual, GAP * usual.median_s)?;
-        if are_lost(&found, &strict, n, stamps.resolution_s) {
-            return Ok(strict.base);
+        if are_lost(&found, &strict, n) {
+            return Ok(strict);
         }
     }
-    // Where every fourth step is a gap there is no step at all.
-    if found.base.gaps.len() > n / 4 {
-        let message = format!(
-            "{} of {n} steps between time stamps are longer than half as much again as the mean: they are of no one size",
-            found.base.gaps.len()
-        );
-        return Err(Error::new(Code::BadTime, message)
-            .hint("leave the stamps aside and state the rate: --time none --rate HZ"));
-    }
-    Ok(found.base)
+    Ok(found)
 }
 
-/// Whether the steps of two units, gaps in `strict` and not in `found`, are samples lost: few, and not where the rounding of one
-/// line would put them.
-fn are_lost(found: &Split, strict: &Split, rows: usize, resolution_s: f64) -> bool {
+/// Whether the steps of two units, gaps in `strict` and not in `found`, are samples lost: few, and not as even as those of a clock a
+/// little slower than its digits.
+fn are_lost(found: &TimeBase, strict: &TimeBase, rows: usize) -> bool {
     /// More than one in so many rows is how such a clock runs.
     const RARE: usize = 200;
-    /// Any one or two may lie on a line.
+    /// Any one or two may be even.
     const TELLING: usize = 3;
-    /// Stamps rounded from a line stray by one unit of the last digit, from the earliest to the latest, and the line through a few
-    /// periods of that rounding leans by a share of it.
-    const ROUNDED: f64 = 1.05;
-    let more = strict.base.gaps.len().saturating_sub(found.base.gaps.len());
-    let on_a_line = found.spread_s <= (ROUNDED + 1.0 / more.max(1) as f64) * resolution_s;
-    more > 0 && more * RARE <= rows && !(more >= TELLING && on_a_line)
-}
-
-/// A time base, and how far its stamps stray.
-struct Split {
-    base: TimeBase,
-    /// From the earliest to the latest stamp relative to the line, s.
-    spread_s: f64,
+    /// How far the distances of even steps differ from their mean.
+    const EVEN: f64 = 0.25;
+    let is_new = |gap: &&Gap| !found.gaps.iter().any(|g| g.row == gap.row);
+    let places: Vec<f64> = (strict.gaps.iter().filter(is_new))
+        .map(|gap| gap.row as f64)
+        .collect();
+    let (Some(first), Some(last)) = (places.first(), places.last()) else {
+        return false;
+    };
+    let period = (last - first) / (places.len() - 1).max(1) as f64;
+    let most = (1.0 + EVEN) * period;
+    let even = |pair: &[f64]| ((pair[1] - pair[0]) / period - 1.0).abs() < EVEN;
+    let by_clock = places.len() >= TELLING
+        && places.windows(2).all(even)
+        && *first < most
+        && rows as f64 - last < most;
+    places.len() * RARE <= rows && !by_clock
 }
 
 /// The time base where steps longer than `limit_s` are gaps.
-fn split(clock: &Clock, stamps: &Stamps, usual: &Usual, limit_s: f64) -> Result<Split, Error> {
+fn split(clock: &Clock, stamps: &Stamps, usual: &Usual, limit_s: f64) -> Result<TimeBase, Error> {
     let n = stamps.seconds.len();
     // Only stamps coarser than the step may repeat.
     let rounded = stamps.resolution_s > 1.02 * usual.mean_s;
@@ -243,17 +238,16 @@ fn split(clock: &Clock, stamps: &Stamps, usual: &Usual, limit_s: f64) -> Result<
         .map(|(s, first)| first + (s.y - dt * s.x) / s.n)
         .collect();
     // Second pass: deviations from the line.
-    let (mut square, mut early, mut late, mut at) = (0.0, 0.0f64, 0.0f64, 0);
+    let (mut square, mut most, mut at) = (0.0, 0.0f64, 0);
     each(&stamps.seconds, |row, t| {
         while row >= stretches[at].end {
             at += 1;
         }
         let off = t - starts[at] - dt * (row - stretches[at].start) as f64;
         square += off * off;
-        (early, late) = (early.min(off), late.max(off));
+        most = most.max(off.abs());
         Ok(())
     })?;
-    let most = late.max(-early);
     let freedoms = (n as f64 - 1.0 - stretches.len() as f64).max(1.0);
     let mut rate_hz = 1.0 / dt;
     let spacing = if most <= UNIFORM * dt {
@@ -295,7 +289,7 @@ fn split(clock: &Clock, stamps: &Stamps, usual: &Usual, limit_s: f64) -> Result<
             .saturating_sub(1)
             .max(1);
     }
-    let base = TimeBase {
+    Ok(TimeBase {
         rate_hz,
         drift_hz: drift(stamps, &stretches, rate_hz)?,
         rate_std: if ends_std > 0.0 {
@@ -309,10 +303,6 @@ fn split(clock: &Clock, stamps: &Stamps, usual: &Usual, limit_s: f64) -> Result<
         starts,
         gaps,
         spacing,
-    };
-    Ok(Split {
-        base,
-        spread_s: late - early,
     })
 }
 
@@ -447,7 +437,6 @@ mod tests {
             .collect();
         let found = examine(&Clock::default(), &stamps(&t, 1e-3)).unwrap();
         assert_eq!(found.gaps, []);
-        // Six periods of the rounding bend the regression by a few parts in 1e5.
         assert!((found.rate_hz / 999.0 - 1.0).abs() < 1e-4);
     }
 
