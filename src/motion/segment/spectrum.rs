@@ -82,7 +82,7 @@ pub struct Run {
     others: Vec<OtherRun>,
     /// `push · e^{iωt₀}` of every resonance.
     pushes: Vec<Complex>,
-    /// Bounds on |σ̈| at τ = 0, fading as [`Run::fade`] says: of every swing |ζ̈|, then of every other state.
+    /// Bounds on |σ̈| at τ = 0, fading as `fade` says: of every swing |ζ̈|, then of every other state.
     pub bounds: Vec<f64>,
     /// Bounds on what resonances add to |σ̈|, which do not fade.
     pub lasting: Vec<f64>,
