@@ -101,6 +101,8 @@ pub fn row(width: usize, what: &str, ours: Took, peer: Option<Took>) {
         let error = took.error.map_or("–".to_string(), |e| format!("{e:.1e}"));
         format!("{:>10.3} ms {error:>9}", 1e3 * took.seconds)
     };
+    // A peer that was given up has no time.
+    let peer = peer.filter(|p| p.seconds.is_finite());
     let theirs = peer.map_or(format!("{:>13} {:>9}", "–", "–"), shown);
     let ratio = peer.map_or("–".to_string(), |p| {
         format!("{:.2}", p.seconds / ours.seconds)
