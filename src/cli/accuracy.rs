@@ -2,15 +2,17 @@
 
 use std::path::PathBuf;
 
-use super::args::AccuracyArgs;
+use super::args::{AccuracyArgs, SubjectWord};
 use super::{motion_flags, output};
+use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::plan::motion::scene::MotionScene;
 use crate::plan::prepared::Prepared;
 use crate::report;
-use crate::scene::study::{AccuracyStudy, StudyKind};
+use crate::scene::study::{AccuracyStudy, StudyKind, Subject};
 use crate::scene::{self, Scene};
 use crate::study::accuracy::{self, Accuracy};
+use crate::study::frequencies::{self, Frequencies};
 
 /// The error wanted where nobody says.
 const WANTED: f64 = 1e-6;
@@ -21,16 +23,7 @@ const WANTED: f64 = 1e-6;
 /// Whatever is wrong with the file, the flags or the motion.
 pub fn run(args: &AccuracyArgs) -> Result<u8, Errors> {
     let scene = scene::read(&args.scene)?;
-    let listed = listed(&scene);
-    let study = AccuracyStudy {
-        motion: motion_flags::study(&args.motion, listed.motion)?,
-        methods: if args.methods.is_empty() {
-            listed.methods
-        } else {
-            args.methods.clone()
-        },
-        wanted: args.error.or(listed.wanted),
-    };
+    let study = study(args, listed(&scene))?;
     let outputs: Vec<PathBuf> = args.csv.iter().chain(&args.svg).cloned().collect();
     let inputs: Vec<PathBuf> = scene
         .sources
@@ -43,19 +36,67 @@ pub fn run(args: &AccuracyArgs) -> Result<u8, Errors> {
     }
     let measured = Measured::new(&scene, &study, args.quiet)?;
     if let Some(path) = &args.csv {
-        output::write(path, report::accuracy::csv(&measured.accuracy).as_bytes())?;
+        output::write(path, measured.csv().as_bytes())?;
     }
     if let Some(path) = &args.svg {
-        output::write(
-            path,
-            report::accuracy::draw(&scene.model.title, &measured.accuracy).as_bytes(),
-        )?;
+        output::write(path, measured.draw(&scene.model.title).as_bytes())?;
     }
     match args.json {
         true => output::print(&format!("{:#}\n", measured.json(&scene)))?,
         false => output::print(&measured.text())?,
     }
     Ok(0)
+}
+
+/// The study a scene lists with what the flags say put in its place.
+fn study(args: &AccuracyArgs, listed: AccuracyStudy) -> Result<AccuracyStudy, Error> {
+    let study = AccuracyStudy {
+        of: match args.of {
+            Some(SubjectWord::Motion) => Subject::Motion,
+            Some(SubjectWord::Modes) => Subject::Modes,
+            None => listed.of,
+        },
+        lowest: args.lowest.or(listed.lowest),
+        motion: motion_flags::study(&args.motion, listed.motion)?,
+        methods: if args.methods.is_empty() {
+            listed.methods
+        } else {
+            args.methods.clone()
+        },
+        wanted: args.error.or(listed.wanted),
+    };
+    if study.wanted.is_some_and(|x| !(x > 0.0 && x.is_finite())) {
+        return Err(
+            Error::new(Code::OutOfRange, "--error takes a number above zero")
+                .hint("it is relative: 1e-6 is usual"),
+        );
+    }
+    let (flag, wants) = match study.of {
+        Subject::Motion => (args.lowest.is_some().then_some("--lowest"), "--of modes"),
+        Subject::Modes => (motion_flag(args), "--of motion"),
+    };
+    match flag {
+        Some(flag) => {
+            let error = Error::new(Code::Usage, format!("{flag} does nothing here"));
+            Err(error.hint(format!("it belongs to {wants}")))
+        }
+        None => Ok(study),
+    }
+}
+
+/// A flag of a motion that was given.
+fn motion_flag(args: &AccuracyArgs) -> Option<&'static str> {
+    let motion = &args.motion;
+    let given = [
+        (!args.methods.is_empty(), "--methods"),
+        (motion.until.is_some(), "--until"),
+        (!motion.output.is_empty(), "--output"),
+        (motion.method.is_some(), "--method"),
+        (motion.tolerance.is_some(), "--tolerance"),
+        (motion.step.is_some(), "--step"),
+        (motion.samples.is_some(), "--samples"),
+    ];
+    given.into_iter().find(|g| g.0).map(|g| g.1)
 }
 
 /// The study of accuracy a scene lists; else the motion it lists.
@@ -78,9 +119,16 @@ fn listed(scene: &Scene) -> AccuracyStudy {
 
 /// A study of accuracy with all that is said of it.
 pub struct Measured {
-    accuracy: Accuracy,
-    outputs: Vec<String>,
     wanted: f64,
+    found: Found,
+}
+
+enum Found {
+    Motion {
+        accuracy: Accuracy,
+        outputs: Vec<String>,
+    },
+    Modes(Frequencies),
 }
 
 impl Measured {
@@ -89,25 +137,59 @@ impl Measured {
     /// # Errors
     /// Whatever is wrong with the machine or the methods.
     pub fn new(scene: &Scene, study: &AccuracyStudy, quiet: bool) -> Result<Measured, Error> {
-        let prepared = Prepared::new(&scene.model)?;
-        let ready = MotionScene::new(&prepared, &scene.start, &study.motion)?;
-        let accuracy = accuracy::study(&ready, &study.methods, &mut |what| progress(what, quiet))?;
-        let outputs = ready.outputs.list.iter().map(|o| o.name.clone()).collect();
+        let mut hear = |what: &str| progress(what, quiet);
+        let found = match study.of {
+            Subject::Modes => {
+                let count = study.lowest.map_or(frequencies::USUAL, |n| n as usize);
+                Found::Modes(frequencies::study(&scene.model, count, &mut hear)?)
+            }
+            Subject::Motion => {
+                let prepared = Prepared::new(&scene.model)?;
+                let ready = MotionScene::new(&prepared, &scene.start, &study.motion)?;
+                Found::Motion {
+                    accuracy: accuracy::study(&ready, &study.methods, &mut hear)?,
+                    outputs: ready.outputs.list.iter().map(|o| o.name.clone()).collect(),
+                }
+            }
+        };
         Ok(Measured {
-            accuracy,
-            outputs,
             wanted: study.wanted.unwrap_or(WANTED),
+            found,
         })
     }
 
     /// The table.
     pub fn text(&self) -> String {
-        report::accuracy_table::table(&self.outputs, &self.accuracy, self.wanted)
+        match &self.found {
+            Found::Motion { accuracy, outputs } => {
+                report::accuracy_table::table(outputs, accuracy, self.wanted)
+            }
+            Found::Modes(found) => report::frequencies_table::table(found, self.wanted),
+        }
     }
 
     /// The document.
     pub fn json(&self, scene: &Scene) -> serde_json::Value {
-        report::accuracy::json(&scene.sources, &self.outputs, &self.accuracy, self.wanted)
+        match &self.found {
+            Found::Motion { accuracy, outputs } => {
+                report::accuracy::json(&scene.sources, outputs, accuracy, self.wanted)
+            }
+            Found::Modes(found) => report::frequencies::json(&scene.sources, found, self.wanted),
+        }
+    }
+
+    fn csv(&self) -> String {
+        match &self.found {
+            Found::Motion { accuracy, .. } => report::accuracy::csv(accuracy),
+            Found::Modes(found) => report::frequencies::csv(found),
+        }
+    }
+
+    fn draw(&self, title: &str) -> String {
+        match &self.found {
+            Found::Motion { accuracy, .. } => report::accuracy::draw(title, accuracy),
+            Found::Modes(found) => report::frequencies::draw(title, found),
+        }
     }
 }
 

@@ -61,9 +61,10 @@ pub enum Command {
   geardyn simulate examples/y2250_step.toml --svg step.svg
   geardyn simulate examples/backlash_pair.toml --method radau5 --tolerance 1e-6")]
     Simulate(SimulateArgs),
-    /// Error against run time: every method that applies, against one reference
+    /// Error against run time, of a motion or of natural frequencies: every method that applies, against one reference
     #[command(after_help = "Examples:
   geardyn accuracy examples/backlash_pair.toml
+  geardyn accuracy models/y2250.toml --of modes --lowest 10
   geardyn accuracy examples/linear_chain.toml --error 1e-9 --svg accuracy.svg")]
     Accuracy(AccuracyArgs),
     /// Where methods and machine break: step limits, parametric stability, the scene at its extremes
@@ -593,6 +594,12 @@ pub struct SimulateArgs {
 pub struct AccuracyArgs {
     /// A scene or a model
     pub scene: PathBuf,
+    /// What is to be exact
+    #[arg(long, value_enum)]
+    pub of: Option<SubjectWord>,
+    /// Compare so many elastic modes; 10 where left out (with --of modes)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub lowest: Option<u32>,
     /// What is asked of the motion.
     #[command(flatten)]
     pub motion: MotionArgs,
@@ -614,6 +621,15 @@ pub struct AccuracyArgs {
     /// No word about what is running
     #[arg(long)]
     pub quiet: bool,
+}
+
+/// What `accuracy` compares.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum SubjectWord {
+    /// The motion in time
+    Motion,
+    /// The lowest natural frequencies
+    Modes,
 }
 
 /// Arguments of `stability`.

@@ -107,7 +107,7 @@ fn at(run: &Run) -> String {
     }
 }
 
-fn brief_ratio(x: f64) -> String {
+pub(super) fn brief_ratio(x: f64) -> String {
     match x {
         x if x >= 10.0 => format!("{x:.0}"),
         x => format!("{x:.1}"),
@@ -115,7 +115,7 @@ fn brief_ratio(x: f64) -> String {
 }
 
 /// A time with a unit that keeps it short.
-fn time(seconds: f64) -> String {
+pub(super) fn time(seconds: f64) -> String {
     match seconds {
         s if s >= 1.0 => format!("{} s", brief(s)),
         s if s >= 1e-3 => format!("{} ms", brief(1e3 * s)),

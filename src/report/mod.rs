@@ -51,8 +51,14 @@ pub mod csv;
 /// Motion in time.
 pub mod motion;
 
-/// Error against run time.
+/// Error over run time, as a picture.
+mod work_precision;
+
+/// Error against run time of a motion.
 pub mod accuracy;
+
+/// Error against run time of natural frequencies.
+pub mod frequencies;
 
 /// Where methods and machine break.
 pub mod stability;
@@ -68,6 +74,10 @@ pub mod motion_table;
 /// Tables of error against run time.
 #[cfg(feature = "cli")]
 pub mod accuracy_table;
+
+/// Tables of error against run time of natural frequencies.
+#[cfg(feature = "cli")]
+pub mod frequencies_table;
 
 /// Tables of stability.
 #[cfg(feature = "cli")]

@@ -56,12 +56,26 @@ pub struct SimulateStudy {
 /// Error against run time, as the command has it.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct AccuracyStudy {
+    /// What is to be exact.
+    pub of: Subject,
     /// The motion.
     pub motion: SimulateStudy,
+    /// How many elastic modes are compared.
+    pub lowest: Option<u32>,
     /// Only these methods; all that apply where empty.
     pub methods: Vec<String>,
     /// The error that is wanted in the end, relative.
     pub wanted: Option<f64>,
+}
+
+/// What a study of accuracy compares.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Subject {
+    /// The motion in time.
+    #[default]
+    Motion,
+    /// The lowest natural frequencies.
+    Modes,
 }
 
 /// Where methods and machine break, as the command has it.
@@ -220,6 +234,13 @@ pub fn read(f: &mut Fields) -> Option<Study> {
         Word::Modes => StudyKind::Modes(modes(f)),
         Word::Simulate => StudyKind::Simulate(simulate(f)),
         Word::Accuracy => StudyKind::Accuracy(AccuracyStudy {
+            of: f
+                .choice(
+                    "of",
+                    &[("motion", Subject::Motion), ("modes", Subject::Modes)],
+                )
+                .unwrap_or_default(),
+            lowest: f.optional_count("lowest", 1, MOST),
             motion: simulate(f),
             methods: texts(f, "methods"),
             wanted: f.optional_number("error", Range::Positive),

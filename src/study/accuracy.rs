@@ -7,6 +7,7 @@
 use std::ops::ControlFlow;
 use std::time::Instant;
 
+use super::timing::least;
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::motion::methods::{Ladder, METHODS, Method};
@@ -68,9 +69,6 @@ const PATIENCE: f64 = 10.0;
 
 /// After a rung of so many seconds the ladder of a method ends: the next would cost several times as much.
 const ENOUGH: f64 = 2.0;
-
-/// Seconds spent on repeats of one rung.
-const REPEATING: f64 = 0.15;
 
 /// Relative change of the start that shows how errors grow.
 const NUDGE: f64 = 1e-9;
@@ -255,38 +253,29 @@ fn rung_of(
     reference: &Reference,
 ) -> Run {
     let wanted = rung.unwrap_or(Wanted::Tolerance(TIGHTEST));
-    let start = Instant::now();
-    let mut run = Run {
+    let (outcome, seconds) = least(|| {
+        let (values, effort) = integrate(scene, method, wanted, &scene.start)?;
+        let error = distance(&values, &reference.values).max(reference.floor());
+        match error.is_finite() {
+            true => Ok((error, effort)),
+            false => Err(Error::new(
+                Code::Overflow,
+                "the motion grew beyond all numbers",
+            )),
+        }
+    });
+    let (error, effort, failed) = match outcome {
+        Ok((error, effort)) => (Some(error), effort, None),
+        Err(error) => (None, Effort::default(), Some(error.message)),
+    };
+    Run {
         method: method.name,
         wanted: rung,
-        error: None,
-        seconds: 0.0,
-        effort: Effort::default(),
-        failed: None,
-    };
-    let mut least = f64::INFINITY;
-    while start.elapsed().as_secs_f64() < REPEATING || least.is_infinite() {
-        let begin = Instant::now();
-        match integrate(scene, method, wanted, &scene.start) {
-            Ok((values, effort)) => {
-                least = least.min(begin.elapsed().as_secs_f64());
-                run.effort = effort;
-                let error = distance(&values, &reference.values).max(reference.floor());
-                run.error = error.is_finite().then_some(error);
-                if !error.is_finite() {
-                    run.failed = Some("the motion grew beyond all numbers".to_string());
-                    break;
-                }
-            }
-            Err(error) => {
-                least = begin.elapsed().as_secs_f64();
-                run.failed = Some(error.message);
-                break;
-            }
-        }
+        error,
+        seconds,
+        effort,
+        failed,
     }
-    run.seconds = least;
-    run
 }
 
 /// The worst output's largest difference, each by its own largest size.

@@ -1,0 +1,385 @@
+//! Error against run time of the lowest natural frequencies: every way to solve for them, and what approximations of the
+//! machine cost: fewer coordinates, shafts cut in fewer lengths.
+//!
+//! The error of a way is the largest relative error of the frequencies asked for. Solvers and reductions are measured against
+//! the machine as written; lengths against the limit of ever finer ones, by Richardson's extrapolation of second order.
+
+use super::timing::least;
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::machine::linear::Linear;
+use crate::modes::basis::{self, Basis, Solver};
+use crate::modes::equations::{Case, Equations};
+use crate::modes::lowest::{self, Wanted};
+use crate::modes::reduction::{Keep, Method, Reduced, frequencies};
+use crate::numeric::{Matrix, definite};
+use crate::plan::prepared::Prepared;
+use crate::scene::model::{BarMass, Model, ShaftBody};
+
+/// What the lowest frequencies cost.
+pub struct Frequencies {
+    /// How many elastic modes are compared.
+    pub count: usize,
+    /// The highest of them, rad/s.
+    pub highest: f64,
+    /// Freedoms of the machine, without rigid joints.
+    pub freedoms: usize,
+    /// What the errors are against.
+    pub reference: &'static str,
+    /// Its own relative error.
+    pub reference_error: f64,
+    /// Every way that was tried.
+    pub ways: Vec<Way>,
+}
+
+/// One way to the frequencies.
+pub struct Way {
+    /// Its name.
+    pub method: &'static str,
+    /// How fine: coordinates kept, lengths of a shaft; absent where nothing is chosen.
+    pub size: Option<Size>,
+    /// The largest relative error.
+    pub error: Option<f64>,
+    /// The least time of its repeats, s.
+    pub seconds: f64,
+    /// Why it came to no end.
+    pub failed: Option<String>,
+}
+
+/// How fine a way is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Size {
+    /// So many coordinates are kept.
+    Coordinates(usize),
+    /// Every shaft with a mass of its own is cut in so many lengths.
+    Lengths(usize),
+}
+
+/// Modes compared where nobody says.
+pub const USUAL: usize = 10;
+
+/// Machines beyond this many freedoms are not decomposed whole.
+const DENSE: usize = 1000;
+
+/// Machines beyond this many freedoms are not built for a comparison of lengths.
+const LONGEST: usize = 100_000;
+
+/// Lengths of the ladder; the last two give the reference.
+const LENGTHS: [usize; 8] = [1, 2, 4, 8, 16, 32, 64, 128];
+
+/// Compares every way to the lowest elastic frequencies; `progress` hears of each before it starts.
+///
+/// # Errors
+/// A machine whose strain energy is no sum of squares, or without elastic modes; those of the reference.
+pub fn study(
+    model: &Model,
+    count: usize,
+    progress: &mut dyn FnMut(&str),
+) -> Result<Frequencies, Error> {
+    let prepared = Prepared::new(model)?;
+    let linear = &prepared.linear;
+    if !linear.is_sum_of_squares() {
+        let message =
+            "stiffnesses that are negative or act across have no undamped frequencies to compare";
+        return Err(Error::new(Code::Conflict, message)
+            .hint("state the machine without them, or ask for its motion"));
+    }
+    let elastic = linear.n - linear.massless.len() - linear.rigid.len();
+    let count = count.min(elastic);
+    if count == 0 {
+        let message = "the machine has no elastic mode";
+        return Err(
+            Error::new(Code::OutOfRange, message).hint("give its shafts or meshes a stiffness")
+        );
+    }
+    progress("reference");
+    let whole = linear.n <= DENSE;
+    let basis = match whole {
+        true => Some(basis::solve(linear, Solver::Factored)?),
+        false => None,
+    };
+    let (omega, digits) = match &basis {
+        Some(basis) => elastic_of(basis, count),
+        None => found_few(&prepared, count)?,
+    };
+    let truth = Truth {
+        omega,
+        error: 10f64.powf(-digits),
+    };
+    let mut ways = Vec::new();
+    let mut add =
+        |method: &'static str, size, task: &mut dyn FnMut() -> Result<Vec<f64>, Error>| {
+            progress(method);
+            ways.push(measured(method, size, &truth, task));
+        };
+    add("lowest modes only", None, &mut || {
+        found_few(&prepared, count).map(|f| f.0)
+    });
+    let dense: [(&'static str, &dyn Fn() -> Result<Vec<f64>, Error>); 3] = [
+        ("all modes, graded", &|| {
+            basis::solve(linear, Solver::Factored).map(|b| elastic_of(&b, count).0)
+        }),
+        ("all modes, singular values", &|| {
+            basis::solve(linear, Solver::Singular).map(|b| elastic_of(&b, count).0)
+        }),
+        ("all modes, assembled K", &|| {
+            assembled(&prepared, basis.as_ref(), count)
+        }),
+    ];
+    for (name, way) in dense {
+        match whole {
+            true => add(name, None, &mut || way()),
+            false => add(name, None, &mut || Err(too_large(linear.n))),
+        }
+    }
+    if let Some(basis) = &basis {
+        let case = Case {
+            machine: &prepared.machine,
+            linear,
+            basis,
+            speeds: None,
+        };
+        let order = softest(linear);
+        for kept in ladder(count, order.len()) {
+            add(
+                "static condensation",
+                Some(Size::Coordinates(kept)),
+                &mut || {
+                    let masters = order[..kept].to_vec();
+                    reduced(&case, Method::Guyan { masters }, count)
+                },
+            );
+            add(
+                "fixed-interface modes",
+                Some(Size::Coordinates(kept)),
+                &mut || {
+                    let boundary = order[..BOUNDARY.min(kept)].to_vec();
+                    let keep = Keep::Count(kept - boundary.len());
+                    reduced(&case, Method::CraigBampton { boundary, keep }, count)
+                },
+            );
+        }
+    }
+    ways.extend(lengths(model, count, progress));
+    Ok(Frequencies {
+        count,
+        highest: truth.omega.last().copied().unwrap_or(0.0),
+        freedoms: linear.n,
+        reference: match whole {
+            true => "all modes of the graded factor",
+            false => "the lowest modes by elimination",
+        },
+        reference_error: truth.error,
+        ways,
+    })
+}
+
+impl Frequencies {
+    /// The quickest way to an error.
+    pub fn cheapest(&self, error: f64) -> Option<&Way> {
+        let reached = self
+            .ways
+            .iter()
+            .filter(|w| w.error.is_some_and(|e| e <= error));
+        reached.min_by(|a, b| a.seconds.total_cmp(&b.seconds))
+    }
+}
+
+/// What frequencies are compared with.
+struct Truth {
+    /// rad/s.
+    omega: Vec<f64>,
+    /// Their own relative error, below which none can be told.
+    error: f64,
+}
+
+/// Coordinates that keep their place where the rest is replaced by modes.
+const BOUNDARY: usize = 2;
+
+fn measured(
+    method: &'static str,
+    size: Option<Size>,
+    truth: &Truth,
+    task: &mut dyn FnMut() -> Result<Vec<f64>, Error>,
+) -> Way {
+    let (outcome, seconds) = least(task);
+    judged(method, size, truth, outcome, seconds)
+}
+
+fn judged(
+    method: &'static str,
+    size: Option<Size>,
+    truth: &Truth,
+    outcome: Result<Vec<f64>, Error>,
+    seconds: f64,
+) -> Way {
+    let (error, failed) = match outcome {
+        Ok(found) if found.len() < truth.omega.len() => {
+            let message = format!("gives {} of {} modes", found.len(), truth.omega.len());
+            (None, Some(message))
+        }
+        Ok(found) => (Some(worst(&found, &truth.omega).max(truth.error)), None),
+        Err(error) => (None, Some(error.message)),
+    };
+    Way {
+        method,
+        size,
+        error,
+        seconds,
+        failed,
+    }
+}
+
+fn worst(found: &[f64], truth: &[f64]) -> f64 {
+    found
+        .iter()
+        .zip(truth)
+        .fold(0.0, |m, (f, t)| ((f - t).abs() / t).max(m))
+}
+
+/// The lowest elastic frequencies of all, rad/s, and the digits of the poorest.
+fn elastic_of(basis: &Basis, count: usize) -> (Vec<f64>, f64) {
+    let range = basis.n_rigid..basis.n_rigid + count;
+    let digits = basis.digits[range.clone()]
+        .iter()
+        .fold(f64::INFINITY, |m, d| m.min(*d));
+    (basis.omega[range].to_vec(), digits)
+}
+
+fn found_few(prepared: &Prepared, count: usize) -> Result<(Vec<f64>, f64), Error> {
+    let wanted = Wanted {
+        count: count + prepared.linear.rigid.len(),
+        near: None,
+    };
+    let found = lowest::find(&prepared.linear, prepared.forest.as_ref(), wanted)?;
+    let elastic: Vec<_> = found.modes.iter().filter(|m| !m.rigid).collect();
+    let digits = elastic.iter().fold(f64::INFINITY, |m, e| m.min(e.digits));
+    Ok((elastic.iter().map(|m| m.omega()).collect(), digits))
+}
+
+/// By the textbook's way: K and M assembled, one symmetric eigenvalue problem.
+fn assembled(prepared: &Prepared, basis: Option<&Basis>, count: usize) -> Result<Vec<f64>, Error> {
+    let Some(basis) = basis else {
+        return Err(too_large(prepared.linear.n));
+    };
+    let linear = &prepared.linear;
+    let case = Case {
+        machine: &prepared.machine,
+        linear,
+        basis,
+        speeds: None,
+    };
+    let identity = Matrix::identity(linear.n, linear.n);
+    let equations = Equations::over(&case, identity, Vec::new(), 0);
+    let values = definite::pencil(&equations.stiffness, &equations.mass)?.values;
+    let elastic = values.iter().skip(linear.rigid.len()).take(count);
+    Ok(elastic.map(|v| v.max(0.0).sqrt()).collect())
+}
+
+fn reduced(case: &Case, method: Method, count: usize) -> Result<Vec<f64>, Error> {
+    let reduced = Reduced::new(case, method)?;
+    let all = frequencies(case.linear, &reduced.equations)?;
+    let rigid = case.linear.rigid.len();
+    Ok(all.into_iter().skip(rigid).take(count).collect())
+}
+
+fn too_large(n: usize) -> Error {
+    let message = format!("{n} freedoms are not decomposed whole (limit {DENSE})");
+    Error::new(Code::Hopeless, message)
+}
+
+/// Coordinates with inertia by rising `k_ii/m_ii`: the softest and heaviest are kept first.
+///
+/// Henshell and Ong, Earthquake Engineering and Structural Dynamics 3 (1975), pp. 375–383.
+fn softest(linear: &Linear) -> Vec<usize> {
+    let (mut k, mut m) = (vec![0.0; linear.n], vec![0.0; linear.n]);
+    for branch in &linear.branches {
+        for (i, a) in branch.direction.scaled() {
+            k[i] += branch.stiffness * a * a;
+        }
+    }
+    for mass in &linear.masses {
+        for (i, a) in mass.direction.scaled() {
+            m[i] += mass.value * a * a;
+        }
+    }
+    let mut order: Vec<usize> = (0..linear.n).filter(|&i| m[i] > 0.0).collect();
+    order.sort_by(|&a, &b| (k[a] / m[a]).total_cmp(&(k[b] / m[b])));
+    order
+}
+
+/// Doubling from what is just enough, below all.
+fn ladder(count: usize, all: usize) -> Vec<usize> {
+    let mut sizes = Vec::new();
+    let mut size = count + BOUNDARY;
+    while size < all {
+        sizes.push(size);
+        size *= 2;
+    }
+    sizes
+}
+
+/// Every shaft with a mass of its own cut in more and more lengths.
+fn lengths(model: &Model, count: usize, progress: &mut dyn FnMut(&str)) -> Vec<Way> {
+    const NAME: &str = "shafts in lengths";
+    let cut = model.shafts.iter().any(|s| weighs(&s.body));
+    if !cut {
+        return Vec::new();
+    }
+    let mut rungs: Vec<(usize, Result<Vec<f64>, Error>, f64)> = Vec::new();
+    for lengths in LENGTHS {
+        progress(NAME);
+        let finer = with_lengths(model, lengths);
+        let (found, seconds) = least(|| {
+            let prepared = Prepared::new(&finer)?;
+            if prepared.linear.n > LONGEST {
+                return Err(too_large(prepared.linear.n));
+            }
+            found_few(&prepared, count).map(|f| f.0)
+        });
+        let ends = found.is_err();
+        rungs.push((lengths, found, seconds));
+        if ends && lengths > 1 {
+            break;
+        }
+    }
+    // The two finest whose modes are all there.
+    let whole: Vec<&Vec<f64>> = rungs
+        .iter()
+        .filter_map(|r| r.1.as_ref().ok())
+        .filter(|f| f.len() == count)
+        .collect();
+    let [.., coarse, fine] = whole[..] else {
+        return Vec::new();
+    };
+    let omega: Vec<f64> = fine
+        .iter()
+        .zip(coarse)
+        .map(|(f, c)| f + (f - c) / 3.0)
+        .collect();
+    // What is left after the extrapolation is of fourth order.
+    let error = worst(fine, &omega).powi(2);
+    let limit = Truth { omega, error };
+    // The finest gave the limit: its own error cannot be told from it.
+    rungs.pop();
+    rungs
+        .into_iter()
+        .map(|(lengths, found, seconds)| {
+            judged(NAME, Some(Size::Lengths(lengths)), &limit, found, seconds)
+        })
+        .collect()
+}
+
+fn weighs(body: &Option<ShaftBody>) -> bool {
+    matches!(body, Some(ShaftBody::Bar { mass, .. }) if *mass != BarMass::None)
+}
+
+fn with_lengths(model: &Model, lengths: usize) -> Model {
+    let mut finer = model.clone();
+    for shaft in finer.shafts.iter_mut().filter(|s| weighs(&s.body)) {
+        if let Some(ShaftBody::Bar { segments, .. }) = &mut shaft.body {
+            *segments = lengths;
+        }
+    }
+    finer
+}

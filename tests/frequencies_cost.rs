@@ -1,0 +1,154 @@
+//! `accuracy` of natural frequencies: errors of ways to them against closed forms.
+
+use std::f64::consts::PI;
+use std::process::Command;
+
+use geardyn::scene;
+use geardyn::study::frequencies::{self, Frequencies, Size};
+use serde_json::Value;
+
+fn study(text: &str, count: usize) -> Frequencies {
+    let scene = scene::read_text("x.toml", text).unwrap();
+    frequencies::study(&scene.model, count, &mut |_| {}).unwrap()
+}
+
+fn error(found: &Frequencies, method: &str, size: Option<Size>) -> f64 {
+    let of = |w: &&frequencies::Way| w.method == method && w.size == size;
+    let way = found.ways.iter().find(of).unwrap();
+    way.error
+        .unwrap_or_else(|| panic!("{method}: {:?}", way.failed))
+}
+
+const ROD: &str = r#"
+title = "rod"
+source = "closed form"
+[[inertia]]
+name = "end"
+J = "0 kg·m²"
+[[shaft]]
+name = "rod"
+between = ["ground", "end"]
+length = "2 m"
+diameter = "50 mm"
+material = "steel"
+segments = 40
+mass = "lumped"
+"#;
+
+/// A rod held at one end, half of each length's inertia at its ends: `ω_n = 2 s c/L sin((2n − 1) π/4s)` beside `(2n − 1) π c/2L`.
+#[test]
+fn case_lengths_of_a_held_rod() {
+    let found = study(ROD, 3);
+    let exact = |s: f64, n: f64| {
+        let quarter = (2.0 * n - 1.0) * PI / 4.0;
+        1.0 - (quarter / s).sin() / (quarter / s)
+    };
+    for lengths in [4, 8, 16, 32, 64] {
+        let want = exact(lengths as f64, 3.0);
+        let got = error(&found, "shafts in lengths", Some(Size::Lengths(lengths)));
+        assert!(
+            (got / want - 1.0).abs() < 1e-3,
+            "{lengths}: {got} for {want}"
+        );
+    }
+    let few = |w: &&frequencies::Way| w.size == Some(Size::Lengths(2));
+    let two = found.ways.iter().find(few).unwrap();
+    assert_eq!(two.failed.as_deref(), Some("gives 2 of 3 modes"));
+}
+
+/// Fixed-interface modes converge much faster than static condensation.
+#[test]
+fn law_reductions_of_a_held_rod() {
+    let found = study(ROD, 3);
+    for kept in [5, 10, 20] {
+        let size = Some(Size::Coordinates(kept));
+        let (condensed, modes) = (
+            error(&found, "static condensation", size),
+            error(&found, "fixed-interface modes", size),
+        );
+        assert!(modes < 0.3 * condensed, "{kept}: {modes}, {condensed}");
+    }
+    assert!(error(&found, "lowest modes only", None) <= 1e-12);
+}
+
+/// Stiffnesses over fourteen decades: the assembled matrix loses the small frequencies, factored ways do not.
+#[test]
+fn case_assembled_matrix_loses_digits() {
+    let text = std::fs::read_to_string("models/stiff_chain.toml").unwrap();
+    let found = study(&text, 5);
+    assert!(error(&found, "lowest modes only", None) < 1e-11);
+    let assembled = error(&found, "all modes, assembled K", None);
+    assert!(assembled > 1e-11, "{assembled}");
+}
+
+fn geardyn(arguments: &[&str]) -> (Option<i32>, String, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_geardyn"))
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .args(arguments)
+        .output()
+        .unwrap();
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (
+        output.status.code(),
+        text(&output.stdout),
+        text(&output.stderr),
+    )
+}
+
+#[test]
+fn law_outputs_of_accuracy_of_modes_agree() {
+    let folder = tempfile::tempdir().unwrap();
+    let (csv, svg) = (folder.path().join("x.csv"), folder.path().join("x.svg"));
+    let (csv, svg) = (csv.to_str().unwrap(), svg.to_str().unwrap());
+    let model = "models/geared_motor_rolls.toml";
+    let (code, json, _) = geardyn(&[
+        "accuracy", model, "--of", "modes", "--lowest", "2", "--json", "--csv", csv, "--svg", svg,
+    ]);
+    assert_eq!(code, Some(0));
+    let found: Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(found["modes"], 2);
+    let runs = found["runs"].as_array().unwrap();
+    let rows = std::fs::read_to_string(csv).unwrap();
+    assert_eq!(rows.lines().count(), runs.len() + 1);
+    for (run, row) in runs.iter().zip(rows.lines().skip(1)) {
+        let error = run["error"]
+            .as_f64()
+            .map_or(String::new(), |e| format!("{e:e}"));
+        assert!(row.contains(&error), "{row}");
+    }
+    assert!(std::fs::read_to_string(svg).unwrap().contains("run time"));
+}
+
+#[test]
+fn refused_flags_that_do_nothing() {
+    for (flags, said) in [
+        (
+            &["--of", "modes", "--until", "1"][..],
+            "--until does nothing here",
+        ),
+        (&["--lowest", "3"], "--lowest does nothing here"),
+        (
+            &["--of", "modes", "--error", "0"],
+            "--error takes a number above zero",
+        ),
+    ] {
+        let (code, _, error) =
+            geardyn(&[&["accuracy", "examples/linear_chain.toml"][..], flags].concat());
+        assert_eq!(code, Some(2), "{error}");
+        assert!(error.contains(said), "{error}");
+    }
+}
+
+#[test]
+fn refused_machines_without_elastic_modes() {
+    let text = "title = \"x\"\nsource = \"x\"\n[[inertia]]\nname = \"a\"\nJ = \"1 kg·m²\"\n";
+    let scene = scene::read_text("x.toml", text).unwrap();
+    let error = frequencies::study(&scene.model, 3, &mut |_| {})
+        .err()
+        .unwrap();
+    assert!(
+        error.message.contains("no elastic mode"),
+        "{}",
+        error.message
+    );
+}
