@@ -241,6 +241,45 @@ fn law_stability_finds_the_principal_region() {
         edge("from_hz"),
         edge("to_hz")
     );
+    // Over a second axis: the same where the factor is one, first-order theory at half the depth, no region beyond ζ = ε/4.
+    let rows = |over: &str| {
+        let found = document(&[
+            "stability",
+            scene.to_str().unwrap(),
+            "--over",
+            over,
+            "--json",
+        ]);
+        found["floquet"]["chart"]["rows"]
+            .as_array()
+            .unwrap()
+            .clone()
+    };
+    let depth = rows("depth=0.5:1:2");
+    assert_eq!(depth[1]["tongues"][0]["from_hz"], tongues[0]["from_hz"]);
+    let half = (depth[0]["tongues"][0]["to_hz"].as_f64().unwrap()
+        - depth[0]["tongues"][0]["from_hz"].as_f64().unwrap())
+        / (2.0 * natural);
+    // First order in ε (Nayfeh and Mook 1979, sec. 5.2.2): W = 2 ± √(ε²/4 − 4 ζ²).
+    assert!(
+        (half / (0.01f64 - 0.0016).sqrt() - 1.0).abs() < 0.01,
+        "{half}"
+    );
+    let damping = rows("damping=1:6:2");
+    assert_eq!(damping[0]["tongues"].as_array().unwrap().len(), 1);
+    assert!(damping[1]["tongues"].as_array().unwrap().is_empty());
+    for (over, said) in [
+        ("depth=1:0:3", "no second axis"),
+        ("width=0:1:3", "no second axis"),
+        ("depth=0:3:4", "falls below zero"),
+    ] {
+        let output = geardyn(&["stability", scene.to_str().unwrap(), "--over", over]);
+        assert_eq!(output.status.code(), Some(2));
+        assert!(
+            String::from_utf8_lossy(&output.stderr).contains(said),
+            "{over}"
+        );
+    }
 }
 
 /// `run` carries out the studies in their order; `plan` announces the methods they take.

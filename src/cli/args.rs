@@ -70,7 +70,8 @@ pub enum Command {
     /// Where methods and machine break: step limits, parametric stability, the scene at its extremes
     #[command(after_help = "Examples:
   geardyn stability examples/backlash_pair.toml --until 0.005
-  geardyn stability examples/smooth_mesh.toml --until 0.005 --speeds 500:12000:200 --svg regions.svg")]
+  geardyn stability examples/smooth_mesh.toml --until 0.005 --speeds 500:12000:200 --svg regions.svg
+  geardyn stability examples/smooth_mesh.toml --until 0.005 --speeds 500:12000:200 --over depth=0:4:21 --svg regions.svg")]
     Stability(StabilityArgs),
     /// Every study a scene lists
     #[command(after_help = "Example:\n  geardyn run examples/linear_chain.toml")]
@@ -646,10 +647,13 @@ pub struct StabilityArgs {
     /// Speeds of a chart of parametric stability, FIRST:LAST:POINTS (rpm where bare)
     #[arg(long, value_name = "A:B:N", allow_hyphen_values = true)]
     pub speeds: Option<String>,
+    /// A second axis of that chart, factors on what the scene has: depth (of stiffness waves) or damping
+    #[arg(long, value_name = "depth=A:B:N")]
+    pub over: Option<String>,
     /// One JSON document on standard output, nothing else there
     #[arg(long)]
     pub json: bool,
-    /// Draw the stability regions of explicit methods with the eigenvalues times the step
+    /// Draw the stability regions of explicit methods with the eigenvalues times the step, and the chart over two axes beside
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
 }

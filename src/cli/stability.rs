@@ -1,19 +1,18 @@
 //! `geardyn stability`: where methods and machine break.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::args::StabilityArgs;
 use super::{motion_flags, output};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
-use crate::machine::kinematics::mean_speeds;
-use crate::motion::floquet;
 use crate::plan::motion::scene::MotionScene;
 use crate::plan::prepared::Prepared;
 use crate::report;
-use crate::report::stability::{Parametric, Stability};
-use crate::scene::study::{SpeedRange, StabilityStudy, StudyKind};
+use crate::report::stability::Stability;
+use crate::scene::study::{Over, SpeedRange, StabilityStudy, StudyKind};
 use crate::scene::{self, Scene};
+use crate::study::parametric;
 use crate::study::stability::{self, Verdict};
 
 /// Studies and prints; ends with 1 where a case failed.
@@ -28,6 +27,11 @@ pub fn run(args: &StabilityArgs) -> Result<u8, Errors> {
         .as_deref()
         .map(|text| SpeedRange::parse(text, "--speeds"))
         .transpose()?;
+    let over = args
+        .over
+        .as_deref()
+        .map(|text| Over::parse(text, "--over"))
+        .transpose()?;
     let study = StabilityStudy {
         motion: motion_flags::study(&args.motion, listed.motion)?,
         methods: if args.methods.is_empty() {
@@ -36,17 +40,26 @@ pub fn run(args: &StabilityArgs) -> Result<u8, Errors> {
             args.methods.clone()
         },
         speeds: speeds.or(listed.speeds),
+        over: over.or(listed.over),
     };
+    if study.over.is_some() && study.speeds.is_none() {
+        let error = Error::new(
+            Code::Usage,
+            "a second axis needs a first: `over` goes with speeds",
+        );
+        return Err(error.hint("add --speeds FIRST:LAST:POINTS").into());
+    }
     let inputs: Vec<PathBuf> = scene
         .sources
         .iter()
         .map(|source| PathBuf::from(&source.path))
         .collect();
-    let outputs: Vec<PathBuf> = args.svg.iter().cloned().collect();
-    output::check(&outputs, &inputs)?;
+    let mut outputs: Vec<PathBuf> = args.svg.iter().cloned().collect();
     if let Some(path) = &args.svg {
         output::ends(path, &["svg"])?;
+        outputs.extend(study.over.map(|_| chart_beside(path)));
     }
+    output::check(&outputs, &inputs)?;
     let found = study_of(&scene, &study)?;
     if let Some(path) = &args.svg {
         let shortest = found
@@ -60,6 +73,13 @@ pub fn run(args: &StabilityArgs) -> Result<u8, Errors> {
             path,
             report::stability::regions(&scene.model.title, &found.facts, step).as_bytes(),
         )?;
+        let charted = found.floquet.as_ref().ok();
+        if let Some((chart, speed)) = charted.and_then(|p| Some((p.chart.as_ref()?, p.speed)))
+            && chart.over.is_some()
+        {
+            let picture = report::stability::chart(&scene.model.title, chart, speed);
+            output::write(&chart_beside(path), picture.as_bytes())?;
+        }
     }
     match args.json {
         true => output::print(&format!(
@@ -69,6 +89,13 @@ pub fn run(args: &StabilityArgs) -> Result<u8, Errors> {
         false => output::print(&report::stability_table::table(&found))?,
     }
     Ok(exit(&found))
+}
+
+/// Where the chart goes beside the picture of regions.
+fn chart_beside(path: &Path) -> PathBuf {
+    let mut name = path.file_stem().unwrap_or_default().to_os_string();
+    name.push("-chart.svg");
+    path.with_file_name(name)
 }
 
 /// The exit code of what was found: 1 where a case failed.
@@ -102,56 +129,11 @@ pub fn study_of(scene: &Scene, study: &StabilityStudy) -> Result<Stability, Erro
     let prepared = Prepared::new(&scene.model)?;
     let facts = stability::facts(&prepared)?;
     let ready = MotionScene::new(&prepared, &scene.start, &study.motion)?;
-    let floquet = parametric(&prepared, &ready, study)?;
+    let floquet = parametric::study(&prepared, &ready, study, &mut |_| {})?;
     let cases = stability::extremes(&ready, &study.motion, &study.methods, &mut |_| {})?;
     Ok(Stability {
         facts,
         floquet,
         cases,
     })
-}
-
-/// Floquet's multipliers where a stiffness varies at imposed speed, or why there are none.
-fn parametric(
-    prepared: &Prepared,
-    ready: &MotionScene,
-    study: &StabilityStudy,
-) -> Result<Result<Parametric, String>, Error> {
-    let train = &ready.moving.train;
-    let imposed = train
-        .branches
-        .iter()
-        .filter_map(|b| b.variation.as_ref())
-        .any(|w| w.phase.angle().is_none());
-    if !imposed {
-        return Ok(Err("no stiffness varies at an imposed speed".to_string()));
-    }
-    let monodromy = match floquet::monodromy(train, None) {
-        Ok(monodromy) => monodromy,
-        Err(error) => return Ok(Err(error.message)),
-    };
-    let multipliers = monodromy.multipliers()?;
-    let speeds = mean_speeds(&prepared.machine, &prepared.kinematics, study.motion.speed)?;
-    let reference = prepared.machine.speeds.first().map_or(0.0, |s| speeds[s.0]);
-    let chart = match study.speeds {
-        None => None,
-        Some(_) if reference == 0.0 => {
-            let message = "a chart over speed needs the speed of the scene to start from";
-            return Err(Error::new(Code::NoSpeed, message)
-                .hint("state the speed of a node in [speed] of the model"));
-        }
-        Some(range) => {
-            let span = [range.from / reference, range.to / reference];
-            Some((
-                span,
-                floquet::chart::tongues(train, span, range.count as usize)?,
-            ))
-        }
-    };
-    Ok(Ok(Parametric {
-        largest: multipliers.largest,
-        period: monodromy.period,
-        chart,
-        speed: reference,
-    }))
 }

@@ -8,12 +8,13 @@ use serde_json::{Value, json};
 use super::axes::frame;
 use super::json::header;
 use super::style::{
-    Anchor, BLACK, BLUE, GREY, Ink, ORANGE, Panel, SMALL, Spot, Stroke, TITLE, WIDTH, picture,
-    ticks,
+    Anchor, BLACK, BLUE, GREY, Ink, ORANGE, Panel, SMALL, Spot, Stroke, TITLE, WIDTH, paler,
+    picture, ticks,
 };
 use crate::base::place::Source;
 use crate::motion::floquet::chart::Tongue;
 use crate::numeric::Complex;
+use crate::study::parametric::{Chart, Parametric, Row};
 use crate::study::stability::{Case, EXPLICIT, Facts, Verdict, polynomial};
 
 /// What a study of stability found.
@@ -24,18 +25,6 @@ pub struct Stability {
     pub floquet: Result<Parametric, String>,
     /// The scene at its extremes.
     pub cases: Vec<Case>,
-}
-
-/// Parametric stability.
-pub struct Parametric {
-    /// The largest Floquet multiplier at the scene's speed, but those of free turning.
-    pub largest: f64,
-    /// The period, s.
-    pub period: f64,
-    /// Speeds charted, as factors of the scene's, and what was found there; absent where no chart was asked.
-    pub chart: Option<([f64; 2], Vec<Tongue>)>,
-    /// Speed of the first node of `[speed]`, rad/s.
-    pub speed: f64,
 }
 
 /// The document.
@@ -52,7 +41,11 @@ pub fn json(sources: &[Arc<Source>], found: &Stability) -> Value {
         Ok(p) => json!({
             "largest_multiplier": p.largest,
             "period_s": p.period,
-            "tongues": p.chart.as_ref().map(|(_, tongues)| tongues.iter().map(tongue).collect::<Vec<_>>()),
+            "tongues": p.chart.as_ref().filter(|c| c.over.is_none()).map(|c| tongues(&c.rows[0])),
+            "chart": p.chart.as_ref().and_then(|c| Some(json!({
+                "over": c.over?.name(),
+                "rows": c.rows.iter().map(|r| json!({ "factor": r.factor, "tongues": tongues(r) })).collect::<Vec<_>>(),
+            }))),
         }),
     };
     let case = |c: &Case| json!({ "case": c.name, "method": c.method, "verdict": c.verdict.name(), "figure": c.figure, "reason": c.reason });
@@ -70,6 +63,10 @@ pub fn json(sources: &[Arc<Source>], found: &Stability) -> Value {
         },
         "warnings": [],
     })
+}
+
+fn tongues(row: &Row) -> Vec<Value> {
+    row.tongues.iter().map(tongue).collect()
 }
 
 fn tongue(t: &Tongue) -> Value {
@@ -157,4 +154,90 @@ fn boundary(c: &[f64]) -> Vec<Complex> {
         }
     }
     all
+}
+
+/// Unstable speeds over the second parameter; the colour is growth per period.
+pub fn chart(title: &str, chart: &Chart, speed: f64) -> String {
+    const RIGHT: f64 = 96.0;
+    let rpm = |factor: f64| factor * speed * 60.0 / TAU;
+    let (Some(first), Some(last)) = (chart.rows.first(), chart.rows.last()) else {
+        return picture(WIDTH, TOP, |_| {});
+    };
+    let half = 0.5 * (last.factor - first.factor) / (chart.rows.len().max(2) - 1) as f64;
+    let grown = |t: &Tongue| (t.growth - 1.0).log10();
+    let all = || chart.rows.iter().flat_map(|r| &r.tongues);
+    let high = all().map(grown).fold(f64::NEG_INFINITY, f64::max);
+    let scale = (high - SHADES as f64, high);
+    picture(WIDTH, TOP + HIGH + 52.0, |canvas| {
+        canvas.text(title, (LEFT, 16.0), TITLE, BLACK, Anchor::Start);
+        let panel = Panel {
+            across: (LEFT, WIDTH - RIGHT),
+            down: (TOP, TOP + HIGH),
+            x: (rpm(chart.span[0]), rpm(chart.span[1])),
+            y: (first.factor - half, last.factor + half),
+        };
+        for row in &chart.rows {
+            for t in &row.tongues {
+                let shade = ((high - grown(t)) as usize).min(SHADES - 1);
+                let low = (
+                    panel.right_of(rpm(t.from / chart.base)),
+                    panel.height_of(row.factor - half),
+                );
+                let top = (
+                    panel.right_of(rpm(t.to / chart.base)),
+                    panel.height_of(row.factor + half),
+                );
+                canvas.block(low, top, shaded(shade));
+            }
+        }
+        panel.rule_y(canvas, &ticks(panel.y, 8));
+        let over = chart.over.map_or("", |p| p.name());
+        frame(
+            &panel,
+            canvas,
+            &format!("{over}, times the scene's"),
+            Some("speed, rpm"),
+        );
+        // Every tongue is named once, where it is widest.
+        let mut named: Vec<&str> = Vec::new();
+        for t in all() {
+            if named.contains(&t.name.as_str()) {
+                continue;
+            }
+            named.push(&t.name);
+            let widest = all()
+                .filter(|other| other.name == t.name)
+                .fold(t, |a, b| if b.to - b.from > a.to - a.from { b } else { a });
+            let at = panel.right_of(rpm(0.5 * (widest.from + widest.to) / chart.base));
+            canvas.text(&t.name, (at, TOP - 8.0), SMALL, BLACK, Anchor::Middle);
+        }
+        canvas.text(
+            "growth",
+            (WIDTH - RIGHT + 14.0, TOP - 8.0),
+            SMALL,
+            BLACK,
+            Anchor::Start,
+        );
+        for shade in 0..SHADES {
+            let down = TOP + 8.0 + 22.0 * shade as f64;
+            let left = WIDTH - RIGHT + 14.0;
+            canvas.block((left, down + 14.0), (left + 14.0, down), shaded(shade));
+            let per_cent = 100.0 * 10f64.powf(scale.1 - shade as f64);
+            let text = format!("{} %", super::style::significant(per_cent, 2));
+            canvas.text(
+                &text,
+                (left + 20.0, down + 7.0),
+                SMALL,
+                BLACK,
+                Anchor::Start,
+            );
+        }
+    })
+}
+
+/// Decades of growth told apart.
+const SHADES: usize = 4;
+
+fn shaded(shade: usize) -> Ink {
+    (0..shade).fold(ORANGE, |ink, _| paler(ink))
 }

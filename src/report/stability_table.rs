@@ -5,6 +5,8 @@ use std::f64::consts::TAU;
 use super::number::brief;
 use super::stability::{Stability, count};
 use super::table::{finish, plain, right_but_first};
+use crate::motion::floquet::chart::Tongue;
+use crate::study::parametric::Chart;
 use crate::study::stability::Verdict;
 
 /// Facts, parametric stability, the table of cases, what was refused and why.
@@ -37,28 +39,8 @@ pub fn table(found: &Stability) -> String {
                 brief(p.largest),
                 brief(p.period)
             );
-            if let Some(([low, high], tongues)) = &p.chart {
-                let rpm = |factor: f64| brief(factor * p.speed * 60.0 / TAU);
-                line += &format!(
-                    "from {} to {} rpm: {}\n",
-                    rpm(*low),
-                    rpm(*high),
-                    if tongues.is_empty() {
-                        "stable at all speeds"
-                    } else {
-                        "unstable at mesh frequencies"
-                    }
-                );
-                for t in tongues {
-                    line += &format!(
-                        "  {} to {}   growth {} % a period at {}   {}\n",
-                        hertz(t.from),
-                        hertz(t.to),
-                        brief(100.0 * (t.growth - 1.0)),
-                        hertz(t.worst),
-                        t.name
-                    );
-                }
+            if let Some(chart) = &p.chart {
+                line += &charted(chart, p.speed);
             }
             line
         }
@@ -114,4 +96,43 @@ pub fn table(found: &Stability) -> String {
         count(found, Verdict::Refused),
         count(found, Verdict::Fail)
     )
+}
+
+/// Unstable speeds; with a second parameter every tongue from where it opens.
+fn charted(chart: &Chart, speed: f64) -> String {
+    let rpm = |factor: f64| brief(factor * speed * 60.0 / TAU);
+    let hertz = |omega: f64| format!("{} Hz", brief(omega / TAU));
+    let [low, high] = chart.span.map(rpm);
+    let mut found: Vec<(f64, &Tongue)> = Vec::new();
+    for row in &chart.rows {
+        for t in &row.tongues {
+            match found.iter_mut().find(|(_, other)| other.name == t.name) {
+                // The last row a tongue stands in shows how wide it gets.
+                Some(seen) if chart.over.is_some() => seen.1 = t,
+                _ => found.push((row.factor, t)),
+            }
+        }
+    }
+    let mut text = format!(
+        "from {low} to {high} rpm: {}\n",
+        match found.is_empty() {
+            true => "stable at all speeds",
+            false => "unstable at mesh frequencies",
+        }
+    );
+    for (factor, t) in found {
+        text += &format!(
+            "  {} to {}   growth {} % a period at {}   {}{}\n",
+            hertz(t.from),
+            hertz(t.to),
+            brief(100.0 * (t.growth - 1.0)),
+            hertz(t.worst),
+            t.name,
+            match chart.over {
+                Some(over) => format!("   seen from {} × {}", over.name(), brief(factor)),
+                None => String::new(),
+            }
+        );
+    }
+    text
 }

@@ -87,6 +87,88 @@ pub struct StabilityStudy {
     pub methods: Vec<String>,
     /// Speeds of a parametric stability chart.
     pub speeds: Option<SpeedRange>,
+    /// What else the chart goes over.
+    pub over: Option<Over>,
+}
+
+/// The second axis of a stability chart: factors on what the scene has.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Over {
+    /// What is changed.
+    pub parameter: Parameter,
+    /// The first factor.
+    pub from: f64,
+    /// The last.
+    pub to: f64,
+    /// How many, both ends included.
+    pub count: u32,
+}
+
+/// What a stability chart can go over beside speed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Parameter {
+    /// How far every stiffness wave goes from its mean.
+    Depth,
+    /// Every damping.
+    Damping,
+}
+
+impl Parameter {
+    /// The word for it in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Parameter::Depth => "depth",
+            Parameter::Damping => "damping",
+        }
+    }
+}
+
+impl Over {
+    /// Reads `depth=A:B:N` or `damping=A:B:N`.
+    pub fn parse(text: &str, subject: &str) -> Result<Over, Error> {
+        const MOST_ROWS: u32 = 1000;
+        let form = || {
+            let message = format!(
+                "\"{}\" is no second axis of a chart",
+                units::shortened(text)
+            );
+            let hint = format!(
+                "{subject} takes depth=first:last:rows or damping=first:last:rows, factors on what the scene has, such as depth=0:1:21"
+            );
+            Error::new(Code::OutOfRange, message).hint(hint)
+        };
+        let (name, range) = text.split_once('=').ok_or_else(form)?;
+        let known = [Parameter::Depth, Parameter::Damping];
+        let parameter = known.into_iter().find(|p| p.name() == name.trim());
+        let parts: Vec<&str> = range.split(':').map(str::trim).collect();
+        let [from, to, count] = parts[..] else {
+            return Err(form());
+        };
+        let number = |text: &str| {
+            text.parse::<f64>()
+                .ok()
+                .filter(|x| x.is_finite() && *x >= 0.0)
+        };
+        match (parameter, number(from), number(to), count.parse::<u32>()) {
+            (Some(parameter), Some(from), Some(to), Ok(count))
+                if from < to && (2..=MOST_ROWS).contains(&count) =>
+            {
+                Ok(Over {
+                    parameter,
+                    from,
+                    to,
+                    count,
+                })
+            }
+            _ => Err(form()),
+        }
+    }
+
+    /// The factors, rising.
+    pub fn factors(self) -> impl Iterator<Item = f64> {
+        let steps = f64::from(self.count - 1);
+        (0..self.count).map(move |k| self.from + (self.to - self.from) * f64::from(k) / steps)
+    }
 }
 
 /// Options of the modes of a machine, as the command has them.
@@ -249,6 +331,7 @@ pub fn read(f: &mut Fields) -> Option<Study> {
             motion: simulate(f),
             methods: texts(f, "methods"),
             speeds: speeds(f, "speeds"),
+            over: parsed(f, "over", Over::parse),
         }),
     };
     Some(Study {
@@ -309,9 +392,14 @@ fn texts(f: &mut Fields, key: &str) -> Vec<String> {
 }
 
 fn speeds(f: &mut Fields, key: &str) -> Option<SpeedRange> {
+    parsed(f, key, SpeedRange::parse)
+}
+
+/// A text that has a form of its own.
+fn parsed<T>(f: &mut Fields, key: &str, parse: fn(&str, &str) -> Result<T, Error>) -> Option<T> {
     let text = f.optional_text(key)?;
-    match SpeedRange::parse(text, &format!("`{key}`")) {
-        Ok(range) => Some(range),
+    match parse(text, &format!("`{key}`")) {
+        Ok(value) => Some(value),
         Err(error) => {
             let place = f.place_of(key).clone();
             let label = format!("in {}", f.title);

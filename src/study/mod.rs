@@ -11,3 +11,6 @@ pub mod frequencies;
 
 /// Where methods and machine break.
 pub mod stability;
+
+/// Stability of machines whose stiffness varies at imposed speed.
+pub mod parametric;
