@@ -199,7 +199,7 @@ fn law_stability_verdicts() {
         "{limit}"
     );
     let cases = found["cases"].as_array().unwrap();
-    assert!(cases.len() >= 14);
+    assert!(cases.len() + found["left_out"].as_array().unwrap().len() >= 14);
     let failed = cases.iter().any(|c| c["verdict"] == "fail");
     assert_eq!(output.status.code(), Some(i32::from(failed)));
     assert!(
@@ -443,4 +443,76 @@ fn law_interrupted_run_is_whole() {
             .len(),
     );
     assert!(time > 1 && time == values);
+}
+
+/// What a study asks in vain is said with its place; cases that change nothing are left out by name.
+#[test]
+fn refused_studies_name_their_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("s.toml");
+    let model = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/two_disc.toml");
+    let model = model.to_str().unwrap();
+    let study = "[[study]]\nkind = \"simulate\"\n";
+    for (text, flags, said) in [
+        (
+            format!("model = {model:?}\n{study}until = \"1 ms\"\nmethod = \"foo\"\n"),
+            &[][..],
+            "s.toml:2",
+        ),
+        (
+            format!("model = {model:?}\n{study}until = \"1 ms\"\noutputs = [\"q.force\"]\n"),
+            &[],
+            "s.toml:2",
+        ),
+        (format!("model = {model:?}\n{study}"), &[], "s.toml:2"),
+        (study.to_string(), &[], "a scene names its model"),
+        (
+            format!("model = {model:?}\n[[load]]\nat = \"disc_1\"\nkind = \"dance\"\ntempo = 3\n"),
+            &[],
+            "cannot be \"dance\"",
+        ),
+        (
+            format!("model = {model:?}\n"),
+            &["--until", "1e-3", "--method", "rk4", "--step", "1"],
+            "longer than the motion",
+        ),
+        (
+            format!("model = {model:?}\n"),
+            &["--until", "1e-3", "--csv", "-"],
+            "`-` names no file",
+        ),
+    ] {
+        std::fs::write(&scene, text).unwrap();
+        let output = geardyn(&[&["simulate", scene.to_str().unwrap()][..], flags].concat());
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{error}");
+        assert!(error.contains(said), "{error}");
+        assert!(!error.contains("tempo"), "{error}");
+    }
+    std::fs::write(&scene, format!("model = {model:?}\n")).unwrap();
+    let found = document(&[
+        "stability",
+        scene.to_str().unwrap(),
+        "--until",
+        "1e-3",
+        "--methods",
+        "exact",
+        "--json",
+    ]);
+    let left: Vec<&str> = found["left_out"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|c| c["case"].as_str().unwrap())
+        .collect();
+    assert_eq!(
+        left,
+        ["backlash 0", "backlash × 1e4", "speed 0", "speed × 100"]
+    );
+    let cases = found["cases"].as_array().unwrap();
+    assert!(
+        cases
+            .iter()
+            .all(|c| !left.contains(&c["case"].as_str().unwrap()))
+    );
 }

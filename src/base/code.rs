@@ -67,7 +67,7 @@ codes! {
     OutputFailed "output-failed" 2 "The output file could not be written. Nothing half-written is left behind."
     // numbers
     Indefinite "indefinite" 3 "The mass matrix is not positive definite, so the modes are not defined. A consistent mass or a rigid joint has left a combination of freedoms without inertia."
-    NoConvergence "no-convergence" 3 "An iteration ended without reaching its tolerance. The message says which, and how far it came."
+    NoConvergence "no-convergence" 3 "An iteration ended without reaching its tolerance. The message says which, and how far it came. Of a motion: take another --method (radau5 for stiff machines, dop853-events for contacts), a coarser --tolerance, or a smaller --step; where something jumps at that instant, give it a short ramp. Of modes: ask for fewer, or nearer to a frequency."
     Overflow "overflow" 3 "Numbers of the model are so far apart that their products leave the range of double precision (1e-308 to 1e308). Check the units of the values named."
     IllPosed "ill-posed" 3 "The data do not determine what is asked: the equations of the fit are singular, or fewer independent values than unknowns are at hand."
     Hopeless "hopeless" 3 "The request would need more memory or time than is sensible for it. The message says what to ask instead."

@@ -220,6 +220,8 @@ impl<'a, 'n> Fields<'a, 'n> {
                 .map_or(String::new(), |word| format!("did you mean \"{word}\"? "));
             let hint = format!("{meant}it takes {takes}");
             self.refuse(Code::OutOfRange, message, &item.place, &hint);
+            // The kind says which other keys there are.
+            self.open |= key == "kind";
         }
         found.map(|(_, value)| *value)
     }

@@ -4,8 +4,23 @@ use super::args::MotionArgs;
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::kind::Kind;
+use crate::base::place::Place;
 use crate::base::units;
 use crate::scene::study::SimulateStudy;
+
+/// An error of a study that came from a scene alone, with the place of that study.
+pub fn placed(error: Error, args: &MotionArgs, study: Option<&Place>) -> Error {
+    let said = args.until.is_some()
+        || !args.output.is_empty()
+        || args.method.is_some()
+        || args.tolerance.is_some()
+        || args.step.is_some()
+        || args.samples.is_some();
+    match study {
+        Some(place) if !said && error.place.is_none() && error.code.exit() == 2 => error.at(place),
+        _ => error,
+    }
+}
 
 /// The study of a scene with what the flags say put in its place.
 ///

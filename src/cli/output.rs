@@ -38,6 +38,11 @@ pub fn check(outputs: &[PathBuf], inputs: &[PathBuf]) -> Result<(), Error> {
     let same = |a: &Path, b: &Path| resolved(a) == resolved(b);
     for (at, path) in outputs.iter().enumerate() {
         let name = path.display();
+        if path.as_os_str() == "-" {
+            let message = "`-` names no file";
+            return Err(Error::new(Code::Usage, message)
+                .hint("name a file; --json prints to standard output"));
+        }
         let folder = folder(path);
         if !folder.is_dir() {
             let message = format!(

@@ -27,9 +27,10 @@ use crate::scene::{self, Scene};
 pub fn run(args: &SimulateArgs) -> Result<u8, Errors> {
     let scene = scene::read(&args.scene)?;
     let listed = scene.studies.iter().find_map(|study| match &study.kind {
-        StudyKind::Simulate(study) => Some(study.clone()),
+        StudyKind::Simulate(motion) => Some((motion.clone(), &study.place)),
         _ => None,
     });
+    let (listed, place) = listed.unzip();
     let study = motion_flags::study(&args.motion, listed.unwrap_or_default())?;
     let study = SimulateStudy {
         energy: study.energy || args.energy,
@@ -45,7 +46,8 @@ pub fn run(args: &SimulateArgs) -> Result<u8, Errors> {
     if let Some(path) = &args.svg {
         output::ends(path, &["svg"])?;
     }
-    let moved = Moved::new(&scene, &study, &interrupt::flag())?;
+    let moved = Moved::new(&scene, &study, &interrupt::flag())
+        .map_err(|e| motion_flags::placed(e, &args.motion, place))?;
     let mut written = Vec::new();
     if let Some(path) = &args.csv {
         output::write(

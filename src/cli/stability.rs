@@ -135,5 +135,6 @@ pub fn study_of(scene: &Scene, study: &StabilityStudy) -> Result<Stability, Erro
         facts,
         floquet,
         cases,
+        left_out: stability::left_out(&ready).collect(),
     })
 }

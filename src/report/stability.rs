@@ -25,6 +25,8 @@ pub struct Stability {
     pub floquet: Result<Parametric, String>,
     /// The scene at its extremes.
     pub cases: Vec<Case>,
+    /// Cases that would change nothing, and why.
+    pub left_out: Vec<(&'static str, &'static str)>,
 }
 
 /// The document.
@@ -57,6 +59,7 @@ pub fn json(sources: &[Arc<Source>], found: &Stability) -> Value {
             "eigenvalues_rad_s": facts.eigenvalues.iter().map(|z| json!({ "re": z.re, "im": z.im })).collect::<Vec<_>>(),
         },
         "floquet": floquet,
+        "left_out": found.left_out.iter().map(|(case, reason)| json!({ "case": case, "reason": reason })).collect::<Vec<_>>(),
         "cases": found.cases.iter().map(case).collect::<Vec<_>>(),
         "counts": {
             "pass": count(found, Verdict::Pass), "refused": count(found, Verdict::Refused), "fail": count(found, Verdict::Fail),

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use super::number::brief;
 use super::stability::{Stability, count};
 use super::table::{finish, plain, right_but_first};
+use crate::base::units::seconds;
 use crate::motion::floquet::chart::Tongue;
 use crate::study::parametric::Chart;
 use crate::study::stability::Verdict;
@@ -23,7 +24,7 @@ pub fn table(found: &Stability) -> String {
     let limits: Vec<String> = facts
         .limits
         .iter()
-        .map(|(name, h)| format!("{name} {} µs", brief(1e6 * h)))
+        .map(|(name, h)| format!("{name} {}", seconds(*h)))
         .collect();
     text += &format!("explicit methods need steps below: {}\n", limits.join(", "));
     text += &match &found.floquet {
@@ -79,13 +80,26 @@ pub fn table(found: &Stability) -> String {
         "\nthe scene at its extremes; the figure is what is missing of the energy, as a share of the largest part; up to 1e-3 passes, and what the sum over samples may miss by itself\n{}",
         finish(&table)
     );
+    // What ended alike is told once.
+    let mut ends: Vec<(&str, &str, Vec<&str>)> = Vec::new();
+    for case in &found.cases {
+        let Some(reason) = case.reason.as_deref() else {
+            continue;
+        };
+        match ends
+            .iter_mut()
+            .find(|e| (e.0, e.1) == (case.method, reason))
+        {
+            Some(end) => end.2.push(&case.name),
+            None => ends.push((case.method, reason, vec![&case.name])),
+        }
+    }
     let mut told = plain();
-    for case in found.cases.iter().filter(|c| c.reason.is_some()) {
-        told.add_row([
-            case.name.clone(),
-            case.method.to_string(),
-            case.reason.clone().unwrap_or_default(),
-        ]);
+    for (method, reason, cases) in ends {
+        told.add_row([method.to_string(), reason.to_string(), cases.join(", ")]);
+    }
+    for (cases, why) in &found.left_out {
+        text += &format!("\nleft out {cases}: {why}\n");
     }
     if told.row_count() > 0 {
         text += &format!("\nrefused or failed\n{}", finish(&told));

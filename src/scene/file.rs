@@ -43,12 +43,27 @@ pub fn read_text(path: &str, text: &str) -> Result<Scene, Errors> {
     read_source(load::source(path.to_string(), text))
 }
 
+/// Tables a model file does not have.
+const SCENE_KEYS: [&str; 4] = ["study", "start", "set", "model_loads"];
+
 fn read_source(source: Arc<Source>) -> Result<Scene, Errors> {
     let document = toml::parse(&source);
     let mut notes = Notes::default();
     note_units(&document, &mut notes);
     if document.root.get("model").is_some() {
         return read_scene(document, notes);
+    }
+    let belongs = |key: &&str| document.root.get(key).is_some();
+    if let (Some(key), None) = (SCENE_KEYS.into_iter().find(belongs), &document.broken) {
+        let place = Place::new(source.clone(), 0..0);
+        let error = Error::new(
+            Code::MissingKey,
+            format!("`{key}` belongs to a scene, and a scene names its model"),
+        );
+        return Err(error
+            .at(&place)
+            .hint("write model = \"path of the model\" at the top")
+            .into());
     }
     let model = read_model(&document, Added::default(), &mut notes);
     finish(notes, document.broken, || Scene {

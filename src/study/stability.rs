@@ -249,6 +249,33 @@ pub fn cases() -> impl Iterator<Item = &'static str> {
     CASES.iter().map(|c| c.0)
 }
 
+/// Cases that would change nothing in a scene, and why.
+pub fn left_out(scene: &MotionScene) -> impl Iterator<Item = (&'static str, &'static str)> {
+    let idle = |&(name, _): &(&'static str, Change)| Some((name, idle(name, scene)?));
+    CASES.iter().filter_map(idle)
+}
+
+/// Why a case changes nothing.
+fn idle(name: &str, scene: &MotionScene) -> Option<&'static str> {
+    let train = &scene.moving.train;
+    let plays = |law: &Law| matches!(law, Law::Contact(c) if c.half > 0.0);
+    let imposed = train.branches.iter().any(|b| {
+        let waves = b.variation.iter().chain(&b.followed);
+        waves.into_iter().any(|w| w.phase.angle().is_none()) || b.imposed.is_some()
+    });
+    let n = train.n();
+    let turns = scene.start[n..2 * n].iter().any(|v| *v != 0.0);
+    match name {
+        "backlash 0" | "backlash × 1e4" if !train.branches.iter().any(|b| plays(&b.law)) => {
+            Some("no contact has play")
+        }
+        "speed 0" | "speed × 100" if !turns && !imposed => {
+            Some("the scene starts at rest and no speed is imposed")
+        }
+        _ => None,
+    }
+}
+
 /// Reruns a scene at its extremes; `progress` hears of each case before it starts.
 ///
 /// # Errors
@@ -281,7 +308,7 @@ pub fn extremes(
         }
     };
     let mut all = Vec::new();
-    for (name, change) in CASES {
+    for (name, change) in CASES.iter().filter(|c| idle(c.0, scene).is_none()) {
         for &method in &chosen {
             progress(&format!("{name}: {}", method.name));
             let tolerance = study.tolerance.unwrap_or(1e-6);

@@ -55,6 +55,14 @@ pub fn choose(train: &Train, study: &SimulateStudy) -> Result<Choice, Error> {
         return Err(Error::new(Code::Conflict, message).hint(format!("{} can", able.join(", "))));
     }
     let wanted = match (method.ladder, study.step, study.tolerance) {
+        (Ladder::Step, Some(step), _) if study.until.is_some_and(|until| step > until) => {
+            let message = format!(
+                "a step of {} is longer than the motion",
+                crate::base::units::seconds(step)
+            );
+            return Err(Error::new(Code::OutOfRange, message)
+                .hint("take a small share of the shortest period; `stability` shows the limits"));
+        }
         (Ladder::Step, Some(step), _) => Wanted::Step(step),
         (Ladder::Step, None, _) => {
             let message = format!("{} goes by a fixed step, and none is given", method.name);
@@ -114,7 +122,7 @@ fn automatic(train: &Train, study: &SimulateStudy) -> Result<(&'static Method, S
             .collect();
         return Err(Error::new(Code::Hopeless, "no method takes this machine").hint(why.join("; ")));
     };
-    Ok((method, format!("{}: {}", structure(train), method.title)))
+    Ok((method, method.title.to_string()))
 }
 
 /// What kind of equations a machine has.

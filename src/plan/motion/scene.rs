@@ -189,7 +189,10 @@ fn outputs(prepared: &Prepared, moving: &Moving, names: &[String]) -> Result<Out
             &usual
         }
     };
-    for name in names {
+    for (at, name) in names.iter().enumerate() {
+        if names[..at].contains(name) {
+            continue;
+        }
         let (asked, deflection) = match name.strip_suffix(".deflection") {
             Some(stem) => (format!("{stem}.force"), true),
             None => (name.clone(), false),
