@@ -115,7 +115,7 @@ pub fn study(
     add("lowest modes only", None, &mut || {
         found_few(&prepared, count).map(|f| f.0)
     });
-    let dense: [(&'static str, &dyn Fn() -> Result<Vec<f64>, Error>); 3] = [
+    let dense: [(&'static str, Task); 3] = [
         ("all modes, graded", &|| {
             basis::solve(linear, Solver::Factored).map(|b| elastic_of(&b, count).0)
         }),
@@ -184,6 +184,9 @@ impl Frequencies {
         reached.min_by(|a, b| a.seconds.total_cmp(&b.seconds))
     }
 }
+
+/// Finds frequencies, rad/s.
+type Task<'a> = &'a dyn Fn() -> Result<Vec<f64>, Error>;
 
 /// What frequencies are compared with.
 struct Truth {
