@@ -8,12 +8,16 @@ use std::path::Path;
 use geardyn::base::code::Code;
 use geardyn::base::error::Error;
 use geardyn::machine::kinematics::mean_speeds;
-use geardyn::numeric::{Complex, ComplexMatrix};
+use geardyn::motion::assemble::assemble;
+use geardyn::numeric::{Complex, ComplexMatrix, Matrix};
 use geardyn::plan::prepared::Prepared;
 use geardyn::response::frequency::{How, Responses, Way, responses};
 use geardyn::response::ports::Ports;
 use geardyn::response::system::Setting;
+use geardyn::scene::laws::PhaseOf;
 use serde_json::Value;
+
+mod support;
 
 const HEAD: &str = "title = \"test\"\nsource = \"made for a test\"\nunits = \"SI\"\n";
 
@@ -346,4 +350,107 @@ fn refuses_what_has_no_answer() {
         answer(&two, &held, &[3.0]).unwrap().values[0][(0, 0)],
         Complex::ZERO
     );
+}
+
+/// An eccentric wheel, its driver turning evenly: the steady motion integrated from its periodic start, against T(ω).
+#[test]
+fn law_error_against_integration() {
+    let text = r#"
+inertia = [{ name = "a", J = 0.02 }, { name = "b", J = 0.004 }, { name = "c", J = 0.03 }, { name = "d", J = 0.006 }, { name = "e", J = 0.05 }]
+shaft = [{ name = "s1", between = ["a", "b"], k = 9000, c = 8.0 }, { name = "s2", between = ["c", "d"], k = 20000, c = 9.0 }]
+gear_pair = [
+  { name = "p1", between = ["b", "c"], teeth = [20, 50], module = 0.003, k = 3e8, c = 9000 },
+  { name = "p2", between = ["d", "e"], teeth = [18, 45], module = 0.004, k = 2e8, c = 9000 },
+]
+damper = [{ name = "brake", at = "e", c = 2.5 }]
+motor = [{ name = "m", at = "a", kind = "speed", speed = "900 rad/s" }]
+error = [{ on = "c", mesh = "p1", cause = "eccentricity", amplitude = 1e-2, phase = 0.4 }]
+[speed]
+a = "900 rad/s"
+"#;
+    let scene = geardyn::scene::read_text("test.toml", &format!("{HEAD}{text}")).unwrap();
+    let prepared = Prepared::new(&scene.model).unwrap();
+    let speeds = mean_speeds(&prepared.machine, &prepared.kinematics, None).unwrap();
+    let moving = assemble(
+        &prepared.machine,
+        &prepared.kinematics,
+        PhaseOf::Speed,
+        Some(&speeds),
+    )
+    .unwrap();
+    let error = moving
+        .train
+        .branches
+        .iter()
+        .find_map(|b| b.imposed.clone())
+        .unwrap()
+        .harmonics[0];
+    let period = TAU / error.omega.abs();
+
+    // The map over a period is affine; its fixed point up to the mean turning is the periodic start. Freedom 0 is prescribed.
+    let n = 5;
+    let samples = 32;
+    let run = |start: &[f64]| {
+        support::moving::run("dop853", &moving.train, start, period, samples)
+            .unwrap()
+            .1
+    };
+    let mut base = vec![0.0; 2 * n];
+    base[n] = 900.0;
+    let end = run(&base)[samples].clone();
+    let unknown: Vec<usize> = (1..n).chain(n + 1..2 * n).collect();
+    let mut system = Matrix::zeros(8, 8);
+    for (j, &k) in unknown.iter().enumerate() {
+        let mut start = base.clone();
+        start[k] += 1.0;
+        let moved = run(&start)[samples].clone();
+        for (i, &l) in unknown.iter().enumerate() {
+            system[(i, j)] = moved[l] - end[l] - f64::from(u8::from(i == j));
+        }
+    }
+    let right = Matrix::from_fn(8, 1, |i, _| {
+        let turned = if unknown[i] < n {
+            speeds[unknown[i]] * period
+        } else {
+            0.0
+        };
+        turned - (end[unknown[i]] - base[unknown[i]])
+    });
+    let start = geardyn::numeric::definite::solve(&system, &right).unwrap();
+    let mut periodic = base;
+    unknown
+        .iter()
+        .enumerate()
+        .for_each(|(j, &k)| periodic[k] += start[(j, 0)]);
+    let states = run(&periodic);
+
+    let ask = Ask {
+        inputs: &["p1.te"],
+        outputs: &["b", "e", "e.speed"],
+        held: &["a"],
+        ..Ask::default()
+    };
+    let h = &answer(&prepared, &ask, &[error.omega.abs()])
+        .unwrap()
+        .values[0];
+    let drive = Complex::new(
+        error.amplitude * error.phase.cos(),
+        error.amplitude * error.phase.sin(),
+    );
+    let drive = if error.omega < 0.0 {
+        drive.conj()
+    } else {
+        drive
+    };
+    for (o, state) in [1, 4, n + 4].into_iter().enumerate() {
+        let mut line = Complex::ZERO;
+        for (k, y) in states[..samples].iter().enumerate() {
+            let t = period * k as f64 / samples as f64;
+            let mean = if state < n { speeds[state] * t } else { 0.0 };
+            let turn = TAU * k as f64 / samples as f64;
+            line +=
+                Complex::new(turn.cos(), -turn.sin()) * (y[state] - mean) * (2.0 / samples as f64);
+        }
+        close(line, h[(o, 0)] * drive, 1e-8);
+    }
 }
