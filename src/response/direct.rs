@@ -7,8 +7,8 @@ use crate::numeric::sparse_lu::Pattern;
 use crate::numeric::{Complex, ComplexMatrix, Matrix, definite};
 
 /// A system ready to be solved at any frequency.
-pub struct Direct<'a> {
-    system: &'a System,
+pub struct Direct {
+    system: System,
     pattern: Option<Pattern>,
 }
 
@@ -18,12 +18,12 @@ const SMALL: usize = 24;
 /// So much of a matrix may differ from zero for it to be solved as a sparse one.
 const SPARSE: f64 = 0.25;
 
-impl Direct<'_> {
+impl Direct {
     /// Finds the order of elimination.
     ///
     /// # Errors
     /// `Hopeless` where memory runs out.
-    pub fn new(system: &System) -> Result<Direct<'_>, Error> {
+    pub fn new(system: System) -> Result<Direct, Error> {
         let n = system.len();
         let equations = &system.equations;
         let lossy = |i, j| {
@@ -57,6 +57,11 @@ impl Direct<'_> {
         Ok(Direct { system, pattern })
     }
 
+    /// What is solved.
+    pub fn system(&self) -> &System {
+        &self.system
+    }
+
     /// Solved as a sparse matrix.
     pub fn is_sparse(&self) -> bool {
         self.pattern.is_some()
@@ -67,7 +72,7 @@ impl Direct<'_> {
     /// # Errors
     /// At ω = 0: an output that a free machine does not have at rest. `Indefinite` where nothing damps a resonance at ω.
     pub fn at(&self, omega: f64) -> Result<ComplexMatrix, Error> {
-        let system = self.system;
+        let system = &self.system;
         let s = Complex::new(0.0, omega);
         if omega == 0.0 && system.rigid > 0 {
             return self.at_rest();
@@ -131,7 +136,7 @@ impl Direct<'_> {
     ///
     /// With R its rigid motions, `K x + M R a = b`, `Rᵀ M x = 0`: `x → x + R a / s²`.
     fn at_rest(&self) -> Result<ComplexMatrix, Error> {
-        let system = self.system;
+        let system = &self.system;
         let (equations, rigid, n) = (&system.equations, system.rigid, system.len());
         let b = &system.loads;
         if system.undamped_rigid < rigid {

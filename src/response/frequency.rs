@@ -68,6 +68,89 @@ const CHECKS: usize = 5;
 /// Differences from the direct solution beyond this give the modes up.
 const TRUSTED: f64 = 1e-8;
 
+/// A machine between its inputs and outputs, ready to be asked at any frequency.
+pub struct Solver {
+    direct: Direct,
+    modes: Option<Modes>,
+    /// What it takes, and what it is worth.
+    pub effort: Effort,
+}
+
+impl Solver {
+    /// Sets up the equations, and takes them apart into modes where these are wanted and come apart.
+    ///
+    /// # Errors
+    /// Prescribed motions that exclude each other; a displacement imposed where nothing carries it; those of the modes.
+    pub fn new(setting: &Setting, ports: &Ports, way: Way) -> Result<Solver, Error> {
+        let direct = Direct::new(System::plain(setting, ports)?)?;
+        let modes = match way {
+            Way::Direct => None,
+            Way::Modal => {
+                let (system, basis) = System::modal(setting, ports)?;
+                Modes::new(system, &basis)?
+            }
+        };
+        let effort = Effort {
+            coordinates: direct.system().len(),
+            ..Effort::default()
+        };
+        Ok(Solver {
+            direct,
+            modes,
+            effort,
+        })
+    }
+
+    /// How it answers.
+    pub fn how(&self) -> How {
+        match &self.modes {
+            Some(modes) if modes.is_complex() => How::ComplexModes,
+            Some(_) => How::RealModes,
+            None if self.direct.is_sparse() => How::Sparse,
+            None => How::Dense,
+        }
+    }
+
+    /// Outputs by inputs at ω, rad/s.
+    ///
+    /// # Errors
+    /// At rest what a free machine does not have; undamped resonances.
+    pub fn at(&self, omega: f64) -> Result<ComplexMatrix, Error> {
+        match &self.modes {
+            Some(modes) if omega > 0.0 || self.direct.system().n_rigid() == 0 => {
+                finite(modes.at(omega), omega)
+            }
+            _ => self.direct.at(omega),
+        }
+    }
+
+    /// Compares the sum over modes with direct solutions at a few of the lines, and gives it up where they differ.
+    ///
+    /// # Errors
+    /// Those of [`Solver::at`].
+    pub fn check(&mut self, omega: &[f64]) -> Result<(), Error> {
+        if self.modes.is_none() {
+            return Ok(());
+        }
+        let checked: Vec<f64> = some(omega.len()).into_iter().map(|k| omega[k]).collect();
+        let of = |at: &dyn Fn(f64) -> Result<ComplexMatrix, Error>| {
+            checked
+                .iter()
+                .map(|&w| at(w))
+                .collect::<Result<Vec<_>, Error>>()
+        };
+        let error = difference(&of(&|w| self.at(w))?, &of(&|w| self.direct.at(w))?);
+        self.effort.checked = checked.len();
+        if error <= TRUSTED {
+            self.effort.error = Some(error);
+        } else {
+            self.effort.given_up = Some(error);
+            self.modes = None;
+        }
+        Ok(())
+    }
+}
+
 /// Responses between all inputs and outputs at the frequencies `omega`, rad/s, none negative.
 ///
 /// A sum over modes is compared with direct solutions at a few lines, and given up where they differ.
@@ -88,53 +171,16 @@ pub fn responses(
             Error::new(Code::OutOfRange, message).hint("frequencies are finite, and zero or above")
         );
     }
-    let plain = System::plain(setting, ports)?;
-    let direct = Direct::new(&plain)?;
-    let mut effort = Effort {
-        coordinates: plain.len(),
-        ..Effort::default()
-    };
-    if way == Way::Modal {
-        let (modal, basis) = System::modal(setting, ports)?;
-        if let Some(modes) = Modes::new(&modal, &basis)? {
-            let lines = |&w: &f64| {
-                if w == 0.0 && plain.n_rigid() > 0 {
-                    direct.at(w)
-                } else {
-                    finite(modes.at(w), w)
-                }
-            };
-            let values = omega.iter().map(lines).collect::<Result<Vec<_>, Error>>()?;
-            let checked = some(omega.len());
-            let error = difference(&direct, omega, &values, &checked)?;
-            effort.checked = checked.len();
-            effort.seconds = start.elapsed().as_secs_f64();
-            if error <= TRUSTED {
-                effort.error = Some(error);
-                let how = if modes.is_complex() {
-                    How::ComplexModes
-                } else {
-                    How::RealModes
-                };
-                return Ok(Responses {
-                    omega: omega.to_vec(),
-                    values,
-                    how,
-                    effort,
-                });
-            }
-            effort.given_up = Some(error);
-        }
-    }
+    let mut solver = Solver::new(setting, ports, way)?;
+    solver.check(omega)?;
     let values = omega
         .iter()
-        .map(|&w| direct.at(w))
+        .map(|&w| solver.at(w))
         .collect::<Result<Vec<_>, Error>>()?;
-    effort.seconds = start.elapsed().as_secs_f64();
-    let how = if direct.is_sparse() {
-        How::Sparse
-    } else {
-        How::Dense
+    let how = solver.how();
+    let effort = Effort {
+        seconds: start.elapsed().as_secs_f64(),
+        ..solver.effort
     };
     Ok(Responses {
         omega: omega.to_vec(),
@@ -152,34 +198,23 @@ fn some(lines: usize) -> Vec<usize> {
         .collect()
 }
 
-fn difference(
-    direct: &Direct,
-    omega: &[f64],
-    values: &[ComplexMatrix],
-    at: &[usize],
-) -> Result<f64, Error> {
-    let exact = at
-        .iter()
-        .map(|&line| direct.at(omega[line]))
-        .collect::<Result<Vec<_>, Error>>()?;
+/// The largest difference, of the largest exact value of the same output and input.
+fn difference(values: &[ComplexMatrix], exact: &[ComplexMatrix]) -> f64 {
     let Some(first) = exact.first() else {
-        return Ok(0.0);
+        return 0.0;
     };
     let mut worst = 0.0f64;
     for o in 0..first.nrows() {
         for i in 0..first.ncols() {
             let largest = exact.iter().map(|e| modulus(e[(o, i)])).fold(0.0, f64::max);
-            let off = at
-                .iter()
-                .zip(&exact)
-                .map(|(&line, e)| modulus(values[line][(o, i)] - e[(o, i)]))
-                .fold(0.0, f64::max);
+            let apart = |(v, e): (&ComplexMatrix, &ComplexMatrix)| modulus(v[(o, i)] - e[(o, i)]);
+            let off = values.iter().zip(exact).map(apart).fold(0.0, f64::max);
             if off > 0.0 {
                 worst = worst.max(off / largest);
             }
         }
     }
-    Ok(worst)
+    worst
 }
 
 fn finite(value: ComplexMatrix, omega: f64) -> Result<ComplexMatrix, Error> {

@@ -17,3 +17,6 @@ pub mod modal;
 
 /// Frequency responses over lists of frequencies.
 pub mod frequency;
+
+/// Peaks of a response.
+pub mod peaks;

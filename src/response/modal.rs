@@ -9,8 +9,8 @@ use crate::modes::state_space::first_order::first_order;
 use crate::numeric::{Complex, ComplexMatrix, Matrix, definite, general};
 
 /// A system taken apart into modes.
-pub struct Modes<'a> {
-    system: &'a System,
+pub struct Modes {
+    system: System,
     terms: Vec<Term>,
     /// c D⁻¹ b of what follows statically.
     still: Matrix,
@@ -51,13 +51,13 @@ impl Root {
     }
 }
 
-impl Modes<'_> {
+impl Modes {
     /// The modes of a system over modal coordinates, those of [`System::modal`]; `None` where they do not come apart: a rigid
     /// motion that damping couples to others, loss factors that are not proportional.
     ///
     /// # Errors
     /// Those of the eigenvalue problem.
-    pub fn new<'a>(system: &'a System, basis: &Basis) -> Result<Option<Modes<'a>>, Error> {
+    pub fn new(system: System, basis: &Basis) -> Result<Option<Modes>, Error> {
         let modes = basis.omega.len();
         if is_proportional(&system.equations, modes) {
             return Modes::real(system, basis).map(Some);
@@ -73,9 +73,9 @@ impl Modes<'_> {
         self.complex
     }
 
-    fn real<'a>(system: &'a System, basis: &Basis) -> Result<Modes<'a>, Error> {
+    fn real(system: System, basis: &Basis) -> Result<Modes, Error> {
         let (modes, e) = (basis.omega.len(), &system.equations);
-        let terms = (0..modes).map(|k| second(system, basis, k)).collect();
+        let terms = (0..modes).map(|k| second(&system, basis, k)).collect();
         let light = system.len() - modes;
         let still = match light {
             0 => Matrix::zeros(system.reads.nrows(), system.loads.ncols()),
@@ -99,7 +99,7 @@ impl Modes<'_> {
         })
     }
 
-    fn complex<'a>(system: &'a System, basis: &Basis) -> Result<Option<Modes<'a>>, Error> {
+    fn complex(system: System, basis: &Basis) -> Result<Option<Modes>, Error> {
         let (e, rigid) = (&system.equations, system.rigid);
         let n = system.len();
         let couples = |i: usize| {
@@ -114,7 +114,7 @@ impl Modes<'_> {
         if (0..rigid).any(couples) {
             return Ok(None);
         }
-        let mut terms: Vec<Term> = (0..rigid).map(|k| second(system, basis, k)).collect();
+        let mut terms: Vec<Term> = (0..rigid).map(|k| second(&system, basis, k)).collect();
         let rest = n - rigid;
         let cut = |a: &Matrix| Matrix::from_fn(rest, rest, |i, j| a[(rigid + i, rigid + j)]);
         let elastic = Equations {
