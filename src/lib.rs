@@ -31,6 +31,9 @@ pub mod modes;
 /// Integration in time.
 pub mod motion;
 
+/// Steady answers to steady excitation, by frequency.
+pub mod response;
+
 /// What a study needs, and running it.
 pub mod plan;
 

@@ -73,6 +73,11 @@ pub enum Command {
   geardyn stability examples/smooth_mesh.toml --until 0.005 --speeds 500:12000:200 --svg regions.svg
   geardyn stability examples/smooth_mesh.toml --until 0.005 --speeds 500:12000:200 --over depth=0:4:21 --svg regions.svg")]
     Stability(StabilityArgs),
+    /// Frequency responses between torques, transmission errors, base motion and what they move
+    #[command(after_help = "Examples:
+  geardyn response models/y2250.toml --input motor --output workpiece --band 1:400
+  geardyn response models/y2250.toml --input index_drive.te --output workpiece --hold motor --band 1:400 --svg te.svg")]
+    Response(ResponseArgs),
     /// Every study a scene lists
     #[command(after_help = "Example:\n  geardyn run examples/linear_chain.toml")]
     Run(RunArgs),
@@ -656,6 +661,69 @@ pub struct StabilityArgs {
     /// Draw the stability regions of explicit methods with the eigenvalues times the step, and the chart over two axes beside
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
+}
+
+/// Arguments of `response`.
+#[derive(Debug, Args)]
+pub struct ResponseArgs {
+    /// A model or a scene
+    pub scene: PathBuf,
+    /// What drives: motor.theta (a torque), first_pair.te (a displacement imposed in a branch), ground.x, motor.theta.motion
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub input: Vec<String>,
+    /// What is measured: work.theta, work.speed, work.acceleration, "work - 1/27*motor", belt.force, belt.deflection
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub output: Vec<String>,
+    /// Freedoms held still, such as the driver's angle
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub hold: Vec<String>,
+    /// Frequencies, LOW:HIGH (Hz where bare)
+    #[arg(long, value_name = "A:B")]
+    pub band: Option<String>,
+    /// Lines in the band, both ends included; 1001 where left out
+    #[arg(long, value_name = "N")]
+    pub lines: Option<u32>,
+    /// Motions as displacement, speed or acceleration; as named where left out
+    #[arg(long, value_enum, value_name = "KIND")]
+    pub kind: Option<ResponseKindWord>,
+    /// Mean speed of the first node of `[speed]` (rpm where bare); gyroscopic terms count
+    #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
+    pub speed: Option<String>,
+    /// How; chosen from the machine and the number of lines where left out
+    #[arg(long, value_enum, value_name = "METHOD")]
+    pub method: Option<ResponseWayWord>,
+    /// One JSON document on standard output, nothing else there
+    #[arg(long)]
+    pub json: bool,
+    /// Write the responses, real and imaginary part, one row a line
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
+    /// Draw magnitude and phase, and the complex plane beside (FILE-nyquist.svg)
+    #[arg(long, value_name = "FILE")]
+    pub svg: Option<PathBuf>,
+    /// No warnings, no word about what was done
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+/// Words for what a motion is shown as.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum ResponseKindWord {
+    /// Displacement
+    Receptance,
+    /// Speed
+    Mobility,
+    /// Acceleration
+    Accelerance,
+}
+
+/// Words for ways to a response.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum ResponseWayWord {
+    /// Solved line by line
+    Direct,
+    /// A sum over all modes
+    Modal,
 }
 
 /// Arguments of `run`.

@@ -51,6 +51,9 @@ pub mod accuracy;
 /// `stability`.
 pub mod stability;
 
+/// `response`.
+pub mod response;
+
 /// `run`.
 pub mod run_scene;
 
@@ -125,6 +128,7 @@ fn carry_out(command: &Command) -> Result<u8, Errors> {
         Command::Simulate(args) => simulate::run(args)?,
         Command::Accuracy(args) => accuracy::run(args)?,
         Command::Stability(args) => stability::run(args)?,
+        Command::Response(args) => response::run(args)?,
         Command::Run(args) => run_scene::run(args)?,
         Command::Identify(args) => identify::run(args)?,
         Command::Spectrum(args) => spectrum::run(args)?,
@@ -142,6 +146,7 @@ fn wants_json(command: &Command) -> bool {
         Command::Simulate(args) => args.json,
         Command::Accuracy(args) => args.json,
         Command::Stability(args) => args.json,
+        Command::Response(args) => args.json,
         Command::Run(args) => args.json,
         Command::Identify(args) => args.json,
         Command::Spectrum(args) => args.json,

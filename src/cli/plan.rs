@@ -80,6 +80,13 @@ fn motions(scene: &Scene, prepared: &Prepared) -> Result<Vec<(&'static str, Rows
     for study in &scene.studies {
         let (kind, motion) = match &study.kind {
             StudyKind::Modes(_) => continue,
+            StudyKind::Response(response) => {
+                all.push((
+                    "response",
+                    crate::plan::response::choice::plan(prepared, response),
+                ));
+                continue;
+            }
             StudyKind::Simulate(motion) => ("simulate", motion),
             StudyKind::Accuracy(accuracy) => ("accuracy", &accuracy.motion),
             StudyKind::Stability(stability) => ("stability", &stability.motion),

@@ -4,6 +4,7 @@ use serde_json::{Value, json};
 
 use super::accuracy::Measured;
 use super::args::RunArgs;
+use super::response::Linear;
 use super::simulate::Moved;
 use super::{interrupt, modes, output, stability};
 use crate::base::code::Code;
@@ -35,7 +36,7 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
             Code::MissingKey,
             format!("{} lists no [[study]]", args.scene.display()),
         );
-        return Err(error.hint("write [[study]] and below it kind = \"modes\", \"simulate\", \"accuracy\" or \"stability\"; or call the command of the analysis").into());
+        return Err(error.hint("write [[study]] and below it kind = \"modes\", \"simulate\", \"accuracy\", \"stability\" or \"response\"; or call the command of the analysis").into());
     }
     let stop = interrupt::flag();
     let mut documents = Vec::new();
@@ -58,6 +59,15 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
                     text: measured.text(),
                     json: measured.json(&scene),
                     epilogue: String::new(),
+                    exit: 0,
+                }),
+            ),
+            StudyKind::Response(study) => (
+                "response",
+                Linear::new(&scene, study).map(|found| Done {
+                    text: found.text(),
+                    json: found.json(&scene),
+                    epilogue: found.epilogue(),
                     exit: 0,
                 }),
             ),

@@ -84,6 +84,9 @@ pub mod slices;
 /// Sparse symmetric matrices, and their factorisation with a count of negative eigenvalues.
 pub mod sparse;
 
+/// Sparse complex systems of one pattern, solved for many values.
+pub mod sparse_lu;
+
 /// What hangs from what: the spanning forest of a machine's springs.
 pub mod forest;
 

@@ -12,5 +12,8 @@ pub mod run;
 /// Motion in time.
 pub mod motion;
 
+/// Steady answers to steady excitation.
+pub mod response;
+
 /// Analyses of logs.
 pub mod logs;

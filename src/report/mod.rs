@@ -51,6 +51,9 @@ pub mod csv;
 /// Motion in time.
 pub mod motion;
 
+/// Steady answers to steady excitation.
+pub mod response;
+
 /// Error over run time, as a picture.
 mod work_precision;
 
@@ -70,6 +73,10 @@ pub mod table;
 /// Tables of motion in time.
 #[cfg(feature = "cli")]
 pub mod motion_table;
+
+/// Tables of steady answers.
+#[cfg(feature = "cli")]
+pub mod response_table;
 
 /// Tables of error against run time.
 #[cfg(feature = "cli")]

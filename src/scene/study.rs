@@ -30,6 +30,71 @@ pub enum StudyKind {
     Accuracy(AccuracyStudy),
     /// Where methods and machine break.
     Stability(StabilityStudy),
+    /// Steady answers to steady excitation.
+    Response(ResponseStudy),
+}
+
+/// Steady answers to steady excitation, as the command has them.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ResponseStudy {
+    /// What drives: `node.axis`, `branch.displacement`, `ground.x`, `node.axis.motion`.
+    pub inputs: Vec<String>,
+    /// What is measured: `node.axis`, `.speed`, `.acceleration`, sums, `branch.force`, `branch.deflection`.
+    pub outputs: Vec<String>,
+    /// Freedoms held still.
+    pub held: Vec<String>,
+    /// Motions are shown as displacement, speed or acceleration; as named where absent.
+    pub shown: Option<ResponseKind>,
+    /// From and to, rad/s.
+    pub band: Option<(f64, f64)>,
+    /// Lines in the band, both ends included.
+    pub lines: Option<u32>,
+    /// Speed of the first node of `[speed]`, rad/s.
+    pub speed: Option<f64>,
+    /// How it is found; chosen where absent.
+    pub way: Option<ResponseWay>,
+}
+
+/// What a motion is shown as.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ResponseKind {
+    /// Displacement.
+    Receptance,
+    /// Speed.
+    Mobility,
+    /// Acceleration.
+    Accelerance,
+}
+
+/// How a response is found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ResponseWay {
+    /// Solved line by line.
+    Direct,
+    /// A sum over modes.
+    Modal,
+}
+
+/// The most lines of a response.
+pub const MOST_LINES: u32 = 10_000_000;
+
+/// Reads `A:B`, two frequencies (Hz where bare), into rad/s.
+///
+/// # Errors
+/// What is no rising range of frequencies.
+pub fn band(text: &str, subject: &str) -> Result<(f64, f64), Error> {
+    let form = || {
+        let message = format!("\"{}\" is not a band", units::shortened(text));
+        let hint = format!("{subject} takes first:last, such as 10:500 or \"0 Hz:3 kHz\"");
+        Error::new(Code::OutOfRange, message).hint(hint)
+    };
+    let (from, to) = text.split_once(':').ok_or_else(form)?;
+    let frequency = |text: &str| units::parse_or_bare(text, Kind::Frequency, "Hz", subject);
+    let (from, to) = (frequency(from)?, frequency(to)?);
+    match from >= 0.0 && from < to && to.is_finite() {
+        true => Ok((from, to)),
+        false => Err(form()),
+    }
 }
 
 /// Motion in time, as the command has it.
@@ -300,6 +365,7 @@ enum Word {
     Simulate,
     Accuracy,
     Stability,
+    Response,
 }
 
 /// A study; absent where its kind is missing or unknown, which is then noted.
@@ -309,6 +375,7 @@ pub fn read(f: &mut Fields) -> Option<Study> {
         ("simulate", Word::Simulate),
         ("accuracy", Word::Accuracy),
         ("stability", Word::Stability),
+        ("response", Word::Response),
     ];
     let known = f.choice("kind", &words);
     f.need("kind");
@@ -333,6 +400,7 @@ pub fn read(f: &mut Fields) -> Option<Study> {
             speeds: speeds(f, "speeds"),
             over: parsed(f, "over", Over::parse),
         }),
+        Word::Response => StudyKind::Response(response(f)),
     };
     Some(Study {
         kind,
@@ -351,6 +419,39 @@ fn modes(f: &mut Fields) -> ModesStudy {
     };
     f.exclusive("speed", "campbell");
     study
+}
+
+fn response(f: &mut Fields) -> ResponseStudy {
+    let shown = [
+        ("receptance", ResponseKind::Receptance),
+        ("mobility", ResponseKind::Mobility),
+        ("accelerance", ResponseKind::Accelerance),
+    ];
+    let ways = [
+        ("direct", ResponseWay::Direct),
+        ("modal", ResponseWay::Modal),
+    ];
+    let parsed = f.optional_text("band").map(|text| band(text, "`band`"));
+    let band = match parsed {
+        Some(Err(error)) => {
+            let place = f.place_of("band").clone();
+            let label = format!("in {}", f.title);
+            f.notes.push(error.at(&place).label(label));
+            None
+        }
+        Some(Ok(band)) => Some(band),
+        None => None,
+    };
+    ResponseStudy {
+        inputs: texts(f, "inputs"),
+        outputs: texts(f, "outputs"),
+        held: texts(f, "hold"),
+        shown: f.choice("shown", &shown),
+        band,
+        lines: f.optional_count("lines", 2, MOST_LINES),
+        speed: f.optional_quantity("speed", Kind::Speed, Range::Any),
+        way: f.choice("method", &ways),
+    }
 }
 
 fn simulate(f: &mut Fields) -> SimulateStudy {

@@ -4,7 +4,7 @@
 pub mod signals;
 
 /// Second-order equations with massless coordinates as first-order ones.
-mod first_order;
+pub mod first_order;
 
 /// The form itself.
 mod system;

@@ -72,6 +72,21 @@ pub fn output(machine: &Machine, name: &str) -> Result<Output, Error> {
 }
 
 fn force(machine: &Machine, stem: &str, name: &str) -> Result<Output, Error> {
+    let branch = branch(machine, stem, name)?;
+    if machine.branches[branch].law == Law::Rigid {
+        let message =
+            format!("`{stem}` is rigid: the force in it does not follow from its deformation");
+        return Err(Error::new(Code::Conflict, message)
+            .hint("give it a stiffness k, or measure a shaft beside it"));
+    }
+    Ok(Output::Force(branch))
+}
+
+/// The branch called `stem`, which the signal `name` is of.
+///
+/// # Errors
+/// `UnknownNode` with the nearest name, or where an element of that name has several branches.
+pub fn branch(machine: &Machine, stem: &str, name: &str) -> Result<usize, Error> {
     let names: Vec<String> = (0..machine.branches.len())
         .map(|b| machine.branch_name(b))
         .collect();
@@ -101,13 +116,7 @@ fn force(machine: &Machine, stem: &str, name: &str) -> Result<Output, Error> {
             None => error.hint("a branch goes by the name of its shaft, gear pair, coupling, belt, bearing or damper"),
         });
     };
-    if machine.branches[branch].law == Law::Rigid {
-        let message =
-            format!("`{stem}` is rigid: the force in it does not follow from its deformation");
-        return Err(Error::new(Code::Conflict, message)
-            .hint("give it a stiffness k, or measure a shaft beside it"));
-    }
-    Ok(Output::Force(branch))
+    Ok(branch)
 }
 
 /// A name that is no freedom: its node is unknown, or has no such axis.

@@ -1,0 +1,172 @@
+//! `geardyn response`: steady answers to steady excitation.
+
+use std::path::{Path, PathBuf};
+
+use super::args::{ResponseArgs, ResponseKindWord, ResponseWayWord};
+use super::{diagnostic, output};
+use crate::base::code::Code;
+use crate::base::error::{Error, Errors};
+use crate::base::kind::Kind;
+use crate::base::units;
+use crate::plan::prepared::Prepared;
+use crate::plan::response::run::{self, Answer};
+use crate::plan::stages::Verdict;
+use crate::report;
+use crate::scene::study::{self, ResponseKind, ResponseStudy, ResponseWay, StudyKind};
+use crate::scene::{self, Scene};
+
+/// Solves and prints.
+///
+/// # Errors
+/// Whatever is wrong with the file, the flags or the solution.
+pub fn run(args: &ResponseArgs) -> Result<u8, Errors> {
+    let scene = scene::read(&args.scene)?;
+    let study = asked(args, &scene)?;
+    check_outputs(args, &scene)?;
+    let found = Linear::new(&scene, &study)?;
+    let mut written = Vec::new();
+    let mut put = |path: &Path, text: &str| -> Result<(), Error> {
+        output::write(path, text.as_bytes())?;
+        written.push(path.display().to_string());
+        Ok(())
+    };
+    if let Some(path) = &args.csv {
+        put(path, &report::response::csv(&found.answer))?;
+    }
+    if let Some(path) = &args.svg {
+        let (bode, nyquist) = report::response::pictures(&scene.model.title, &found.answer);
+        put(path, &bode)?;
+        put(&beside(path, "nyquist"), &nyquist)?;
+    }
+    match args.json {
+        true => output::print(&format!("{:#}\n", found.json(&scene)))?,
+        false => output::print(&found.text())?,
+    }
+    if !args.quiet && !args.json {
+        output::tell(&found.epilogue());
+        if !written.is_empty() {
+            output::tell(&format!("wrote {}\n", written.join(" ")));
+        }
+    }
+    Ok(0)
+}
+
+/// A linear response with all that is said of it.
+pub struct Linear {
+    prepared: Prepared,
+    answer: Answer,
+}
+
+impl Linear {
+    /// Prepares and solves.
+    ///
+    /// # Errors
+    /// Whatever is wrong with the machine, the study or the solution.
+    pub fn new(scene: &Scene, study: &ResponseStudy) -> Result<Linear, Error> {
+        let prepared = Prepared::new(&scene.model)?;
+        let answer = run::run(&prepared, study)?;
+        Ok(Linear { prepared, answer })
+    }
+
+    /// The table of peaks.
+    pub fn text(&self) -> String {
+        report::response_table::peaks(&self.prepared.machine, &self.answer)
+    }
+
+    /// The document.
+    pub fn json(&self, scene: &Scene) -> serde_json::Value {
+        report::response::json(&scene.sources, &self.prepared.machine, &self.answer)
+    }
+
+    /// What was done and left out, doubts.
+    pub fn epilogue(&self) -> String {
+        let mut text = format!(
+            "\n{}: {}\n",
+            report::response::how(&self.answer),
+            self.answer.choice.reason
+        );
+        for (name, verdict) in &self.answer.plan {
+            if let Verdict::LeftOut(why) = verdict {
+                text += &format!("left out {name}: {why}\n");
+            }
+        }
+        for warning in &self.answer.warnings {
+            text += &diagnostic::warning(warning, diagnostic::colour());
+        }
+        text
+    }
+}
+
+/// The study that is asked for: the first a scene lists, with what the flags say put in its place.
+fn asked(args: &ResponseArgs, scene: &Scene) -> Result<ResponseStudy, Error> {
+    let listed = scene.studies.iter().find_map(|study| match &study.kind {
+        StudyKind::Response(response) => Some(response.clone()),
+        _ => None,
+    });
+    let listed = listed.unwrap_or_default();
+    let or = |given: &Vec<String>, listed: Vec<String>| {
+        if given.is_empty() {
+            listed
+        } else {
+            given.clone()
+        }
+    };
+    if args
+        .lines
+        .is_some_and(|n| !(2..=study::MOST_LINES).contains(&n))
+    {
+        let message = format!("--lines takes a count from 2 to {}", study::MOST_LINES);
+        return Err(Error::new(Code::OutOfRange, message));
+    }
+    let speed = args
+        .speed
+        .as_deref()
+        .map(|text| units::parse_or_bare(text, Kind::Speed, "rpm", "--speed"))
+        .transpose()?;
+    let shown = args.kind.map(|word| match word {
+        ResponseKindWord::Receptance => ResponseKind::Receptance,
+        ResponseKindWord::Mobility => ResponseKind::Mobility,
+        ResponseKindWord::Accelerance => ResponseKind::Accelerance,
+    });
+    let way = args.method.map(|word| match word {
+        ResponseWayWord::Direct => ResponseWay::Direct,
+        ResponseWayWord::Modal => ResponseWay::Modal,
+    });
+    Ok(ResponseStudy {
+        inputs: or(&args.input, listed.inputs),
+        outputs: or(&args.output, listed.outputs),
+        held: or(&args.hold, listed.held),
+        shown: shown.or(listed.shown),
+        band: args
+            .band
+            .as_deref()
+            .map(|text| study::band(text, "--band"))
+            .transpose()?
+            .or(listed.band),
+        lines: args.lines.or(listed.lines),
+        speed: speed.or(listed.speed),
+        way: way.or(listed.way),
+    })
+}
+
+/// Refuses files that would overwrite what is read, before any work is done.
+fn check_outputs(args: &ResponseArgs, scene: &Scene) -> Result<(), Error> {
+    let mut outputs: Vec<PathBuf> = args.csv.iter().cloned().collect();
+    if let Some(path) = &args.svg {
+        output::ends(path, &["svg"])?;
+        outputs.extend([path.clone(), beside(path, "nyquist")]);
+    }
+    let inputs: Vec<PathBuf> = scene
+        .sources
+        .iter()
+        .map(|source| PathBuf::from(&source.path))
+        .collect();
+    output::check(&outputs, &inputs)
+}
+
+/// Where a second picture goes: `FILE-word.svg`.
+fn beside(path: &Path, word: &str) -> PathBuf {
+    let mut name = path.file_stem().unwrap_or_default().to_os_string();
+    name.push(format!("-{word}.svg"));
+    path.with_file_name(name)
+}

@@ -1,0 +1,71 @@
+//! Sparse complex systems `A x = b` that keep one pattern while their values change: the order is found once.
+
+use faer::linalg::solvers::Solve;
+use faer::sparse::linalg::solvers::{Lu, SymbolicLu};
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
+
+use super::{Complex, ComplexMatrix};
+use crate::base::code::Code;
+use crate::base::error::Error;
+
+/// A pattern, and the order its systems are eliminated in.
+pub struct Pattern {
+    layout: SymbolicSparseColMat<usize>,
+    order: SymbolicLu<usize>,
+    /// Row and column of each stored entry, by columns.
+    entries: Vec<(usize, usize)>,
+}
+
+impl Pattern {
+    /// Of the entries (row, column) that may differ from zero; those of the diagonal are always stored.
+    ///
+    /// # Errors
+    /// `Hopeless` where memory runs out.
+    pub fn new(
+        n: usize,
+        entries: impl IntoIterator<Item = (usize, usize)>,
+    ) -> Result<Pattern, Error> {
+        let mut all: Vec<(usize, usize)> =
+            entries.into_iter().chain((0..n).map(|i| (i, i))).collect();
+        all.sort_by_key(|&(i, j)| (j, i));
+        all.dedup();
+        let mut start = vec![0; n + 1];
+        all.iter().for_each(|&(_, j)| start[j + 1] += 1);
+        (0..n).for_each(|j| start[j + 1] += start[j]);
+        let rows = all.iter().map(|e| e.0).collect();
+        let layout = SymbolicSparseColMat::new_checked(n, n, start, None, rows);
+        let memory = format!("no memory to factorise a matrix of {n} rows");
+        let order =
+            SymbolicLu::try_new(layout.as_ref()).map_err(|_| Error::new(Code::Hopeless, memory))?;
+        Ok(Pattern {
+            layout,
+            order,
+            entries: all,
+        })
+    }
+
+    /// `A⁻¹ B` for the entries that `value` gives by row and column.
+    ///
+    /// # Errors
+    /// `Indefinite` where A is singular to working precision.
+    pub fn solve(
+        &self,
+        value: impl Fn(usize, usize) -> Complex,
+        b: &ComplexMatrix,
+    ) -> Result<ComplexMatrix, Error> {
+        let singular = || Error::new(Code::Indefinite, "a sparse linear system is singular");
+        let values: Vec<Complex> = self.entries.iter().map(|&(i, j)| value(i, j)).collect();
+        let matrix = SparseColMatRef::new(self.layout.as_ref(), &values);
+        let lu = Lu::try_new_with_symbolic(self.order.clone(), matrix).map_err(|_| singular())?;
+        let x: ComplexMatrix = lu.solve(b);
+        let finite = |j: usize| {
+            x.col_as_slice(j)
+                .iter()
+                .all(|z| z.re.is_finite() && z.im.is_finite())
+        };
+        match (0..x.ncols()).all(finite) {
+            true => Ok(x),
+            false => Err(singular()),
+        }
+    }
+}

@@ -1,0 +1,7 @@
+//! Steady answers to steady excitation: what they need, and running them.
+
+/// How a response is found, and what is left out.
+pub mod choice;
+
+/// The run.
+pub mod run;

@@ -1,0 +1,286 @@
+//! Runs a frequency response: lines, peaks between them, and what is strained there.
+
+use std::time::Instant;
+
+use super::choice::{self, Choice};
+use crate::base::code::Code;
+use crate::base::error::{Error, Warning};
+use crate::machine::kinematics::mean_speeds;
+use crate::modes::basis::{self, Solver as BasisSolver};
+use crate::numeric::Complex;
+use crate::plan::prepared::Prepared;
+use crate::plan::stages::Verdict;
+use crate::response::direct::Direct;
+use crate::response::frequency::{Effort, How, Solver};
+use crate::response::peaks::{self, Peak};
+use crate::response::ports::{Output, Port, Ports};
+use crate::response::system::{Setting, System};
+use crate::scene::study::{ResponseKind, ResponseStudy};
+
+/// Frequency responses with their peaks.
+pub struct Answer {
+    /// Hz.
+    pub frequency_hz: Vec<f64>,
+    /// Of every input and output.
+    pub pairs: Vec<Pair>,
+    /// Why it was found so.
+    pub choice: Choice,
+    /// How it was found.
+    pub how: How,
+    /// What it took.
+    pub effort: Effort,
+    /// Stages with what they do.
+    pub plan: Vec<(&'static str, Verdict)>,
+    /// Doubts.
+    pub warnings: Vec<Warning>,
+}
+
+/// A response of one output to one input.
+pub struct Pair {
+    /// The input.
+    pub input: String,
+    /// The output.
+    pub output: String,
+    /// The unit, `rad/(N·m)`; 1 where both are alike.
+    pub unit: String,
+    /// By line.
+    pub value: Vec<Complex>,
+    /// At 0 Hz, where that exists and is not zero.
+    pub at_rest: Option<f64>,
+    /// Peaks, ascending.
+    pub peaks: Vec<Strained>,
+}
+
+/// A peak and what is strained there.
+pub struct Strained {
+    /// The peak.
+    pub peak: Peak,
+    /// The element with the largest share of the strain energy, and the share.
+    pub mostly: Option<(usize, f64)>,
+}
+
+/// Runs a study.
+///
+/// # Errors
+/// What is missing in the study; names that do not exist; those of the solution.
+pub fn run(prepared: &Prepared, study: &ResponseStudy) -> Result<Answer, Error> {
+    let start = Instant::now();
+    let Some((from, to)) = study.band else {
+        return Err(
+            Error::new(Code::Usage, "nothing says which frequencies are wanted")
+                .hint("add --band 1:500, or `band` to the study"),
+        );
+    };
+    let Prepared {
+        machine,
+        kinematics,
+        operating,
+        linear,
+        ..
+    } = prepared;
+    let mut ports = Ports::read(machine, &study.inputs, &study.outputs, &study.held)?;
+    for (list, flag, example) in [
+        (ports.inputs.len(), "input", "motor.theta"),
+        (ports.outputs.len(), "output", "workpiece.theta"),
+    ] {
+        if list == 0 {
+            let hint = format!(
+                "add --{flag} NAME, or `{flag}s` to the study; names are such as {example}"
+            );
+            return Err(Error::new(Code::Usage, format!("no {flag} is named")).hint(hint));
+        }
+    }
+    ports
+        .outputs
+        .iter_mut()
+        .for_each(|port| shown_as(port, study.shown));
+    let speeds = study
+        .speed
+        .map(|speed| mean_speeds(machine, kinematics, Some(speed)))
+        .transpose()?;
+    let setting = Setting {
+        machine,
+        operating,
+        linear,
+        speeds: speeds.as_deref(),
+    };
+    let choice = choice::choose(prepared, study);
+    let lines = study.lines.unwrap_or(choice::LINES);
+    let step = (to - from) / f64::from(lines - 1);
+    let omega: Vec<f64> = (0..lines)
+        .map(|k| {
+            if k + 1 == lines {
+                to
+            } else {
+                from + step * f64::from(k)
+            }
+        })
+        .collect();
+    let mut solver = Solver::new(&setting, &ports, choice.way)?;
+    solver.check(&omega)?;
+    let values = omega
+        .iter()
+        .map(|&w| solver.at(w))
+        .collect::<Result<Vec<_>, Error>>()?;
+
+    let natural = natural(prepared, &ports, (from, to));
+    let strain = Strain::new(&setting, &ports)?;
+    let damped = linear.is_damped(machine);
+    let mut pairs = Vec::new();
+    for (i, input) in ports.inputs.iter().enumerate() {
+        for (o, output) in ports.outputs.iter().enumerate() {
+            let value: Vec<Complex> = values.iter().map(|h| h[(o, i)]).collect();
+            let sizes: Vec<(f64, f64)> = omega
+                .iter()
+                .zip(&value)
+                .map(|(&w, z)| (w, z.norm()))
+                .collect();
+            let height = |w: f64| Ok(solver.at(w)?[(o, i)].norm());
+            let found = match damped {
+                true => peaks::peaks(&sizes, &natural, height)?,
+                false => Vec::new(),
+            };
+            // A force at rest that only rounding leaves is none.
+            let largest = sizes.iter().fold(0.0f64, |m, s| m.max(s.1));
+            let at_rest = solver.at(0.0).ok().map(|h| h[(o, i)].norm());
+            let strained = |peak: Peak| {
+                Ok(Strained {
+                    mostly: strain.mostly(peak.omega, i)?,
+                    peak,
+                })
+            };
+            pairs.push(Pair {
+                input: input.name.clone(),
+                output: output.name.clone(),
+                unit: per(output.unit, input.unit),
+                at_rest: at_rest.filter(|h| *h > ROUNDING * largest),
+                value,
+                peaks: found
+                    .into_iter()
+                    .map(strained)
+                    .collect::<Result<_, Error>>()?,
+            });
+        }
+    }
+    let mut warnings = prepared.warnings();
+    if !damped {
+        warnings.push(Warning {
+            code: "undamped",
+            message: "nothing damps this machine: its peaks are infinite and none is listed".to_string(),
+            hint: Some("give branches a damping_ratio or c, or see `geardyn modes` for the natural frequencies".to_string()),
+        });
+    }
+    Ok(Answer {
+        frequency_hz: omega.iter().map(|w| w / std::f64::consts::TAU).collect(),
+        pairs,
+        how: solver.how(),
+        effort: Effort {
+            seconds: start.elapsed().as_secs_f64(),
+            ..solver.effort
+        },
+        plan: choice::plan(prepared, study),
+        choice,
+        warnings,
+    })
+}
+
+/// Of the largest value of a response: at rest less is rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// A motion as displacement, speed or acceleration.
+fn shown_as(port: &mut Port<Output>, shown: Option<ResponseKind>) {
+    let (Output::Sum(_, times), Some(shown)) = (&mut port.what, shown) else {
+        return;
+    };
+    let turns = port.unit.starts_with("rad");
+    (*times, port.unit) = match (shown, turns) {
+        (ResponseKind::Receptance, true) => (0, "rad"),
+        (ResponseKind::Receptance, false) => (0, "m"),
+        (ResponseKind::Mobility, true) => (1, "rad/s"),
+        (ResponseKind::Mobility, false) => (1, "m/s"),
+        (ResponseKind::Accelerance, true) => (2, "rad/s²"),
+        (ResponseKind::Accelerance, false) => (2, "m/s²"),
+    };
+}
+
+/// One unit per another.
+fn per(output: &str, input: &str) -> String {
+    match (output == input, input.contains(['·', '/'])) {
+        (true, _) => "1".to_string(),
+        (false, true) => format!("{output}/({input})"),
+        (false, false) => format!("{output}/{input}"),
+    }
+}
+
+/// Natural frequencies in the band, rad/s, with what is prescribed free: near enough for a search; none of a large machine.
+fn natural(prepared: &Prepared, ports: &Ports, (from, to): (f64, f64)) -> Vec<f64> {
+    const MOST: usize = 400;
+    if prepared.linear.n > MOST {
+        return Vec::new();
+    }
+    let held = Setting {
+        machine: &prepared.machine,
+        operating: &prepared.operating,
+        linear: &prepared.linear,
+        speeds: None,
+    };
+    let omega = match System::modal(&held, ports) {
+        Ok((_, basis)) => basis.omega,
+        Err(_) => {
+            basis::solve(&prepared.linear, BasisSolver::Factored).map_or(Vec::new(), |b| b.omega)
+        }
+    };
+    omega.into_iter().filter(|w| *w > from && *w < to).collect()
+}
+
+/// What every spring is strained by each input.
+struct Strain<'a> {
+    direct: Direct,
+    /// Element and stiffness of every output.
+    springs: Vec<(usize, f64)>,
+    setting: Setting<'a>,
+}
+
+impl<'a> Strain<'a> {
+    fn new(setting: &Setting<'a>, ports: &Ports) -> Result<Strain<'a>, Error> {
+        let springs: Vec<_> = setting
+            .linear
+            .branches
+            .iter()
+            .filter(|b| b.stiffness > 0.0)
+            .collect();
+        let outputs = springs.iter().map(|b| Port {
+            name: setting.machine.branch_name(b.index),
+            unit: "",
+            what: Output::Deflection(b.index),
+        });
+        let ports = Ports {
+            outputs: outputs.collect(),
+            ..ports.clone()
+        };
+        let springs = springs
+            .iter()
+            .map(|b| (setting.machine.branches[b.index].element, b.stiffness))
+            .collect();
+        Ok(Strain {
+            direct: Direct::new(System::plain(setting, &ports)?)?,
+            springs,
+            setting: *setting,
+        })
+    }
+
+    /// The element with most of the strain energy.
+    fn mostly(&self, omega: f64, input: usize) -> Result<Option<(usize, f64)>, Error> {
+        let deflections = self.direct.at(omega)?;
+        let mut energy = vec![0.0; self.setting.machine.elements.len()];
+        for (row, &(element, stiffness)) in self.springs.iter().enumerate() {
+            energy[element] += stiffness * deflections[(row, input)].norm().powi(2);
+        }
+        let total: f64 = energy.iter().sum();
+        let largest = (0..self.setting.machine.elements.len())
+            .max_by(|&a, &b| energy[a].total_cmp(&energy[b]));
+        Ok(largest
+            .filter(|_| total > 0.0)
+            .map(|element| (element, energy[element] / total)))
+    }
+}

@@ -1,0 +1,22 @@
+//! Steady answers to steady excitation: what a machine does at one frequency, by frequency.
+
+/// What drives and what is measured, by name.
+pub mod ports;
+
+/// Coordinates beside motions that are prescribed.
+mod coordinates;
+
+/// Equations between inputs and outputs.
+pub mod system;
+
+/// The dynamic stiffness solved line by line.
+pub mod direct;
+
+/// Sums over modes.
+pub mod modal;
+
+/// Frequency responses over lists of frequencies.
+pub mod frequency;
+
+/// Peaks of a response.
+pub mod peaks;

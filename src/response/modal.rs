@@ -1,0 +1,244 @@
+//! Sums over modes: real ones where damping is proportional, complex ones otherwise; the coordinates without inertia add a
+//! static term. Every mode counts, so that the sum is exact but for rounding.
+
+use super::system::System;
+use crate::base::error::Error;
+use crate::modes::basis::Basis;
+use crate::modes::equations::Equations;
+use crate::modes::state_space::first_order::first_order;
+use crate::numeric::{Complex, ComplexMatrix, Matrix, definite, general};
+
+/// A system taken apart into modes.
+pub struct Modes {
+    system: System,
+    terms: Vec<Term>,
+    /// c D⁻¹ b of what follows statically.
+    still: Matrix,
+    complex: bool,
+}
+
+/// One mode between rows and columns: `c_k b_k / denominator(s)`.
+struct Term {
+    reads: Vec<Complex>,
+    loads: Vec<Complex>,
+    root: Root,
+}
+
+enum Root {
+    /// `s² + 2 d s + ω² + i sgn h`.
+    Second {
+        damping: f64,
+        stiffness: f64,
+        lossy: f64,
+    },
+    /// `s − λ`.
+    First(Complex),
+}
+
+impl Root {
+    fn at(&self, s: Complex) -> Complex {
+        match *self {
+            Root::Second {
+                damping,
+                stiffness,
+                lossy,
+            } => {
+                let sign = if s.im == 0.0 { 0.0 } else { s.im.signum() };
+                s * s + s * damping + Complex::new(stiffness, sign * lossy)
+            }
+            Root::First(lambda) => s - lambda,
+        }
+    }
+}
+
+impl Modes {
+    /// The modes of a system over modal coordinates, those of [`System::modal`]; `None` where they do not come apart: a rigid
+    /// motion that damping couples to others, loss factors that are not proportional.
+    ///
+    /// # Errors
+    /// Those of the eigenvalue problem.
+    pub fn new(system: System, basis: &Basis) -> Result<Option<Modes>, Error> {
+        let modes = basis.omega.len();
+        if is_proportional(&system.equations, modes) {
+            return Modes::real(system, basis).map(Some);
+        }
+        if system.equations.hysteretic.is_some() {
+            return Ok(None);
+        }
+        Modes::complex(system, basis)
+    }
+
+    /// The modes are complex.
+    pub fn is_complex(&self) -> bool {
+        self.complex
+    }
+
+    fn real(system: System, basis: &Basis) -> Result<Modes, Error> {
+        let (modes, e) = (basis.omega.len(), &system.equations);
+        let terms = (0..modes).map(|k| second(&system, basis, k)).collect();
+        let light = system.len() - modes;
+        let still = match light {
+            0 => Matrix::zeros(system.reads.nrows(), system.loads.ncols()),
+            _ => {
+                let block =
+                    Matrix::from_fn(light, light, |i, j| e.stiffness[(modes + i, modes + j)]);
+                let loads = Matrix::from_fn(light, system.loads.ncols(), |i, j| {
+                    system.loads[(modes + i, j)]
+                });
+                let reads = Matrix::from_fn(system.reads.nrows(), light, |i, j| {
+                    system.reads[(i, modes + j)]
+                });
+                reads * definite::solve(&block, &loads)?
+            }
+        };
+        Ok(Modes {
+            system,
+            terms,
+            still,
+            complex: false,
+        })
+    }
+
+    fn complex(system: System, basis: &Basis) -> Result<Option<Modes>, Error> {
+        let (e, rigid) = (&system.equations, system.rigid);
+        let n = system.len();
+        let couples = |i: usize| {
+            (0..n).any(|j| {
+                j != i
+                    && (e.damping[(i, j)] != 0.0
+                        || e.damping[(j, i)] != 0.0
+                        || e.stiffness[(i, j)] != 0.0
+                        || e.stiffness[(j, i)] != 0.0)
+            })
+        };
+        if (0..rigid).any(couples) {
+            return Ok(None);
+        }
+        let mut terms: Vec<Term> = (0..rigid).map(|k| second(&system, basis, k)).collect();
+        let rest = n - rigid;
+        let cut = |a: &Matrix| Matrix::from_fn(rest, rest, |i, j| a[(rigid + i, rigid + j)]);
+        let elastic = Equations {
+            mass: Matrix::from_fn(rest, rest, |i, j| {
+                if i == j && rigid + i < basis.omega.len() {
+                    1.0
+                } else {
+                    0.0
+                }
+            }),
+            damping: cut(&e.damping),
+            stiffness: Matrix::from_fn(rest, rest, |i, j| {
+                stiffness(e, basis, rigid + i, rigid + j)
+            }),
+            hysteretic: None,
+            massless: (basis.omega.len() - rigid..rest).collect(),
+            names: e.names[rigid..].to_vec(),
+            transform: Matrix::zeros(0, rest),
+        };
+        let forces = Matrix::from_fn(rest, system.loads.ncols(), |i, j| {
+            system.loads[(rigid + i, j)]
+        });
+        let first = first_order(&elastic, &forces)?;
+        let reads = Matrix::from_fn(system.reads.nrows(), rest, |i, j| {
+            system.reads[(i, rigid + j)]
+        });
+        let still = &reads * &first.at_u;
+        let states = first.a.nrows();
+        if states > 0 {
+            let eigen = general::eigen(&first.a)?;
+            let seen = &reads * &first.at_x;
+            let real = |a: &Matrix| {
+                ComplexMatrix::from_fn(a.nrows(), a.ncols(), |i, j| Complex::new(a[(i, j)], 0.0))
+            };
+            let shown = real(&seen) * &eigen.right;
+            let reached = definite::solve_complex(&eigen.right, &real(&first.b))?;
+            terms.extend((0..states).map(|k| Term {
+                reads: (0..shown.nrows()).map(|i| shown[(i, k)]).collect(),
+                loads: (0..reached.ncols()).map(|j| reached[(k, j)]).collect(),
+                root: Root::First(eigen.values[k]),
+            }));
+        }
+        Ok(Some(Modes {
+            system,
+            terms,
+            still,
+            complex: true,
+        }))
+    }
+
+    /// Outputs by inputs at `s = iω`, ω in rad/s; infinite or no number where nothing damps a resonance at ω.
+    pub fn at(&self, omega: f64) -> ComplexMatrix {
+        let s = Complex::new(0.0, omega);
+        let weights: Vec<Complex> = self
+            .terms
+            .iter()
+            .map(|t| Complex::new(1.0, 0.0) / t.root.at(s))
+            .collect();
+        self.system.joined(s, |read, load| {
+            let start = Complex::new(self.still[(read, load)], 0.0);
+            self.terms
+                .iter()
+                .zip(&weights)
+                .fold(start, |sum, (t, w)| sum + t.reads[read] * t.loads[load] * w)
+        })
+    }
+}
+
+/// `K` of modal coordinates: squares of the frequencies, which keep their digits, and what is no square beside them.
+fn stiffness(e: &Equations, basis: &Basis, i: usize, j: usize) -> f64 {
+    match basis.omega.get(i) {
+        Some(omega)
+            if i == j
+                && (e.stiffness[(i, i)] - omega * omega).abs()
+                    <= SQUARE * e.stiffness[(i, i)].abs() =>
+        {
+            omega * omega
+        }
+        _ => e.stiffness[(i, j)],
+    }
+}
+
+/// Relative: K summed from branches differs so from ω² of their squares by rounding, not by terms that are no squares.
+const SQUARE: f64 = 1e-9;
+
+fn second(system: &System, basis: &Basis, k: usize) -> Term {
+    let e = &system.equations;
+    let real = |x: f64| Complex::new(x, 0.0);
+    Term {
+        reads: (0..system.reads.nrows())
+            .map(|i| real(system.reads[(i, k)]))
+            .collect(),
+        loads: (0..system.loads.ncols())
+            .map(|j| real(system.loads[(k, j)]))
+            .collect(),
+        root: Root::Second {
+            damping: e.damping[(k, k)],
+            stiffness: stiffness(e, basis, k, k),
+            lossy: e.hysteretic.as_ref().map_or(0.0, |h| h[(k, k)]),
+        },
+    }
+}
+
+/// Of the geometric mean of the diagonal: smaller entries beside it are rounding of the sums.
+const ROUNDING: f64 = 1e-11;
+
+/// Nothing couples the modes to each other, nor to coordinates without inertia, and these only follow statically.
+fn is_proportional(e: &Equations, modes: usize) -> bool {
+    let n = e.len();
+    let apart = |a: &Matrix| {
+        let small =
+            |i: usize, j: usize| a[(i, j)].abs() <= ROUNDING * (a[(i, i)] * a[(j, j)]).abs().sqrt();
+        (0..n).all(|i| (0..n).all(|j| i == j || (i >= modes && j >= modes) || small(i, j)))
+    };
+    let at_rest = |a: &Matrix| (modes..n).all(|i| (modes..n).all(|j| a[(i, j)] == 0.0));
+    let springs = {
+        let small = |i: usize, j: usize| {
+            e.stiffness[(i, j)].abs()
+                <= ROUNDING * (e.stiffness[(i, i)] * e.stiffness[(j, j)]).abs().sqrt()
+        };
+        (0..n).all(|i| (0..n).all(|j| i == j || (i >= modes && j >= modes) || small(i, j)))
+    };
+    springs
+        && apart(&e.damping)
+        && at_rest(&e.damping)
+        && e.hysteretic.as_ref().is_none_or(|h| apart(h) && at_rest(h))
+}

@@ -1,0 +1,231 @@
+//! Inputs and outputs of a frequency response, by name.
+//!
+//! Inputs: `motor.theta` a torque or force along a freedom; `first_pair.displacement` (or `.te`) the imposed displacement of
+//! a branch, positive where it lets the branch rest at a positive deflection; `ground.x` a motion of the base;
+//! `motor.theta.motion` a prescribed angle. Outputs: `work.theta`, `.speed`, `.acceleration`, sums such as
+//! `work.theta - 1/27*motor.theta`, `first_pair.force`, `first_pair.deflection`.
+
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::base::words::listed;
+use crate::machine::parts::{Law, Machine};
+use crate::modes::state_space::signals;
+use crate::scene::model::Axis;
+
+/// What drives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Input {
+    /// A torque (N·m) or force (N) along a freedom.
+    Torque(usize),
+    /// A displacement imposed in a branch, its transmission error: rad or m.
+    Displacement(usize),
+    /// The base moves along an axis: rad or m.
+    Base(Axis),
+    /// A freedom moves as prescribed: rad or m.
+    Motion(usize),
+}
+
+/// What is measured.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Output {
+    /// `Σ a q`, differentiated so many times: 0, 1 or 2.
+    Sum(Vec<(usize, f64)>, u8),
+    /// The force or torque in a branch, N or N·m.
+    Force(usize),
+    /// The deformation of a branch, `wᵀq − e`.
+    Deflection(usize),
+}
+
+/// Something at a place of the machine, as it was named.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Port<What> {
+    /// Its name.
+    pub name: String,
+    /// Its unit.
+    pub unit: &'static str,
+    /// What it is.
+    pub what: What,
+}
+
+/// All inputs and outputs, and the freedoms that are held still.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Ports {
+    /// What drives.
+    pub inputs: Vec<Port<Input>>,
+    /// What is measured.
+    pub outputs: Vec<Port<Output>>,
+    /// Freedoms that do not move, such as a driver whose angle is prescribed.
+    pub held: Vec<usize>,
+}
+
+impl Ports {
+    /// Resolves names.
+    ///
+    /// # Errors
+    /// Names that do not exist, with the nearest; sums of unlike quantities; rigid branches where a deformation is asked.
+    pub fn read(
+        machine: &Machine,
+        inputs: &[String],
+        outputs: &[String],
+        held: &[String],
+    ) -> Result<Ports, Error> {
+        let hold = |name: &String| signals::input(machine, name);
+        Ok(Ports {
+            inputs: inputs
+                .iter()
+                .map(|name| input(machine, name))
+                .collect::<Result<_, _>>()?,
+            outputs: outputs
+                .iter()
+                .map(|name| output(machine, name))
+                .collect::<Result<_, _>>()?,
+            held: held.iter().map(hold).collect::<Result<_, _>>()?,
+        })
+    }
+}
+
+/// What an input's name means.
+///
+/// # Errors
+/// Those of [`Ports::read`].
+pub fn input(machine: &Machine, name: &str) -> Result<Port<Input>, Error> {
+    let port = |what: Input, unit: &'static str| Port {
+        name: name.to_string(),
+        unit,
+        what,
+    };
+    if let Some(freedom) = machine.freedom(name) {
+        let unit = if machine.freedoms[freedom].axis.turns() {
+            "N·m"
+        } else {
+            "N"
+        };
+        return Ok(port(Input::Torque(freedom), unit));
+    }
+    match name.rsplit_once('.') {
+        Some((stem, "displacement" | "te")) => {
+            let branch = signals::branch(machine, stem, name)?;
+            Ok(port(
+                Input::Displacement(branch),
+                length(branch_turns(machine, branch)),
+            ))
+        }
+        Some((stem, "motion")) => {
+            let freedom = signals::input(machine, stem)?;
+            Ok(port(
+                Input::Motion(freedom),
+                length(machine.freedoms[freedom].axis.turns()),
+            ))
+        }
+        Some(("ground", word)) => {
+            let axes = [Axis::Theta, Axis::X, Axis::Y, Axis::Z];
+            let Some(axis) = axes.into_iter().find(|axis| axis.name() == word) else {
+                let message = format!("the ground does not move along `{word}`");
+                let names = axes.iter().map(|axis| axis.name());
+                return Err(Error::new(Code::NoSuchFreedom, message)
+                    .hint(format!("it has {}", listed(names))));
+            };
+            Ok(port(Input::Base(axis), length(axis.turns())))
+        }
+        _ => Err(match signals::input(machine, name) {
+            Err(error) => error,
+            Ok(_) => Error::new(Code::UnknownNode, format!("there is no input `{name}`")),
+        }),
+    }
+}
+
+/// What an output's name means.
+///
+/// # Errors
+/// Those of [`Ports::read`].
+pub fn output(machine: &Machine, name: &str) -> Result<Port<Output>, Error> {
+    let port = |what: Output, unit: &'static str| Port {
+        name: name.to_string(),
+        unit,
+        what,
+    };
+    if let Some((stem, word @ ("force" | "torque" | "deflection"))) = name.rsplit_once('.') {
+        let branch = signals::branch(machine, stem, name)?;
+        let turns = branch_turns(machine, branch);
+        if word != "deflection" {
+            return Ok(port(Output::Force(branch), if turns { "N·m" } else { "N" }));
+        }
+        if machine.branches[branch].law == Law::Rigid {
+            let message = format!("`{stem}` is rigid and does not deform");
+            return Err(Error::new(Code::Conflict, message).hint(format!("it has `{stem}.force`")));
+        }
+        return Ok(port(Output::Deflection(branch), length(turns)));
+    }
+    let terms = terms(name);
+    let (mut sum, mut kind) = (Vec::new(), None);
+    for (factor, term) in terms {
+        let signals::Output::Freedom(freedom, times) = signals::output(machine, term)? else {
+            let message = format!("`{term}` of `{name}` is no motion of a freedom");
+            return Err(Error::new(Code::Conflict, message)
+                .hint("sums are of freedoms: `work.theta - 1/27*motor.theta`"));
+        };
+        let own = (machine.freedoms[freedom].axis.turns(), times);
+        if kind.is_some_and(|kind: (bool, u8)| kind.1 != own.1) {
+            let message = format!("`{name}` adds unlike quantities");
+            return Err(Error::new(Code::Conflict, message)
+                .hint("take all of its terms as displacements, speeds or accelerations"));
+        }
+        kind.get_or_insert(own);
+        sum.push((freedom, factor));
+    }
+    let (turns, times) = kind.unwrap_or((true, 0));
+    Ok(port(Output::Sum(sum, times), rate(turns, times)))
+}
+
+/// `a*x + b*y - z` as factors and names; signs stand between blanks, since names may hold dashes.
+fn terms(text: &str) -> Vec<(f64, &str)> {
+    let mut all = Vec::new();
+    let mut sign = 1.0;
+    for word in text.split_whitespace() {
+        match word {
+            "+" => sign = 1.0,
+            "-" | "−" => sign = -1.0,
+            _ => {
+                let scaled = word
+                    .split_once('*')
+                    .and_then(|(factor, name)| Some((number(factor)?, name)));
+                let (factor, name) = scaled.unwrap_or((1.0, word));
+                all.push((sign * factor, name));
+                sign = 1.0;
+            }
+        }
+    }
+    all
+}
+
+/// `0.5`, `1/27`, `-3`.
+fn number(text: &str) -> Option<f64> {
+    let (top, bottom) = text.split_once('/').unwrap_or((text, "1"));
+    let value = top.parse::<f64>().ok()? / bottom.parse::<f64>().ok()?;
+    value.is_finite().then_some(value)
+}
+
+/// The deformation of a branch is an angle: of a shaft, coupling or damper, or a support against turning.
+pub fn branch_turns(machine: &Machine, branch: usize) -> bool {
+    let branch = &machine.branches[branch];
+    let alone = |&(freedom, _): &(usize, f64)| machine.freedoms[freedom].axis.turns();
+    match machine.elements[branch.element].kind {
+        "gear_pair" | "worm_pair" | "planetary" | "belt" => false,
+        _ => branch.direction.terms.iter().all(alone),
+    }
+}
+
+fn length(turns: bool) -> &'static str {
+    if turns { "rad" } else { "m" }
+}
+
+fn rate(turns: bool, times: u8) -> &'static str {
+    match (turns, times) {
+        (true, 0) => "rad",
+        (true, 1) => "rad/s",
+        (true, _) => "rad/s²",
+        (false, 0) => "m",
+        (false, 1) => "m/s",
+        (false, _) => "m/s²",
+    }
+}
