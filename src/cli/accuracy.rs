@@ -9,10 +9,11 @@ use crate::base::error::{Error, Errors};
 use crate::plan::motion::scene::MotionScene;
 use crate::plan::prepared::Prepared;
 use crate::report;
-use crate::scene::study::{AccuracyStudy, StudyKind, Subject};
+use crate::scene::study::{AccuracyStudy, ResponseStudy, StudyKind, Subject, band};
 use crate::scene::{self, Scene};
 use crate::study::accuracy::{self, Accuracy};
-use crate::study::frequencies::{self, Frequencies};
+use crate::study::ways::Ways;
+use crate::study::{frequencies, responses};
 
 /// The error wanted where nobody says.
 const WANTED: f64 = 1e-6;
@@ -54,9 +55,11 @@ fn study(args: &AccuracyArgs, listed: AccuracyStudy) -> Result<AccuracyStudy, Er
         of: match args.of {
             Some(SubjectWord::Motion) => Subject::Motion,
             Some(SubjectWord::Modes) => Subject::Modes,
+            Some(SubjectWord::Response) => Subject::Response,
             None => listed.of,
         },
         lowest: args.lowest.or(listed.lowest),
+        response: response(args, listed.response)?,
         motion: motion_flags::study(&args.motion, listed.motion)?,
         methods: if args.methods.is_empty() {
             listed.methods
@@ -71,12 +74,8 @@ fn study(args: &AccuracyArgs, listed: AccuracyStudy) -> Result<AccuracyStudy, Er
                 .hint("it is relative: 1e-6 is usual"),
         );
     }
-    let (flag, wants) = match study.of {
-        Subject::Motion => (args.lowest.is_some().then_some("--lowest"), "--of modes"),
-        Subject::Modes => (motion_flag(args), "--of motion"),
-    };
-    match flag {
-        Some(flag) => {
+    match idle_flag(args, study.of) {
+        Some((flag, wants)) => {
             let error = Error::new(Code::Usage, format!("{flag} does nothing here"));
             Err(error.hint(format!("it belongs to {wants}")))
         }
@@ -84,19 +83,51 @@ fn study(args: &AccuracyArgs, listed: AccuracyStudy) -> Result<AccuracyStudy, Er
     }
 }
 
-/// A flag of a motion that was given.
-fn motion_flag(args: &AccuracyArgs) -> Option<&'static str> {
+/// What is asked of responses.
+fn response(args: &AccuracyArgs, listed: ResponseStudy) -> Result<ResponseStudy, Error> {
+    let or = |given: &[String], listed: Vec<String>| match given.is_empty() {
+        true => listed,
+        false => given.to_vec(),
+    };
+    let band = args.band.as_deref().map(|text| band(text, "--band"));
+    Ok(ResponseStudy {
+        inputs: or(&args.input, listed.inputs),
+        outputs: or(&args.motion.output, listed.outputs),
+        band: band.transpose()?.or(listed.band),
+        lines: args.lines.or(listed.lines),
+        ..listed
+    })
+}
+
+/// A flag that was given and belongs to another subject, with the subject.
+fn idle_flag(args: &AccuracyArgs, of: Subject) -> Option<(&'static str, &'static str)> {
+    const MOTION: &str = "--of motion";
+    const RESPONSE: &str = "--of response";
     let motion = &args.motion;
+    let (moves, answers) = (of == Subject::Motion, of == Subject::Response);
     let given = [
-        (!args.methods.is_empty(), "--methods"),
-        (motion.until.is_some(), "--until"),
-        (!motion.output.is_empty(), "--output"),
-        (motion.method.is_some(), "--method"),
-        (motion.tolerance.is_some(), "--tolerance"),
-        (motion.step.is_some(), "--step"),
-        (motion.samples.is_some(), "--samples"),
+        (
+            args.lowest.is_some() && of != Subject::Modes,
+            "--lowest",
+            "--of modes",
+        ),
+        (!args.input.is_empty() && !answers, "--input", RESPONSE),
+        (args.band.is_some() && !answers, "--band", RESPONSE),
+        (args.lines.is_some() && !answers, "--lines", RESPONSE),
+        (
+            !motion.output.is_empty() && of == Subject::Modes,
+            "--output",
+            RESPONSE,
+        ),
+        (!args.methods.is_empty() && !moves, "--methods", MOTION),
+        (motion.until.is_some() && !moves, "--until", MOTION),
+        (motion.method.is_some() && !moves, "--method", MOTION),
+        (motion.tolerance.is_some() && !moves, "--tolerance", MOTION),
+        (motion.step.is_some() && !moves, "--step", MOTION),
+        (motion.samples.is_some() && !moves, "--samples", MOTION),
     ];
-    given.into_iter().find(|g| g.0).map(|g| g.1)
+    let idle = given.into_iter().find(|g| g.0);
+    idle.map(|(_, flag, wants)| (flag, wants))
 }
 
 /// The study of accuracy a scene lists; else the motion it lists.
@@ -128,7 +159,7 @@ enum Found {
         accuracy: Accuracy,
         outputs: Vec<String>,
     },
-    Modes(Frequencies),
+    Ways(Ways),
 }
 
 impl Measured {
@@ -141,7 +172,11 @@ impl Measured {
         let found = match study.of {
             Subject::Modes => {
                 let count = study.lowest.map_or(frequencies::USUAL, |n| n as usize);
-                Found::Modes(frequencies::study(&scene.model, count, &mut hear)?)
+                Found::Ways(frequencies::study(&scene.model, count, &mut hear)?)
+            }
+            Subject::Response => {
+                let prepared = Prepared::new(&scene.model)?;
+                Found::Ways(responses::study(&prepared, &study.response, &mut hear)?)
             }
             Subject::Motion => {
                 let prepared = Prepared::new(&scene.model)?;
@@ -164,7 +199,7 @@ impl Measured {
             Found::Motion { accuracy, outputs } => {
                 report::accuracy_table::table(outputs, accuracy, self.wanted)
             }
-            Found::Modes(found) => report::frequencies_table::table(found, self.wanted),
+            Found::Ways(found) => report::ways_table::table(found, self.wanted),
         }
     }
 
@@ -174,21 +209,21 @@ impl Measured {
             Found::Motion { accuracy, outputs } => {
                 report::accuracy::json(&scene.sources, outputs, accuracy, self.wanted)
             }
-            Found::Modes(found) => report::frequencies::json(&scene.sources, found, self.wanted),
+            Found::Ways(found) => report::ways::json(&scene.sources, found, self.wanted),
         }
     }
 
     fn csv(&self) -> String {
         match &self.found {
             Found::Motion { accuracy, .. } => report::accuracy::csv(accuracy),
-            Found::Modes(found) => report::frequencies::csv(found),
+            Found::Ways(found) => report::ways::csv(found),
         }
     }
 
     fn draw(&self, title: &str) -> String {
         match &self.found {
             Found::Motion { accuracy, .. } => report::accuracy::draw(title, accuracy),
-            Found::Modes(found) => report::frequencies::draw(title, found),
+            Found::Ways(found) => report::ways::draw(title, found),
         }
     }
 }

@@ -61,10 +61,11 @@ pub enum Command {
   geardyn simulate examples/y2250_step.toml --svg step.svg
   geardyn simulate examples/backlash_pair.toml --method radau5 --tolerance 1e-6")]
     Simulate(SimulateArgs),
-    /// Error against run time, of a motion or of natural frequencies: every method that applies, against one reference
+    /// Error against run time, of a motion, natural frequencies or responses: every method that applies, against one reference
     #[command(after_help = "Examples:
   geardyn accuracy examples/backlash_pair.toml
   geardyn accuracy models/y2250.toml --of modes --lowest 10
+  geardyn accuracy models/y2250.toml --of response --input motor.theta --output cutter_ring.theta --band 1:300
   geardyn accuracy examples/linear_chain.toml --error 1e-9 --svg accuracy.svg")]
     Accuracy(AccuracyArgs),
     /// Where methods and machine break: step limits, parametric stability, the scene at its extremes
@@ -606,6 +607,15 @@ pub struct AccuracyArgs {
     /// Compare so many elastic modes; 10 where left out (with --of modes)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub lowest: Option<u32>,
+    /// What drives, such as motor.theta (with --of response; --output measures)
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub input: Vec<String>,
+    /// Frequencies, LOW:HIGH (Hz where bare; with --of response)
+    #[arg(long, value_name = "A:B")]
+    pub band: Option<String>,
+    /// Lines in the band; 1001 where left out (with --of response)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..))]
+    pub lines: Option<u32>,
     /// What is asked of the motion.
     #[command(flatten)]
     pub motion: MotionArgs,
@@ -636,6 +646,8 @@ pub enum SubjectWord {
     Motion,
     /// The lowest natural frequencies
     Modes,
+    /// Frequency responses
+    Response,
 }
 
 /// Arguments of `stability`.

@@ -60,8 +60,8 @@ mod work_precision;
 /// Error against run time of a motion.
 pub mod accuracy;
 
-/// Error against run time of natural frequencies.
-pub mod frequencies;
+/// What ways to one answer cost.
+pub mod ways;
 
 /// Where methods and machine break.
 pub mod stability;
@@ -82,9 +82,9 @@ pub mod response_table;
 #[cfg(feature = "cli")]
 pub mod accuracy_table;
 
-/// Tables of error against run time of natural frequencies.
+/// Tables of what ways to one answer cost.
 #[cfg(feature = "cli")]
-pub mod frequencies_table;
+pub mod ways_table;
 
 /// Tables of stability.
 #[cfg(feature = "cli")]

@@ -199,7 +199,7 @@ fn some(lines: usize) -> Vec<usize> {
 }
 
 /// The largest difference, of the largest exact value of the same output and input.
-fn difference(values: &[ComplexMatrix], exact: &[ComplexMatrix]) -> f64 {
+pub fn difference(values: &[ComplexMatrix], exact: &[ComplexMatrix]) -> f64 {
     let Some(first) = exact.first() else {
         return 0.0;
     };

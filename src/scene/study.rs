@@ -127,6 +127,8 @@ pub struct AccuracyStudy {
     pub motion: SimulateStudy,
     /// How many elastic modes are compared.
     pub lowest: Option<u32>,
+    /// The responses.
+    pub response: ResponseStudy,
     /// Only these methods; all that apply where empty.
     pub methods: Vec<String>,
     /// The error that is wanted in the end, relative.
@@ -141,6 +143,8 @@ pub enum Subject {
     Motion,
     /// The lowest natural frequencies.
     Modes,
+    /// Frequency responses.
+    Response,
 }
 
 /// Where methods and machine break, as the command has it.
@@ -382,18 +386,7 @@ pub fn read(f: &mut Fields) -> Option<Study> {
     let kind = match known? {
         Word::Modes => StudyKind::Modes(modes(f)),
         Word::Simulate => StudyKind::Simulate(simulate(f)),
-        Word::Accuracy => StudyKind::Accuracy(AccuracyStudy {
-            of: f
-                .choice(
-                    "of",
-                    &[("motion", Subject::Motion), ("modes", Subject::Modes)],
-                )
-                .unwrap_or_default(),
-            lowest: f.optional_count("lowest", 1, MOST),
-            motion: simulate(f),
-            methods: texts(f, "methods"),
-            wanted: f.optional_number("error", Range::Positive),
-        }),
+        Word::Accuracy => StudyKind::Accuracy(accuracy(f)),
         Word::Stability => StudyKind::Stability(StabilityStudy {
             motion: simulate(f),
             methods: texts(f, "methods"),
@@ -406,6 +399,28 @@ pub fn read(f: &mut Fields) -> Option<Study> {
         kind,
         place: f.place.clone(),
     })
+}
+
+fn accuracy(f: &mut Fields) -> AccuracyStudy {
+    let words = [
+        ("motion", Subject::Motion),
+        ("modes", Subject::Modes),
+        ("response", Subject::Response),
+    ];
+    let mut study = AccuracyStudy {
+        of: f.choice("of", &words).unwrap_or_default(),
+        wanted: f.optional_number("error", Range::Positive),
+        ..AccuracyStudy::default()
+    };
+    match study.of {
+        Subject::Motion => {
+            study.motion = simulate(f);
+            study.methods = texts(f, "methods");
+        }
+        Subject::Modes => study.lowest = f.optional_count("lowest", 1, MOST),
+        Subject::Response => study.response = response(f),
+    }
+    study
 }
 
 fn modes(f: &mut Fields) -> ModesStudy {

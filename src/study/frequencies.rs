@@ -5,8 +5,10 @@
 //! the machine as written; lengths against the limit of ever finer ones, by Richardson's extrapolation of second order.
 
 use super::timing::least;
+use super::ways::{Size, Way, Ways};
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::base::words::counted;
 use crate::machine::linear::Linear;
 use crate::modes::basis::{self, Basis, Solver};
 use crate::modes::equations::{Case, Equations};
@@ -15,45 +17,6 @@ use crate::modes::reduction::{Keep, Method, Reduced, frequencies};
 use crate::numeric::{Matrix, definite};
 use crate::plan::prepared::Prepared;
 use crate::scene::model::{BarMass, Model, ShaftBody};
-
-/// What the lowest frequencies cost.
-pub struct Frequencies {
-    /// How many elastic modes are compared.
-    pub count: usize,
-    /// The highest of them, rad/s.
-    pub highest: f64,
-    /// Freedoms of the machine, without rigid joints.
-    pub freedoms: usize,
-    /// What the errors are against.
-    pub reference: &'static str,
-    /// Its own relative error.
-    pub reference_error: f64,
-    /// Every way that was tried.
-    pub ways: Vec<Way>,
-}
-
-/// One way to the frequencies.
-pub struct Way {
-    /// Its name.
-    pub method: &'static str,
-    /// How fine: coordinates kept, lengths of a shaft; absent where nothing is chosen.
-    pub size: Option<Size>,
-    /// The largest relative error.
-    pub error: Option<f64>,
-    /// The least time of its repeats, s.
-    pub seconds: f64,
-    /// Why it came to no end.
-    pub failed: Option<String>,
-}
-
-/// How fine a way is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Size {
-    /// So many coordinates are kept.
-    Coordinates(usize),
-    /// Every shaft with a mass of its own is cut in so many lengths.
-    Lengths(usize),
-}
 
 /// Modes compared where nobody says.
 pub const USUAL: usize = 10;
@@ -71,11 +34,7 @@ const LENGTHS: [usize; 8] = [1, 2, 4, 8, 16, 32, 64, 128];
 ///
 /// # Errors
 /// A machine whose strain energy is no sum of squares, or without elastic modes; those of the reference.
-pub fn study(
-    model: &Model,
-    count: usize,
-    progress: &mut dyn FnMut(&str),
-) -> Result<Frequencies, Error> {
+pub fn study(model: &Model, count: usize, progress: &mut dyn FnMut(&str)) -> Result<Ways, Error> {
     let prepared = Prepared::new(model)?;
     let linear = &prepared.linear;
     if !linear.is_sum_of_squares() {
@@ -110,7 +69,7 @@ pub fn study(
     let mut add =
         |method: &'static str, size, task: &mut dyn FnMut() -> Result<Vec<f64>, Error>| {
             progress(method);
-            ways.push(measured(method, size, &truth, task));
+            ways.push(Way::taken(method, size, task, |found| truth.judge(found)));
         };
     add("lowest modes only", None, &mut || {
         found_few(&prepared, count).map(|f| f.0)
@@ -161,28 +120,23 @@ pub fn study(
         }
     }
     ways.extend(lengths(model, count, progress));
-    Ok(Frequencies {
-        count,
-        highest: truth.omega.last().copied().unwrap_or(0.0),
+    let highest = truth.omega.last().copied().unwrap_or(0.0);
+    Ok(Ways {
+        compared: format!(
+            "the lowest {} to {:.4} Hz",
+            counted(count, "elastic mode"),
+            highest / std::f64::consts::TAU
+        ),
+        norm: "largest relative error of the frequencies; of shafts in lengths, against the limit of ever finer ones",
         freedoms: linear.n,
         reference: match whole {
             true => "all modes of the graded factor",
             false => "the lowest modes by elimination",
-        },
+        }
+        .to_string(),
         reference_error: truth.error,
-        ways,
+        list: ways,
     })
-}
-
-impl Frequencies {
-    /// The quickest way to an error.
-    pub fn cheapest(&self, error: f64) -> Option<&Way> {
-        let reached = self
-            .ways
-            .iter()
-            .filter(|w| w.error.is_some_and(|e| e <= error));
-        reached.min_by(|a, b| a.seconds.total_cmp(&b.seconds))
-    }
 }
 
 /// Finds frequencies, rad/s.
@@ -199,37 +153,17 @@ struct Truth {
 /// Coordinates that keep their place where the rest is replaced by modes.
 const BOUNDARY: usize = 2;
 
-fn measured(
-    method: &'static str,
-    size: Option<Size>,
-    truth: &Truth,
-    task: &mut dyn FnMut() -> Result<Vec<f64>, Error>,
-) -> Way {
-    let (outcome, seconds) = least(task);
-    judged(method, size, truth, outcome, seconds)
-}
-
-fn judged(
-    method: &'static str,
-    size: Option<Size>,
-    truth: &Truth,
-    outcome: Result<Vec<f64>, Error>,
-    seconds: f64,
-) -> Way {
-    let (error, failed) = match outcome {
-        Ok(found) if found.len() < truth.omega.len() => {
-            let message = format!("gives {} of {} modes", found.len(), truth.omega.len());
-            (None, Some(message))
+impl Truth {
+    /// How far frequencies are off, where all are there.
+    fn judge(&self, found: Vec<f64>) -> Result<f64, String> {
+        match found.len() < self.omega.len() {
+            true => Err(format!(
+                "gives {} of {} modes",
+                found.len(),
+                self.omega.len()
+            )),
+            false => Ok(worst(&found, &self.omega).max(self.error)),
         }
-        Ok(found) => (Some(worst(&found, &truth.omega).max(truth.error)), None),
-        Err(error) => (None, Some(error.message)),
-    };
-    Way {
-        method,
-        size,
-        error,
-        seconds,
-        failed,
     }
 }
 
@@ -368,7 +302,9 @@ fn lengths(model: &Model, count: usize, progress: &mut dyn FnMut(&str)) -> Vec<W
     rungs
         .into_iter()
         .map(|(lengths, found, seconds)| {
-            judged(NAME, Some(Size::Lengths(lengths)), &limit, found, seconds)
+            Way::judged(NAME, Some(Size::Lengths(lengths)), found, seconds, |f| {
+                limit.judge(f)
+            })
         })
         .collect()
 }

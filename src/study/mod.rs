@@ -6,8 +6,14 @@ mod timing;
 /// Error against run time of a motion.
 pub mod accuracy;
 
+/// Ways to one answer.
+pub mod ways;
+
 /// Error against run time of natural frequencies.
 pub mod frequencies;
+
+/// Error against run time of frequency responses.
+pub mod responses;
 
 /// Where methods and machine break.
 pub mod stability;

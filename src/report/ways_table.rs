@@ -1,26 +1,24 @@
-//! What the lowest natural frequencies cost, as a table for a terminal.
-
-use std::f64::consts::TAU;
+//! What ways to one answer cost, as a table for a terminal.
 
 use super::accuracy_table::time;
-use super::number::{brief, significant};
+use super::number::brief;
 use super::table::{finish, plain, right_but_first};
 use crate::base::words::counted;
-use crate::study::frequencies::{Frequencies, Size, Way};
+use crate::study::ways::{Size, Way, Ways};
 
 /// The table, the reference, the recommendation.
-pub fn table(found: &Frequencies, wanted: f64) -> String {
+pub fn table(found: &Ways, wanted: f64) -> String {
     let mut text = format!(
-        "error in the lowest {} to {} Hz (largest relative error) against run time; {}\nreference: {}, good to {}; shafts in lengths: against the limit of ever finer ones\n\n",
-        counted(found.count, "elastic mode"),
-        significant(found.highest / TAU),
+        "error in {} ({}) against run time; {}\nreference: {}, good to {}\n\n",
+        found.compared,
+        found.norm,
         counted(found.freedoms, "freedom"),
         found.reference,
         brief(found.reference_error),
     );
     let mut table = plain();
     table.set_header(["way", "at", "error", "time"]);
-    for way in &found.ways {
+    for way in &found.list {
         let Some(error) = way.error else { continue };
         let row = [
             way.method.to_string(),
@@ -33,7 +31,7 @@ pub fn table(found: &Frequencies, wanted: f64) -> String {
     right_but_first(&mut table);
     text += &finish(&table);
     let failed: Vec<(&Way, &String)> = found
-        .ways
+        .list
         .iter()
         .filter_map(|w| Some((w, w.failed.as_ref()?)))
         .collect();
@@ -65,6 +63,7 @@ fn named(way: &Way) -> String {
 fn at(way: &Way) -> String {
     match way.size {
         Some(Size::Coordinates(n)) => counted(n, "coordinate"),
+        Some(Size::Modes(n)) => counted(n, "mode"),
         Some(Size::Lengths(n)) => counted(n, "length"),
         None => "–".to_string(),
     }
