@@ -15,7 +15,7 @@ use crate::base::error::{Error, Warning};
 use crate::base::words::counted;
 use crate::identify::modal::lsfd::ModeShape;
 use crate::identify::mode::IdentifiedMode;
-use crate::identify::rational::{self, Measured, RationalFit, RationalOptions};
+use crate::identify::rational::{self, Delay, Measured, RationalFit, RationalOptions};
 use crate::numeric::{Complex, ComplexMatrix};
 use crate::recording::names;
 use crate::recording::quantity::ResponseKind;
@@ -57,10 +57,12 @@ pub fn identify(source: Source, study: &IdentifyStudy) -> Result<Identification,
                 return Err(Error::new(Code::Usage, message)
                     .hint("take a method from responses, such as --method plscf"));
             }
+            check_flags(method, study)?;
             from_responses(method, chosen(responses, study)?, None, Vec::new(), study)
         }
         Source::Signals(recording) => {
             let method = method(study, false);
+            check_flags(method, study)?;
             let inputs = record::places(recording, &study.inputs)?;
             let outputs = record::places(recording, &study.outputs)?;
             check_roles(method, &inputs, &outputs, recording)?;
@@ -87,6 +89,34 @@ pub fn identify(source: Source, study: &IdentifyStudy) -> Result<Identification,
                 study,
             )
         }
+    }
+}
+
+/// Refuses what the method would do nothing with.
+fn check_flags(method: Method, study: &IdentifyStudy) -> Result<(), Error> {
+    let idle = [
+        (
+            study.delay != Delay::None && method != Method::Rational,
+            "--delay",
+            "--method rational estimates delays",
+        ),
+        (
+            study.allow_unstable && method != Method::Rational,
+            "--allow-unstable",
+            "--method rational may be let find unstable poles",
+        ),
+        (
+            study.derivative.is_some() && method.needs() != Needs::Responses,
+            "--kind",
+            "it says what responses to an input are: name what drives, --input",
+        ),
+    ];
+    match idle.into_iter().find(|flag| flag.0) {
+        Some((_, flag, hint)) => {
+            let message = format!("{} does nothing with {flag}", method.word());
+            Err(Error::new(Code::Usage, message).hint(hint))
+        }
+        None => Ok(()),
     }
 }
 
@@ -228,7 +258,11 @@ fn from_responses(
                 evidence: Evidence::Rational(fit),
             }
         }
-        None => modal::identify(method, &responses, band_hz, study)?,
+        None => {
+            let independence = acquired.as_ref().map_or(1.0, |a| a.line_independence);
+            let stands_in = study.method.is_none().then_some(independence);
+            modal::identify(method, &responses, band_hz, study, stands_in)?
+        }
     };
     trace.push((method.word(), start.elapsed().as_secs_f64()));
     warnings.extend(found.warnings);
