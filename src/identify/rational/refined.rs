@@ -5,12 +5,15 @@
 
 use crate::base::error::Error;
 use crate::numeric::Complex;
+use crate::numeric::statistics::chi_squared_quantile;
 
 use super::answer::spread_of;
 use super::basis::{Pole, Problem, Structure};
 use super::lines::{Lines, Weights};
-use super::projection::{Fitted, Model, at};
-use super::spread::{beside, disagreement, mean};
+use super::local::{cut, window};
+use super::projection::{Fitted, Model, Stop, at, refine};
+use super::scan::spacing;
+use super::spread::{Mean, beside, disagreement, mean};
 use super::variance::from_differences;
 use super::{Measured, RationalOptions, Spread};
 use crate::identify::mode::IdentifiedMode;
@@ -28,7 +31,7 @@ pub struct Refined {
 }
 
 /// Each pole is fitted beside the others where they stand, so all are fitted again once they have moved.
-const ROUNDS: usize = 2;
+const ROUNDS: usize = 4;
 
 /// Brings poles (rad/s, of the upper half plane, the more certain first) to their places. One that lies beside another and stands only
 /// for what the responses disagree by is left out; the order is kept.
@@ -56,7 +59,8 @@ pub fn refined(
         let fitted = fitted(&problem, &now, numerators);
         answer = (0..now.len())
             .map(|r| {
-                let mean = mean(&problem[0], &fitted, numerators, r, lines.independence);
+                let mean = mean(&problem[0], &fitted, numerators, r, lines.independence)
+                    .filter(Mean::is_finite);
                 (places[r], mean)
             })
             .collect();
@@ -82,10 +86,13 @@ pub fn refined(
         .collect())
 }
 
+/// A start needs a width; in units of the highest line.
+const LEAST_REAL_PART: f64 = 1e-9;
+
 fn scaled(pole: Complex, top: f64) -> Pole {
     Pole {
         w: pole.im / top,
-        sigma: pole.re.abs() / top,
+        sigma: (pole.re.abs() / top).max(LEAST_REAL_PART),
         stable: pole.re <= 0.0,
     }
 }
@@ -98,23 +105,56 @@ fn fitted(problem: &[Problem; 1], poles: &[Pole], numerators: usize) -> Fitted {
     at(problem, &model, numerators)
 }
 
-/// Which poles are left when those are gone that stand beside an earlier one for a disagreement about it.
+/// Which poles are left when those are gone that stand beside an earlier one without need, or for a disagreement about it.
 fn distinct(problem: &[Problem; 1], numerators: usize, all: &[Pole]) -> Vec<usize> {
     let mut kept: Vec<usize> = Vec::new();
     for (k, pole) in all.iter().enumerate() {
         let known: Vec<Pole> = kept.iter().map(|&k| all[k]).collect();
-        let stands_for = beside(&problem[0], &known, pole).is_some_and(|r| {
+        let is_double = beside(&problem[0], &known, pole).is_some_and(|r| {
             let others = (0..all.len()).filter(|o| *o > k || kept.contains(o));
             let without: Vec<usize> = others.collect();
-            let at_r = without.iter().position(|&o| o == kept[r]);
+            let Some(r) = without.iter().position(|&o| o == kept[r]) else {
+                return false;
+            };
             let poles: Vec<Pole> = without.iter().map(|&o| all[o]).collect();
             let fitted = fitted(problem, &poles, numerators);
-            at_r.and_then(|r| disagreement(&problem[0], &fitted, numerators, r, *pole))
-                .is_some()
+            !is_needed(&problem[0], &fitted, numerators, r, *pole)
+                || disagreement(&problem[0], &fitted, numerators, r, *pole).is_some()
         });
-        if !stands_for {
+        if !is_double {
             kept.push(k);
         }
     }
     kept
+}
+
+/// How often noise alone may keep a second pole beside another.
+const FALSE_ALARM: f64 = 1e-3;
+
+const STOP: Stop = Stop {
+    steps: 15,
+    fall: 0.1,
+    share: 1e-5,
+};
+
+/// Whether one more pole beside pole `r` lowers the misfit of the window by more than noise would, the noise taken from what both leave.
+fn is_needed(problem: &Problem, fitted: &Fitted, numerators: usize, r: usize, place: Pole) -> bool {
+    let pole = fitted.model.poles[r];
+    let Some((from, to)) = window(&problem.x, &pole, spacing(&problem.x)) else {
+        return true;
+    };
+    let local = [cut(problem, fitted, numerators, &[r], from, to)];
+    let best = |poles: Vec<Pole>| {
+        let model = Model {
+            poles,
+            delays: Vec::new(),
+        };
+        refine(&local, at(&local, &model, numerators), numerators, STOP).chi2
+    };
+    let (one, two) = (best(vec![pole]), best(vec![pole, place]));
+    let responses = local[0].y.ncols() as f64;
+    let unknown = responses * (2 * numerators + local[0].fixed.ncols()) as f64 + 4.0;
+    let freedom = (2.0 * (to - from) as f64 * responses - unknown).max(1.0);
+    let brings = numerators as f64 * responses + 2.0;
+    one - two > (two / freedom).max(1.0) * chi_squared_quantile(1.0 - FALSE_ALARM, brings)
 }

@@ -221,6 +221,21 @@ pub(super) struct Mean {
     pub tau: (f64, f64),
 }
 
+impl Mean {
+    /// Whether there was something to take a mean of.
+    pub fn is_finite(&self) -> bool {
+        let all = [
+            self.pole.w,
+            self.pole.sigma,
+            self.variance.0,
+            self.variance.1,
+            self.tau.0,
+            self.tau.1,
+        ];
+        all.iter().all(|v| v.is_finite())
+    }
+}
+
 /// A response whose own pole shares less than this with the common one hardly sees it, and has gone elsewhere.
 const STAYS: f64 = 0.3;
 
