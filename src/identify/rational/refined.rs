@@ -30,6 +30,9 @@ pub struct Refined {
     pub spread: Option<Spread>,
 }
 
+/// Residues are free complex numbers.
+const NUMERATORS: usize = 2;
+
 /// Each pole is fitted beside the others where they stand, so all are fitted again once they have moved.
 const ROUNDS: usize = 4;
 
@@ -49,25 +52,21 @@ pub fn refined(
         None => from_differences(&lines),
     };
     let weights = Weights::new(&variance);
-    let numerators = Structure::FULL.numerators();
     let problem = [lines.shared(&weights, Structure::FULL)];
     let all: Vec<Pole> = poles.iter().map(|p| scaled(*p, lines.top)).collect();
-    let places = distinct(&problem, numerators, &all);
-    let mut now: Vec<Pole> = places.iter().map(|&k| all[k]).collect();
-    let mut answer = Vec::new();
-    for _ in 0..ROUNDS {
-        let fitted = fitted(&problem, &now, numerators);
-        answer = (0..now.len())
-            .map(|r| {
-                let mean = mean(&problem[0], &fitted, numerators, r, lines.independence)
-                    .filter(Mean::is_finite);
-                (places[r], mean)
-            })
-            .collect();
-        for (pole, (_, mean)) in now.iter_mut().zip(&answer) {
-            *pole = mean.as_ref().map_or(*pole, |mean| mean.pole);
+    let first = apart(&problem[0], &all);
+    let (mut places, mut now): (Vec<usize>, Vec<Pole>) = first.iter().map(|&k| (k, all[k])).unzip();
+    let mut means = settle(&problem, &mut now, lines.independence);
+    for k in (0..all.len()).filter(|k| !first.contains(k)) {
+        if is_double(&problem, &now, &all[k]) {
+            continue;
         }
+        places.push(k);
+        now.push(all[k]);
+        means = settle(&problem, &mut now, lines.independence);
     }
+    let mut answer: Vec<(usize, Option<Mean>)> = places.into_iter().zip(means).collect();
+    answer.sort_by_key(|a| a.0);
     Ok(answer
         .into_iter()
         .map(|(place, mean)| {
@@ -97,35 +96,50 @@ fn scaled(pole: Complex, top: f64) -> Pole {
     }
 }
 
-fn fitted(problem: &[Problem; 1], poles: &[Pole], numerators: usize) -> Fitted {
+fn fitted(problem: &[Problem; 1], poles: &[Pole]) -> Fitted {
     let model = Model {
         poles: poles.to_vec(),
         delays: Vec::new(),
     };
-    at(problem, &model, numerators)
+    at(problem, &model, NUMERATORS)
 }
 
-/// Which poles are left when those are gone that stand beside an earlier one without need, or for a disagreement about it.
-fn distinct(problem: &[Problem; 1], numerators: usize, all: &[Pole]) -> Vec<usize> {
-    let mut kept: Vec<usize> = Vec::new();
+/// Which poles lie beside no earlier one.
+fn apart(problem: &Problem, all: &[Pole]) -> Vec<usize> {
+    let mut chosen: Vec<usize> = Vec::new();
     for (k, pole) in all.iter().enumerate() {
-        let known: Vec<Pole> = kept.iter().map(|&k| all[k]).collect();
-        let is_double = beside(&problem[0], &known, pole).is_some_and(|r| {
-            let others = (0..all.len()).filter(|o| *o > k || kept.contains(o));
-            let without: Vec<usize> = others.collect();
-            let Some(r) = without.iter().position(|&o| o == kept[r]) else {
-                return false;
-            };
-            let poles: Vec<Pole> = without.iter().map(|&o| all[o]).collect();
-            let fitted = fitted(problem, &poles, numerators);
-            !is_needed(&problem[0], &fitted, numerators, r, *pole)
-                || disagreement(&problem[0], &fitted, numerators, r, *pole).is_some()
-        });
-        if !is_double {
-            kept.push(k);
+        let known: Vec<Pole> = chosen.iter().map(|&k| all[k]).collect();
+        if beside(problem, &known, pole).is_none() {
+            chosen.push(k);
         }
     }
-    kept
+    chosen
+}
+
+/// Brings the poles to the means over the responses that see them, which are returned.
+fn settle(problem: &[Problem; 1], now: &mut [Pole], independence: f64) -> Vec<Option<Mean>> {
+    let mut means = Vec::new();
+    for _ in 0..ROUNDS {
+        let fitted = fitted(problem, now);
+        let mean = |r: usize| mean(&problem[0], &fitted, NUMERATORS, r, independence);
+        means = (0..now.len())
+            .map(|r| mean(r).filter(Mean::is_finite))
+            .collect();
+        for (pole, mean) in now.iter_mut().zip(&means) {
+            *pole = mean.as_ref().map_or(*pole, |mean| mean.pole);
+        }
+    }
+    means
+}
+
+/// Whether a pole stands beside one of those at their places without need, or for what the responses disagree about.
+fn is_double(problem: &[Problem; 1], now: &[Pole], pole: &Pole) -> bool {
+    let Some(r) = beside(&problem[0], now, pole) else {
+        return false;
+    };
+    let fitted = fitted(problem, now);
+    !is_needed(&problem[0], &fitted, r, *pole)
+        || disagreement(&problem[0], &fitted, NUMERATORS, r, *pole).is_some()
 }
 
 /// How often noise alone may keep a second pole beside another.
@@ -138,7 +152,8 @@ const STOP: Stop = Stop {
 };
 
 /// Whether one more pole beside pole `r` lowers the misfit of the window by more than noise would, the noise taken from what both leave.
-fn is_needed(problem: &Problem, fitted: &Fitted, numerators: usize, r: usize, place: Pole) -> bool {
+fn is_needed(problem: &Problem, fitted: &Fitted, r: usize, place: Pole) -> bool {
+    let numerators = NUMERATORS;
     let pole = fitted.model.poles[r];
     let Some((from, to)) = window(&problem.x, &pole, spacing(&problem.x)) else {
         return true;
