@@ -342,6 +342,7 @@ fn grown(
         let mut growth = Growth::new(&problem, numerators, rules, MOST_WORK - effort.work);
         let fitted = growth.prune(at(&problem, &model, numerators));
         let fitted = growth.grow(fitted, evidence);
+        let fitted = growth.drop_uncertain(fitted);
         effort.scans += growth.scans;
         effort.steps += growth.steps;
         effort.work += growth.work;
