@@ -26,7 +26,7 @@ pub const LEAST_PER_CELL: f64 = 2.0;
 const REACH: usize = 3;
 
 /// Cells that the filter reaches on either side.
-const FILTER: usize = 12;
+const FILTER: usize = 16;
 
 /// Cells lost at either end.
 pub const LOST: usize = REACH + FILTER;
@@ -135,10 +135,7 @@ impl Cells {
         if best.len() <= 2 * FILTER {
             return Err(empty());
         }
-        let raw: Vec<f64> = best
-            .clone()
-            .map(|m| self.sum[m] / self.weight[m])
-            .collect();
+        let raw: Vec<f64> = best.clone().map(|m| self.sum[m] / self.weight[m]).collect();
         let value = |i: usize| {
             let middle = filter[0] * raw[i];
             let sides = (1..=FILTER).map(|j| filter[j] * (raw[i - j] + raw[i + j]));

@@ -212,7 +212,13 @@ mod tests {
     /// Waves of whole and broken orders come back to rounding from any number of turns and any start.
     #[test]
     fn exact_waves() {
-        let orders = [order(1, 1), order(3, 1), order(64, 21), order(64, 1), order(5, 3)];
+        let orders = [
+            order(1, 1),
+            order(3, 1),
+            order(64, 21),
+            order(64, 1),
+            order(5, 3),
+        ];
         for (count, first) in [(5000, -317), (40_013, 91_000), (2117, 0)] {
             let mut signal = AngularSignal {
                 per_turn: 96,
@@ -224,7 +230,8 @@ mod tests {
                 .collect();
             for m in 0..count {
                 let angle = signal.angle(m);
-                let wave = |(o, z): (&Order, &Complex)| (z * Complex::from_polar(1.0, o.value * angle)).re;
+                let wave =
+                    |(o, z): (&Order, &Complex)| (z * Complex::from_polar(1.0, o.value * angle)).re;
                 signal.values[m] = 7.0 + orders.iter().zip(&truth).map(wave).sum::<f64>();
             }
             let found = fit(&signal, &orders).unwrap();

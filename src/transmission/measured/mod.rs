@@ -30,3 +30,12 @@ pub mod fit;
 
 /// What is left beside them.
 pub mod noise;
+
+/// One flank.
+pub mod flank;
+
+/// Speed tooth by tooth.
+pub mod speed;
+
+/// The whole evaluation.
+pub mod evaluate;

@@ -81,8 +81,16 @@ impl Residual {
         let (mut low, mut high) = (start, start);
         let (mut sum, mut count) = (0.0, 0);
         while count < NEAREST && (low > 0 || high < self.power.len()) {
-            let down = if low > 0 { at - (low - 1) as f64 } else { f64::INFINITY };
-            let up = if high < self.power.len() { high as f64 - at } else { f64::INFINITY };
+            let down = if low > 0 {
+                at - (low - 1) as f64
+            } else {
+                f64::INFINITY
+            };
+            let up = if high < self.power.len() {
+                high as f64 - at
+            } else {
+                f64::INFINITY
+            };
             let k = if down <= up {
                 low -= 1;
                 low

@@ -75,20 +75,18 @@ impl OrderList {
     }
 
     /// The shafts with two multiples, the meshes with as many as are asked for, and one sideband on either side.
-    pub fn of_train(teeth: &Teeth, multiples: usize) -> OrderList {
+    pub fn with_train(&mut self, teeth: &Teeth, multiples: usize) {
         let (shafts, meshes) = (teeth.shafts(), teeth.meshes());
-        let mut list = OrderList::default();
         for one in shafts.iter().rev().chain(&meshes) {
-            list.put(one.order.clone(), one.name.clone());
+            self.put(one.order.clone(), one.name.clone());
         }
-        shafts.iter().rev().for_each(|s| list.multiple(s, 2));
+        shafts.iter().rev().for_each(|s| self.multiple(s, 2));
         for k in 2..=multiples {
-            meshes.iter().for_each(|m| list.multiple(m, k));
+            meshes.iter().for_each(|m| self.multiple(m, k));
         }
         for k in 1..=multiples {
-            list.sidebands(&shafts, &meshes, k, 1);
+            self.sidebands(&shafts, &meshes, k, 1);
         }
-        list
     }
 
     /// Also the multiples of each shaft up to half its teeth, and further sidebands.
@@ -174,7 +172,9 @@ mod tests {
     fn resolved(teeth: &str, turns: f64) -> Vec<Order> {
         let teeth = Teeth::parse(teeth).unwrap();
         let reach = Reach { band: 400.0, turns };
-        OrderList::of_train(&teeth, 3).resolved(reach, &mut Vec::new())
+        let mut list = OrderList::default();
+        list.with_train(&teeth, 3);
+        list.resolved(reach, &mut Vec::new())
     }
 
     /// 21:63: one turn of the pinion is a third of the wheel's: the third multiple of the wheel has its order, exactly.
@@ -185,7 +185,7 @@ mod tests {
             band: 400.0,
             turns: 5.0,
         };
-        let mut fitted = OrderList::of_train(&teeth, 3).resolved(reach, &mut Vec::new());
+        let mut fitted = resolved("21:63", 5.0);
         let mut more = OrderList::default();
         more.with_more(&teeth, 3);
         let more = more.resolved(reach, &mut fitted);
@@ -208,7 +208,12 @@ mod tests {
             (input, fresh)
         };
         let (short, fresh) = one(5.0);
-        assert!(short.near.iter().any(|n| n.what.contains("3 × output") && (n.turns - 21.0).abs() < 1e-9));
+        assert!(
+            short
+                .near
+                .iter()
+                .any(|n| n.what.contains("3 × output") && (n.turns - 21.0).abs() < 1e-9)
+        );
         assert!(!fresh.iter().any(|o| o.names[0] == "3 × output"));
         let (long, fresh) = one(21.5);
         assert!(long.near.is_empty());

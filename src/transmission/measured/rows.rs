@@ -163,7 +163,11 @@ pub fn wrap(
     }
     // The step that the shaft makes meanwhile is taken off the jump or added to it.
     let slack = (2.0 * usual).max(1e-6 * least);
-    let fits = |w: f64| jumps.iter().all(|j| (j.1.abs() - w).abs() <= slack + 0.02 * w);
+    let fits = |w: f64| {
+        jumps
+            .iter()
+            .all(|j| (j.1.abs() - w).abs() <= slack + 0.02 * w)
+    };
     if let Some(&found) = known.iter().find(|w| fits(**w)) {
         return Ok(Some(found));
     }

@@ -43,7 +43,7 @@ pub struct Survey {
     /// The largest turn of the input in one row, averaged over a few, rad.
     pub pace: f64,
     /// Rows, input and output angle, at even distances.
-    points: Vec<(usize, f64, f64)>,
+    pub points: Vec<(usize, f64, f64)>,
 }
 
 /// The ratio of a record.
@@ -188,13 +188,15 @@ impl Survey {
         }
         if !(value.abs() > 0.0 && value.is_finite()) {
             let message = "the output does not turn while the input does";
-            return Err(Error::new(Code::NoSignal, message)
-                .hint("look whether this is its channel: `geardyn check LOG` shows what each holds"));
+            return Err(Error::new(Code::NoSignal, message).hint(
+                "look whether this is its channel: `geardyn check LOG` shows what each holds",
+            ));
         }
         // Six times what is left beside a straight line: a wave of one period leaves a slope of 4.4 times that.
         const WAVE: f64 = 6.0;
         let reach = self.runs.iter().map(Run::reach).fold(0.0, f64::max);
-        let drift = WAVE * (rest / f64::max(n, 1.0)).sqrt() + 2.0 * (steps.1 + steps.0 * value.abs());
+        let drift =
+            WAVE * (rest / f64::max(n, 1.0)).sqrt() + 2.0 * (steps.1 + steps.0 * value.abs());
         Ok(MeasuredRatio {
             value,
             known_to: drift / (reach * value.abs()),
@@ -205,13 +207,22 @@ impl Survey {
     ///
     /// # Errors
     /// `RatioMismatch`, saying the measured ratio; `Slip`, saying where.
-    pub fn check_ratio(&self, teeth: &Teeth, found: MeasuredRatio, rate_hz: Option<f64>) -> Result<(), Error> {
+    pub fn check_ratio(
+        &self,
+        teeth: &Teeth,
+        found: MeasuredRatio,
+        rate_hz: Option<f64>,
+    ) -> Result<(), Error> {
         let declared = teeth.ratio().value();
         let off = found.value.abs() / declared - 1.0;
         if off.abs() <= found.known_to {
             return Ok(());
         }
-        let pairs: Vec<String> = teeth.pairs().iter().map(|p| format!("{}:{}", p.0, p.1)).collect();
+        let pairs: Vec<String> = teeth
+            .pairs()
+            .iter()
+            .map(|p| format!("{}:{}", p.0, p.1))
+            .collect();
         let pairs = pairs.join(",");
         let said = format!(
             "the output turns {:.9} times for one turn of the input, and {pairs} makes {declared:.9} ({:+.2e} relative)",
@@ -223,12 +234,23 @@ impl Survey {
                 Some(rate) => format!("{:.4} s", row as f64 / rate),
                 None => format!("row {}", row + 1),
             };
-            let message = format!("something slips: {said}; {share:.0} % of the difference arises near {place}");
+            let message = format!(
+                "something slips: {said}; {share:.0} % of the difference arises near {place}"
+            );
             return Err(Error::new(Code::Slip, message)
                 .hint("look at couplings, clamps and belts; take a stretch in which nothing slips: --after, --before"));
         }
-        let largest = teeth.pairs().iter().map(|p| p.0.max(p.1)).max().unwrap_or(1);
-        let near = near_teeth(found.value.abs(), found.known_to, u64::from(largest.max(100)) * 2);
+        let largest = teeth
+            .pairs()
+            .iter()
+            .map(|p| p.0.max(p.1))
+            .max()
+            .unwrap_or(1);
+        let near = near_teeth(
+            found.value.abs(),
+            found.known_to,
+            u64::from(largest.max(100)) * 2,
+        );
         let near = near.map_or(String::new(), |(a, b)| format!(": that is {a}:{b}"));
         Err(Error::new(Code::RatioMismatch, format!("{said}{near}"))
             .hint("look at --teeth (driver first), at --lines and --counts-per-line of both encoders, and whether input and output are interchanged"))
@@ -239,11 +261,15 @@ impl Survey {
         const SECTIONS: usize = 8;
         /// Other teeth make an eighth of the difference in each section; a slip makes most of it in one or two.
         const UNEVEN: f64 = 0.3;
-        let run = self.runs.iter().max_by(|a, b| a.reach().total_cmp(&b.reach()))?;
+        let run = self
+            .runs
+            .iter()
+            .max_by(|a, b| a.reach().total_cmp(&b.reach()))?;
         let points: Vec<_> = self.of(run).collect();
         let (first, last) = (points.first()?, points.last()?);
         let ideal = declared * measured.signum();
-        let drift = |a: &(usize, f64, f64), b: &(usize, f64, f64)| (b.2 - a.2) - ideal * (b.1 - a.1);
+        let drift =
+            |a: &(usize, f64, f64), b: &(usize, f64, f64)| (b.2 - a.2) - ideal * (b.1 - a.1);
         let whole = drift(first, last);
         let at = |k: usize| points[k * (points.len() - 1) / SECTIONS];
         let shares = (0..SECTIONS).map(|k| (at(k).0, drift(at(k), at(k + 1)) / whole));

@@ -53,9 +53,7 @@ impl Teeth {
         let out = |&(a, b): &(u32, u32)| !(1..=MOST).contains(&a) || !(1..=MOST).contains(&b);
         if let Some((a, b)) = pairs.iter().find(|p| out(p)) {
             let message = format!("{a}:{b} are no tooth numbers");
-            return Err(
-                Error::new(Code::OutOfRange, message).hint(format!("they are 1 to {MOST}"))
-            );
+            return Err(Error::new(Code::OutOfRange, message).hint(format!("they are 1 to {MOST}")));
         }
         if pairs.is_empty() {
             return Err(Error::new(Code::OutOfRange, "no tooth numbers are stated")
@@ -131,10 +129,7 @@ mod tests {
         let orders = |list: Vec<Member>| -> Vec<String> {
             list.iter().map(|m| m.order.to_string()).collect()
         };
-        assert_eq!(
-            orders(teeth.shafts()),
-            ["1125/4", "225/2", "45", "1"]
-        );
+        assert_eq!(orders(teeth.shafts()), ["1125/4", "225/2", "45", "1"]);
         assert_eq!(orders(teeth.meshes()), ["6750", "3375", "90"]);
         assert_eq!(teeth.hunting_turns().to_string(), "4");
         assert_eq!(teeth.ratio().to_string(), "4/1125");
