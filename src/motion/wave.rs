@@ -3,6 +3,8 @@
 use std::f64::consts::TAU;
 
 use crate::machine::direction::Direction;
+use crate::numeric::Complex;
+use crate::numeric::fft::RealFft;
 pub use crate::scene::laws::Shape;
 
 /// A periodic function of a phase.
@@ -199,15 +201,12 @@ fn into_piece(psi: f64, piece: usize, pieces: usize) -> f64 {
 /// The trigonometric polynomial through equally spaced values: n, a, φ.
 fn through(values: &[f64]) -> Vec<(u32, f64, f64)> {
     let count = values.len();
+    let mut transform = RealFft::new(count);
+    let mut spectrum = vec![Complex::ZERO; transform.lines()];
+    transform.forward(&mut values.to_vec(), &mut spectrum);
     let term = |n: usize| {
-        let (mut re, mut im) = (0.0, 0.0);
-        for (k, v) in values.iter().enumerate() {
-            let (sin, cos) = (TAU * (n * k % count) as f64 / count as f64).sin_cos();
-            re += v * cos;
-            im -= v * sin;
-        }
         let share = if 2 * n == count { 1.0 } else { 2.0 } / count as f64;
-        (n as u32, share * re.hypot(im), im.atan2(re))
+        (n as u32, share * spectrum[n].norm(), spectrum[n].arg())
     };
     (1..=count / 2).map(term).collect()
 }
