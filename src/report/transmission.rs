@@ -68,7 +68,7 @@ pub fn json(sources: &[Arc<Source>], machine: &Machine, answer: &Answer) -> Valu
         "against": chain.ends.against.map(name),
         "driver_turns": chain.turns(chain.ends.driver).map(ToString::to_string),
         "period_turns": answer.period.as_ref().map(ToString::to_string),
-        "joints": if answer.misfit.is_some() { "elastic" } else { "rigid" },
+        "joints": if answer.is_rigid() { "rigid" } else { "elastic" },
         "wind_up_arcsec": answer.wind_up * ARCSEC,
         "radius_m": answer.radius,
         "output_speed_rad_s": answer.speed,

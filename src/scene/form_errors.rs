@@ -36,16 +36,19 @@ pub fn form_error(f: &mut Fields) -> FormError {
         Cause::Misalignment => Kind::Angle,
         _ => Kind::Length,
     };
-    let unknown = matches!(f.item("phase", "an angle, or \"unknown\""), Some(item)
-        if matches!(&item.value, Value::Text(text) if text == "unknown"));
+    let unknown = f.has("phase") && f.place_of("phase").text().trim_matches(['"', '\'']) == "unknown";
     let phase = match unknown {
-        true => 0.0,
+        true => {
+            f.item("phase", "an angle, or \"unknown\"");
+            0.0
+        }
         false => (f.optional_quantity("phase", Kind::Angle, Range::Any)).unwrap_or(0.0),
     };
     let tolerance = f.optional_number("tolerance", Range::Within(0.0, 1.0, "at least 0 and below 1"));
     let given: Vec<&str> = SIZES.into_iter().filter(|key| f.has(key)).collect();
     if let [one, other, ..] = given[..] {
         f.exclusive(one, other);
+        f.item(other, "");
     }
     let size = match given.first().copied().unwrap_or("amplitude") {
         "amplitudes" => listed(f, cause, kind),

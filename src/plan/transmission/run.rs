@@ -56,12 +56,17 @@ pub struct Row {
 }
 
 impl Answer {
-    /// A and ψ of a row, slowly: with rigid joints where these have an answer, else as the elastic joints share it out.
+    /// A and ψ of a row, slowly: with rigid joints where these have an answer, in loops as the elastic joints share it out.
     pub fn slow(&self, row: &Row) -> Complex {
-        match (&self.misfit, row.line.origin) {
-            (None, Origin::Declared(_)) => row.line.kinematic,
+        match row.line.origin {
+            Origin::Declared(_) if self.is_rigid() => row.line.kinematic,
             _ => row.loaded,
         }
+    }
+
+    /// Rigid joints have an answer for every single error: no loop shares it out.
+    pub fn is_rigid(&self) -> bool {
+        self.chain.conditions.is_empty()
     }
 
     /// Sum of all amplitudes, rad.
