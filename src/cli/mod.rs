@@ -3,6 +3,9 @@
 /// Flags of every command that reads a log.
 pub mod log_args;
 
+/// Flags of `te`.
+pub mod te_args;
+
 /// Arguments as typed.
 pub mod args;
 
@@ -53,9 +56,6 @@ pub mod stability;
 
 /// `response`.
 pub mod response;
-
-/// Flags of `te`.
-pub mod te_args;
 
 /// `te`.
 pub mod te;
