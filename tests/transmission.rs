@@ -17,7 +17,8 @@ mod support;
 const HEAD: &str = "title = \"test\"\nsource = \"made for a test\"\nunits = \"SI\"\n";
 
 fn written(text: &str) -> Prepared {
-    let scene = geardyn::scene::read_text("test.toml", &format!("{HEAD}{text}")).unwrap_or_else(|e| panic!("{e}\n{text}"));
+    let scene = geardyn::scene::read_text("test.toml", &format!("{HEAD}{text}"))
+        .unwrap_or_else(|e| panic!("{e}\n{text}"));
     Prepared::new(&scene.model).unwrap()
 }
 
@@ -69,10 +70,22 @@ fn exact_generator_chain() {
         ("shaft_1", "profile", "mesh 24/60"),
     ];
     for (on, of, key) in expected {
-        let row = answer.rows.iter().find(|r| source(machine, r) == on && cause(machine, r) == of).unwrap();
-        assert_eq!(row.line.order.to_string(), reference["orders"][key].as_str().unwrap(), "{on} {of}");
+        let row = answer
+            .rows
+            .iter()
+            .find(|r| source(machine, r) == on && cause(machine, r) == of)
+            .unwrap();
+        assert_eq!(
+            row.line.order.to_string(),
+            reference["orders"][key].as_str().unwrap(),
+            "{on} {of}"
+        );
     }
-    let eccentric = answer.rows.iter().find(|r| source(machine, r) == "shaft_3" && cause(machine, r) == "eccentricity").unwrap();
+    let eccentric = answer
+        .rows
+        .iter()
+        .find(|r| source(machine, r) == "shaft_3" && cause(machine, r) == "eccentricity")
+        .unwrap();
     let wanted = support::number(&reference["eccentricity"]["spindle_arcsec"]);
     let found = answer.slow(eccentric).norm() * ARCSEC;
     // By hand 206.265 and 105.715 were used; the exact values have more digits.
@@ -83,7 +96,11 @@ fn exact_generator_chain() {
     // The pitch of the wheel, 12 µm at r = 270 mm; the worm's axis, 3 µm over the same.
     let pitch = answer.slow(&answer.rows[0]).norm();
     assert!((pitch * 0.27 / 12e-6 - 1.0).abs() < 1e-13, "{pitch}");
-    let axial = answer.rows.iter().find(|r| cause(machine, r) == "axial").unwrap();
+    let axial = answer
+        .rows
+        .iter()
+        .find(|r| cause(machine, r) == "axial")
+        .unwrap();
     assert!((answer.slow(axial).norm() * 0.27 / 3e-6 - 1.0).abs() < 1e-13);
     let total: f64 = answer.rows.iter().map(|r| r.share).sum();
     assert!((total - 1.0).abs() < 1e-14);
@@ -96,11 +113,16 @@ fn survives_periods_beyond_count() {
     let mut text = String::new();
     let teeth = [997, 991, 983, 977, 971, 967, 953, 947];
     for k in 0..=teeth.len() / 2 {
-        text += &format!("[[inertia]]\nname = \"s{k}\"\nJ = 0.01\n[[error]]\non = \"s{k}\"\namplitude = 1e-6\nphase = \"unknown\"\n");
+        text += &format!(
+            "[[inertia]]\nname = \"s{k}\"\nJ = 0.01\n[[error]]\non = \"s{k}\"\namplitude = 1e-6\nphase = \"unknown\"\n"
+        );
     }
     for k in 0..teeth.len() / 2 {
         let (a, b) = (teeth[2 * k], teeth[2 * k + 1]);
-        text += &format!("[[gear_pair]]\nname = \"g{k}\"\nbetween = [\"s{k}\", \"s{}\"]\nteeth = [{a}, {b}]\nmodule = 0.002\nk = 1e8\n", k + 1);
+        text += &format!(
+            "[[gear_pair]]\nname = \"g{k}\"\nbetween = [\"s{k}\", \"s{}\"]\nteeth = [{a}, {b}]\nmodule = 0.002\nk = 1e8\n",
+            k + 1
+        );
     }
     let answer = traced(&written(&text), &study("s0", "s4"));
     let period = answer.period.unwrap();
@@ -108,7 +130,10 @@ fn survives_periods_beyond_count() {
     // Orders are b₁b₂…/a₁a₂… of primes: they come back together after the product of the first teeth.
     let wanted: u128 = [997u128, 983, 971, 953].iter().product();
     assert_eq!(period.to_string(), wanted.to_string(), "{product}");
-    let fastest = answer.rows.iter().find(|r| r.line.order.to_string() == format!("{product}/{wanted}"));
+    let fastest = answer
+        .rows
+        .iter()
+        .find(|r| r.line.order.to_string() == format!("{product}/{wanted}"));
     assert!(fastest.is_some());
 }
 
@@ -118,9 +143,15 @@ fn chain(random: &mut Random, stiffness: f64) -> String {
     let n = 2 + random.below(4);
     for k in 0..=n {
         for end in ["a", "b"] {
-            text += &format!("[[inertia]]\nname = \"{end}{k}\"\nJ = {}\n", random.between(1e-3, 1e-1));
+            text += &format!(
+                "[[inertia]]\nname = \"{end}{k}\"\nJ = {}\n",
+                random.between(1e-3, 1e-1)
+            );
         }
-        text += &format!("[[shaft]]\nname = \"t{k}\"\nbetween = [\"a{k}\", \"b{k}\"]\nk = {}\nc = 0.5\n", stiffness * random.between(1e3, 1e5));
+        text += &format!(
+            "[[shaft]]\nname = \"t{k}\"\nbetween = [\"a{k}\", \"b{k}\"]\nk = {}\nc = 0.5\n",
+            stiffness * random.between(1e3, 1e5)
+        );
     }
     for k in 0..n {
         let (a, b) = (17 + random.below(60), 17 + random.below(60));
@@ -130,11 +161,25 @@ fn chain(random: &mut Random, stiffness: f64) -> String {
             k + 1,
             stiffness * random.between(1e7, 1e9)
         );
-        let cause = ["eccentricity", "seat", "run-out", "cumulative-pitch", "profile", "form"][random.below(6)];
+        let cause = [
+            "eccentricity",
+            "seat",
+            "run-out",
+            "cumulative-pitch",
+            "profile",
+            "form",
+        ][random.below(6)];
         let on = [format!("b{k}"), format!("a{}", k + 1)][random.below(2)].clone();
-        text += &format!("[[error]]\non = \"{on}\"\ncause = \"{cause}\"\namplitude = {}\nphase = {}\n", random.between(1e-6, 2e-5), 6.0 * random.unit());
+        text += &format!(
+            "[[error]]\non = \"{on}\"\ncause = \"{cause}\"\namplitude = {}\nphase = {}\n",
+            random.between(1e-6, 2e-5),
+            6.0 * random.unit()
+        );
     }
-    text += &format!("[[load]]\nat = \"b{n}\"\ntorque = {}\n", random.between(10.0, 500.0));
+    text += &format!(
+        "[[load]]\nat = \"b{n}\"\ntorque = {}\n",
+        random.between(10.0, 500.0)
+    );
     text
 }
 
@@ -149,7 +194,12 @@ fn law_loaded_becomes_kinematic_on_random_chains() {
         let answer = traced(&prepared, &study("a0", &format!("b{n}")));
         assert!(answer.wind_up != 0.0);
         for row in &answer.rows {
-            assert!(close(row.loaded, row.line.kinematic, 1e-9), "{text}\n{:?} {:?}", row.loaded, row.line.kinematic);
+            assert!(
+                close(row.loaded, row.line.kinematic, 1e-9),
+                "{text}\n{:?} {:?}",
+                row.loaded,
+                row.line.kinematic
+            );
         }
     }
 }
@@ -164,18 +214,33 @@ fn law_dynamic_becomes_loaded_at_rest() {
             let n = text.matches("[[shaft]]").count() - 1;
             ("a0".to_string(), format!("b{n}")).1.clone() + "\n" + &text
         })
-        .map(|both| both.split_once('\n').map(|(out, text)| (out.to_string(), text.to_string())).unwrap())
+        .map(|both| {
+            both.split_once('\n')
+                .map(|(out, text)| (out.to_string(), text.to_string()))
+                .unwrap()
+        })
         .collect();
     machines.push(("out".to_string(), looped(1.0, 1.3e-5)));
     for (output, text) in machines {
         let prepared = written(&text);
         let driver = if output == "out" { "motor" } else { "a0" };
-        let slow = TransmissionStudy { speed: Some(1e-8), ..study(driver, &output) };
-        let fast = TransmissionStudy { speed: Some(300.0), ..study(driver, &output) };
+        let slow = TransmissionStudy {
+            speed: Some(1e-8),
+            ..study(driver, &output)
+        };
+        let fast = TransmissionStudy {
+            speed: Some(300.0),
+            ..study(driver, &output)
+        };
         let mut differs = false;
         for row in traced(&prepared, &slow).rows {
             // Damping makes the first difference, of the order of ω c/k.
-            assert!(close(row.dynamic.unwrap(), row.loaded, 1e-9), "{text}\n{:?} {:?}", row.dynamic, row.loaded);
+            assert!(
+                close(row.dynamic.unwrap(), row.loaded, 1e-9),
+                "{text}\n{:?} {:?}",
+                row.dynamic,
+                row.loaded
+            );
         }
         for row in traced(&prepared, &fast).rows {
             differs |= !close(row.dynamic.unwrap(), row.loaded, 1e-3);
@@ -196,8 +261,15 @@ fn looped(stiffness: f64, second: f64) -> String {
          {{ name = \"three\", between = [\"w2\", \"out\"], teeth = [20, 61], module = 0.004, k = {:e} }},\n]\n\
          error = [\n{{ on = \"p1\", amplitude = 1e-5, phase = 0.7 }},\n{{ on = \"p2\", amplitude = {second}, phase = 0.7 }},\n{{ on = \"out\", amplitude = 1e-5, phase = \"unknown\" }},\n]\n\
          load = [{{ at = \"out\", torque = 300 }}]\n",
-        ["motor", "p1", "w1", "p2", "w2", "out"].map(|n| format!("{{ name = \"{n}\", J = 0.01 }}")).join(", "),
-        k(2e4), k(5e4), k(1e4), k(3e8), k(5e8), k(4e8),
+        ["motor", "p1", "w1", "p2", "w2", "out"]
+            .map(|n| format!("{{ name = \"{n}\", J = 0.01 }}"))
+            .join(", "),
+        k(2e4),
+        k(5e4),
+        k(1e4),
+        k(3e8),
+        k(5e8),
+        k(4e8),
     )
 }
 
@@ -211,18 +283,37 @@ fn law_loaded_becomes_kinematic_in_a_loop_that_fits() {
     for stiffness in [1.0, 1e4, 1e8, 1e12] {
         let answer = traced(&written(&looped(stiffness, FITS)), &study("motor", "out"));
         assert!(answer.misfit.is_none());
-        let size = answer.rows.iter().map(|r| r.line.kinematic.norm()).fold(0.0, f64::max);
+        let size = answer
+            .rows
+            .iter()
+            .map(|r| r.line.kinematic.norm())
+            .fold(0.0, f64::max);
         // A rigid loop says what its errors do together, not what each does.
         let of_order = |order: &str, of: fn(&Row) -> Complex| {
-            let rows = answer.rows.iter().filter(|r| r.line.order.to_string() == order);
+            let rows = answer
+                .rows
+                .iter()
+                .filter(|r| r.line.order.to_string() == order);
             rows.map(of).fold(Complex::ZERO, |s, z| s + z)
         };
-        let orders: Vec<String> = answer.rows.iter().map(|r| r.line.order.to_string()).collect();
-        let apart = orders.iter().map(|o| (of_order(o, |r| r.loaded) - of_order(o, |r| r.line.kinematic)).norm());
+        let orders: Vec<String> = answer
+            .rows
+            .iter()
+            .map(|r| r.line.order.to_string())
+            .collect();
+        let apart = orders
+            .iter()
+            .map(|o| (of_order(o, |r| r.loaded) - of_order(o, |r| r.line.kinematic)).norm());
         let off = apart.fold(answer.wind_up.abs(), f64::max);
-        assert!(off < 1e-3 * last || off < 1e-9 * size, "{stiffness}: {off} of {size}, before {last}");
+        assert!(
+            off < 1e-3 * last || off < 1e-9 * size,
+            "{stiffness}: {off} of {size}, before {last}"
+        );
         last = off;
-        let at_mesh = answer.rows.iter().any(|r| r.line.kinematic.norm() == 0.0 && r.loaded.norm() > 0.0);
+        let at_mesh = answer
+            .rows
+            .iter()
+            .any(|r| r.line.kinematic.norm() == 0.0 && r.loaded.norm() > 0.0);
         assert!(at_mesh, "the stiffness wave of the loaded mesh has lines");
     }
     assert!(last < 1e-9 * 1e-4);
@@ -233,14 +324,20 @@ fn law_loaded_becomes_kinematic_in_a_loop_that_fits() {
 fn refuses_loops_that_do_not_fit() {
     let answer = traced(&written(&looped(1.0, 1.1 * FITS)), &study("motor", "out"));
     let names = answer.misfit.clone().unwrap();
-    assert!(names.contains(&"one".to_string()) && names.contains(&"two".to_string()), "{names:?}");
+    assert!(
+        names.contains(&"one".to_string()) && names.contains(&"two".to_string()),
+        "{names:?}"
+    );
     assert!(answer.warnings.iter().any(|w| w.code == "loop-misfit"));
     assert!(answer.rss() > 0.0);
     let mut rigid: String = looped(1.0, 1.1 * FITS);
     for k in ["2e4", "5e4", "3e8", "5e8"] {
         rigid = rigid.replace(&format!(", k = {k}"), "");
     }
-    let rigid = rigid.replace(", k_wave = { kind = \"rectangular\", high = 1.2, low = 0.8, share = 0.5 }", "");
+    let rigid = rigid.replace(
+        ", k_wave = { kind = \"rectangular\", high = 1.2, low = 0.8, share = 0.5 }",
+        "",
+    );
     let error = refused(&rigid, &study("motor", "out"));
     assert_eq!(error.code, Code::ContradictoryRatios, "{error}");
     assert!(error.message.contains("do not fit"), "{error}");
@@ -250,26 +347,34 @@ fn refuses_loops_that_do_not_fit() {
 /// angles both meshes see it with 2α between them.
 #[test]
 fn exact_eccentric_idler() {
-    let text = |angle: f64| format!(
-        "inertia = [{{ name = \"a\", J = 0.1 }}, {{ name = \"i\", J = 0.1 }}, {{ name = \"c\", J = 0.1 }}]\n\
+    let text = |angle: f64| {
+        format!(
+            "inertia = [{{ name = \"a\", J = 0.1 }}, {{ name = \"i\", J = 0.1 }}, {{ name = \"c\", J = 0.1 }}]\n\
          gear_pair = [\n{{ name = \"one\", between = [\"a\", \"i\"], teeth = [20, 30], module = 0.002, k = 1e8, mesh_angles = [0, {}] }},\n\
          {{ name = \"two\", between = [\"i\", \"c\"], teeth = [30, 40], module = 0.002, k = 1e8, mesh_angles = [{angle}, 0] }}]\n\
          error = [{{ on = \"i\", cause = \"eccentricity\", amplitude = 1e-5, phase = 0 }}]\n\
          load = [{{ at = \"c\", torque = -50 }}]\n",
-        std::f64::consts::PI
-    );
+            std::f64::consts::PI
+        )
+    };
     let base = 0.02 * (std::f64::consts::PI / 9.0).cos() * 2.0;
     for angle in [0.0, 0.5, 2.0] {
         let answer = traced(&written(&text(angle)), &study("a", "c"));
         // Seen along y, towards the driver's mesh: the first normal pulls by (sin α, cos α), the second at `angle` likewise, and both
         // flanks carry on opposite sides.
         let (alpha, e) = (std::f64::consts::PI / 9.0, 1e-5);
-        let first = Complex::from_polar(1.0, std::f64::consts::PI + std::f64::consts::FRAC_PI_2 - alpha);
+        let first = Complex::from_polar(
+            1.0,
+            std::f64::consts::PI + std::f64::consts::FRAC_PI_2 - alpha,
+        );
         let second = Complex::from_polar(1.0, angle + std::f64::consts::FRAC_PI_2 - alpha);
         let wanted = (first - second).norm() * e / base;
         let same = (first + second).norm() * e / base;
         let found = answer.rows[0].line.kinematic.norm();
-        assert!((found - wanted).abs() < 1e-12 * e / base || (found - same).abs() < 1e-12 * e / base, "{angle}: {found} {wanted} {same}");
+        assert!(
+            (found - wanted).abs() < 1e-12 * e / base || (found - same).abs() < 1e-12 * e / base,
+            "{angle}: {found} {wanted} {same}"
+        );
     }
 }
 
@@ -278,7 +383,11 @@ fn exact_eccentric_idler() {
 fn exact_coincidences() {
     let prepared = shipped("examples/three_stage_chain.toml");
     let answer = traced(&prepared, &study("shaft_1", "spindle"));
-    let orders: Vec<String> = answer.coincidences.iter().map(|c| answer.rows[c.lines[0]].line.order.to_string()).collect();
+    let orders: Vec<String> = answer
+        .coincidences
+        .iter()
+        .map(|c| answer.rows[c.lines[0]].line.order.to_string())
+        .collect();
     assert_eq!(orders, ["45", "225/2"]);
     // On one shaft only the other flanks part them; across a mesh re-meshing does.
     let text = "inertia = [{ name = \"a\", J = 0.1 }, { name = \"b\", J = 0.1 }]\n\
@@ -294,24 +403,62 @@ fn exact_coincidences() {
 /// Pitch tables: the right count, the mean taken off, once round.
 #[test]
 fn refuses_what_cannot_be() {
-    let pair = |error: &str| format!(
-        "inertia = [{{ name = \"a\", J = 0.1 }}, {{ name = \"b\", J = 0.1 }}]\n\
+    let pair = |error: &str| {
+        format!(
+            "inertia = [{{ name = \"a\", J = 0.1 }}, {{ name = \"b\", J = 0.1 }}]\n\
          gear_pair = [{{ name = \"pair\", between = [\"a\", \"b\"], teeth = [4, 8], module = 0.002, k = 1e8 }}]\n\
          coupling = [{{ name = \"c\", between = [\"a\", \"ground\"], k = 0 }}]\n\
          error = [{error}]\n"
-    );
+        )
+    };
     let ask = study("a", "b");
     for (error, code, word) in [
-        ("{ on = \"a\", cause = \"single-pitch\", values = [1e-6, 2e-6, 1e-6] }", Code::OutOfRange, "4 teeth"),
-        ("{ on = \"a\", cause = \"eccentricity\", amplitude = 1e-6, order = 3 }", Code::Conflict, "eccentricity"),
-        ("{ on = \"a\", cause = \"eccentric\", amplitude = 1e-6 }", Code::OutOfRange, "cause"),
-        ("{ on = \"a\", amplitude = nan }", Code::OutOfRange, "amplitude"),
+        (
+            "{ on = \"a\", cause = \"single-pitch\", values = [1e-6, 2e-6, 1e-6] }",
+            Code::OutOfRange,
+            "4 teeth",
+        ),
+        (
+            "{ on = \"a\", cause = \"eccentricity\", amplitude = 1e-6, order = 3 }",
+            Code::Conflict,
+            "eccentricity",
+        ),
+        (
+            "{ on = \"a\", cause = \"eccentric\", amplitude = 1e-6 }",
+            Code::OutOfRange,
+            "cause",
+        ),
+        (
+            "{ on = \"a\", amplitude = nan }",
+            Code::OutOfRange,
+            "amplitude",
+        ),
         ("{ on = \"a\" }", Code::MissingKey, "amplitude"),
-        ("{ on = \"a\", amplitude = 1e-6, values = [1, 2] }", Code::Conflict, "values"),
-        ("{ on = \"a\", cause = \"axial\", amplitude = 1e-6 }", Code::Conflict, "worm"),
-        ("{ on = \"pair\", cause = \"misalignment\", tilt = 0.02 }", Code::UnknownNode, "coupling"),
-        ("{ on = \"a\", file = \"no_such_file.csv\", file_unit = \"µm\" }", Code::FileMissing, "no_such_file"),
-        ("{ on = \"nobody\", amplitude = 1e-6 }", Code::UnknownNode, "nobody"),
+        (
+            "{ on = \"a\", amplitude = 1e-6, values = [1, 2] }",
+            Code::Conflict,
+            "values",
+        ),
+        (
+            "{ on = \"a\", cause = \"axial\", amplitude = 1e-6 }",
+            Code::Conflict,
+            "worm",
+        ),
+        (
+            "{ on = \"pair\", cause = \"misalignment\", tilt = 0.02 }",
+            Code::UnknownNode,
+            "coupling",
+        ),
+        (
+            "{ on = \"a\", file = \"no_such_file.csv\", file_unit = \"µm\" }",
+            Code::FileMissing,
+            "no_such_file",
+        ),
+        (
+            "{ on = \"nobody\", amplitude = 1e-6 }",
+            Code::UnknownNode,
+            "nobody",
+        ),
     ] {
         let found = refused(&pair(error), &ask);
         assert!(found.code == code, "{error}: {found}");
@@ -319,8 +466,14 @@ fn refuses_what_cannot_be() {
     }
     assert_eq!(refused(&pair(""), &ask).code, Code::MissingKey);
     let on_a = "{ on = \"a\", amplitude = 1e-6 }";
-    assert_eq!(refused(&pair(on_a), &study("a", "nowhere")).code, Code::UnknownNode);
-    assert_eq!(refused(&pair(on_a), &TransmissionStudy::default()).code, Code::Usage);
+    assert_eq!(
+        refused(&pair(on_a), &study("a", "nowhere")).code,
+        Code::UnknownNode
+    );
+    assert_eq!(
+        refused(&pair(on_a), &TransmissionStudy::default()).code,
+        Code::Usage
+    );
     let apart = pair(on_a).replace("inertia = [", "shaft = [{ name = \"s\", between = [\"x\", \"y\"], k = 1 }]\ninertia = [{ name = \"x\", J = 1 }, { name = \"y\", J = 1 }, ");
     assert_eq!(refused(&apart, &study("a", "x")).code, Code::NoSpeed);
 }
@@ -335,16 +488,31 @@ fn exact_misaligned_joint() {
          error = [{{ on = \"joint\", cause = \"misalignment\", tilt = {beta} }}]\n"
     );
     let answer = traced(&written(&text), &study("a", "b"));
-    assert_eq!(answer.rows.iter().map(|r| r.line.order.to_string()).collect::<Vec<_>>(), ["2", "4"]);
+    assert_eq!(
+        answer
+            .rows
+            .iter()
+            .map(|r| r.line.order.to_string())
+            .collect::<Vec<_>>(),
+        ["2", "4"]
+    );
     for k in 0..50 {
         let phi = 0.13 * f64::from(k);
         let exact = (phi.sin() / beta.cos()).atan2(phi.cos()) - phi;
-        let exact = (exact + std::f64::consts::PI).rem_euclid(2.0 * std::f64::consts::PI) - std::f64::consts::PI;
-        let found: f64 = answer.rows.iter().map(|r| {
-            let z = r.line.kinematic * Complex::from_polar(1.0, r.line.order.value() * phi);
-            z.re
-        }).sum();
-        assert!((found - exact).abs() < 2.0 * (beta / 2.0).powi(6), "{phi}: {found} {exact}");
+        let exact = (exact + std::f64::consts::PI).rem_euclid(2.0 * std::f64::consts::PI)
+            - std::f64::consts::PI;
+        let found: f64 = answer
+            .rows
+            .iter()
+            .map(|r| {
+                let z = r.line.kinematic * Complex::from_polar(1.0, r.line.order.value() * phi);
+                z.re
+            })
+            .sum();
+        assert!(
+            (found - exact).abs() < 2.0 * (beta / 2.0).powi(6),
+            "{phi}: {found} {exact}"
+        );
     }
 }
 
@@ -357,7 +525,10 @@ fn law_relative_error_forgets_what_is_common() {
         { name = \"right\", between = [\"f\", \"b\"], teeth = [20, 50], module = 0.002, k = 1e8 }]\n\
         error = [{ on = \"m\", amplitude = 1e-5, phase = 0.3 }, { on = \"a\", amplitude = 1e-5, phase = 0.4 }, { on = \"b\", amplitude = 2e-5, phase = 0.5 }]\n";
     let prepared = written(text);
-    let ask = TransmissionStudy { against: Some("b".to_string()), ..study("m", "a") };
+    let ask = TransmissionStudy {
+        against: Some("b".to_string()),
+        ..study("m", "a")
+    };
     let answer = traced(&prepared, &ask);
     for row in &answer.rows {
         assert!(close(row.loaded, row.line.kinematic, 1e-9) || row.loaded.norm() < 1e-15);
@@ -367,5 +538,10 @@ fn law_relative_error_forgets_what_is_common() {
         }
     }
     let alone = traced(&prepared, &study("m", "a"));
-    assert!(alone.rows.iter().all(|r| source(&prepared.machine, r) == "b" || r.line.kinematic.norm() > 0.0));
+    assert!(
+        alone
+            .rows
+            .iter()
+            .all(|r| source(&prepared.machine, r) == "b" || r.line.kinematic.norm() > 0.0)
+    );
 }

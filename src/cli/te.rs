@@ -22,12 +22,19 @@ pub fn run(args: &TeArgs) -> Result<u8, Errors> {
     let scene = scene::read(&args.file)?;
     let study = asked(args, &scene)?;
     let outputs: Vec<PathBuf> = args.csv.iter().cloned().collect();
-    let inputs: Vec<PathBuf> = scene.sources.iter().map(|source| PathBuf::from(&source.path)).collect();
+    let inputs: Vec<PathBuf> = scene
+        .sources
+        .iter()
+        .map(|source| PathBuf::from(&source.path))
+        .collect();
     output::check(&outputs, &inputs)?;
     let mut traced = Traced::new(&scene, &study)?;
     traced.all = args.all;
     if let Some(path) = &args.csv {
-        output::write(path, report::transmission::csv(&traced.prepared.machine, &traced.answer).as_bytes())?;
+        output::write(
+            path,
+            report::transmission::csv(&traced.prepared.machine, &traced.answer).as_bytes(),
+        )?;
     }
     match args.json {
         true => output::print(&format!("{:#}\n", traced.json(&scene)))?,
@@ -58,7 +65,11 @@ impl Traced {
     pub fn new(scene: &Scene, study: &TransmissionStudy) -> Result<Traced, Error> {
         let prepared = Prepared::new(&scene.model)?;
         let answer = run::run(&prepared, study)?;
-        Ok(Traced { prepared, answer, all: false })
+        Ok(Traced {
+            prepared,
+            answer,
+            all: false,
+        })
     }
 
     /// The order table, what coincides, the sums.
@@ -94,7 +105,9 @@ fn asked(args: &TeArgs, scene: &Scene) -> Result<TransmissionStudy, Error> {
     });
     let listed = listed.unwrap_or_default();
     let quantity = |text: &Option<String>, kind: Kind, unit: &str, flag: &str| {
-        text.as_deref().map(|text| units::parse_or_bare(text, kind, unit, flag)).transpose()
+        text.as_deref()
+            .map(|text| units::parse_or_bare(text, kind, unit, flag))
+            .transpose()
     };
     Ok(TransmissionStudy {
         output: args.output.clone().or(listed.output),

@@ -4,7 +4,8 @@ use std::collections::HashSet;
 
 use super::builder::{Builder, twist};
 use super::elements::{
-    bearing, belt, body, chain, coupling, damper, form_error, gear_pair, planetary, shaft, worm_pair,
+    bearing, belt, body, chain, coupling, damper, form_error, gear_pair, planetary, shaft,
+    worm_pair,
 };
 use super::parts::{Brake, Machine, Motor};
 use crate::base::code::Code;

@@ -55,11 +55,12 @@ impl Constraints {
     /// Imposes `Σ coefficient · x = 0`. Coefficients that are not finite are taken as zero.
     pub fn impose(&mut self, row: &[(usize, f64)]) -> Outcome {
         let mut sum = self.reduce(row);
-        let Some(pivot) = sum
-            .keys()
-            .copied()
-            .min_by_key(|j| (*j >= self.given, self.contained_in.get(j).map_or(0, Vec::len)))
-        else {
+        let Some(pivot) = sum.keys().copied().min_by_key(|j| {
+            (
+                *j >= self.given,
+                self.contained_in.get(j).map_or(0, Vec::len),
+            )
+        }) else {
             return Outcome::Redundant;
         };
         let lead = sum.remove(&pivot).unwrap_or_else(BigRational::one);

@@ -146,9 +146,15 @@ mod tests {
     /// A chain of primes whose common period has 40 digits keeps each of them.
     #[test]
     fn survives_long_periods() {
-        let primes = [999_983, 999_979, 999_961, 999_959, 999_953, 999_931, 999_917];
-        let ratio = primes.iter().fold(Fraction::one(), |r, &p| &r * &Fraction::new(p - 1, p));
-        let back = primes.iter().fold(ratio.clone(), |r, &p| &r * &Fraction::new(p, p - 1));
+        let primes = [
+            999_983, 999_979, 999_961, 999_959, 999_953, 999_931, 999_917,
+        ];
+        let ratio = primes
+            .iter()
+            .fold(Fraction::one(), |r, &p| &r * &Fraction::new(p - 1, p));
+        let back = primes
+            .iter()
+            .fold(ratio.clone(), |r, &p| &r * &Fraction::new(p, p - 1));
         assert_eq!(back, Fraction::one());
         assert!(ratio.to_string().len() > 60, "{ratio}");
         let measure = Fraction::common_measure([Fraction::one(), ratio].iter()).unwrap();

@@ -50,15 +50,24 @@ pub fn test(machine: &Machine, test: &Test) -> String {
             degrees(*shift)
         ),
         Test::Reseat => "turn the gear on its seat".to_string(),
-        Test::Reversal(shift) => format!("run it backward, on the other flanks: their phases part by {}°", degrees(*shift)),
+        Test::Reversal(shift) => format!(
+            "run it backward, on the other flanks: their phases part by {}°",
+            degrees(*shift)
+        ),
         Test::Torque => "another torque: what comes from stiffness goes with it".to_string(),
-        Test::SpeedOrTester => "another speed, if the machine passes them on differently; else each alone on a tester".to_string(),
+        Test::SpeedOrTester => {
+            "another speed, if the machine passes them on differently; else each alone on a tester"
+                .to_string()
+        }
     }
 }
 
 /// The document.
 pub fn json(sources: &[Arc<Source>], machine: &Machine, answer: &Answer) -> Value {
-    let trace: Vec<&str> = (answer.plan.iter()).filter(|row| matches!(row.1, Verdict::Runs(_))).map(|row| row.0).collect();
+    let trace: Vec<&str> = (answer.plan.iter())
+        .filter(|row| matches!(row.1, Verdict::Runs(_)))
+        .map(|row| row.0)
+        .collect();
     let chain = &answer.chain;
     let name = |freedom: usize| machine.nodes[machine.freedoms[freedom].node].name.clone();
     json!({
@@ -128,7 +137,12 @@ pub fn csv(machine: &Machine, answer: &Answer) -> String {
         let slow = answer.slow(row);
         let group = answer.coincidences.iter().find(|c| c.lines.contains(&k));
         let others: Vec<String> = group.map_or(Vec::new(), |group| {
-            group.lines.iter().filter(|line| **line != k).map(|line| (line + 1).to_string()).collect()
+            group
+                .lines
+                .iter()
+                .filter(|line| **line != k)
+                .map(|line| (line + 1).to_string())
+                .collect()
         });
         let fields = [
             row.line.order.to_string(),

@@ -13,7 +13,11 @@ const ROWS: usize = 25;
 pub fn table(machine: &Machine, answer: &Answer, all: bool) -> String {
     let chain = &answer.chain;
     let name = |freedom: usize| machine.nodes[machine.freedoms[freedom].node].name.as_str();
-    let mut text = format!("{} driven by {}", name(chain.ends.output), name(chain.ends.driver));
+    let mut text = format!(
+        "{} driven by {}",
+        name(chain.ends.output),
+        name(chain.ends.driver)
+    );
     if let Some(against) = chain.ends.against {
         text += &format!(", against {}", name(against));
     }
@@ -24,7 +28,9 @@ pub fn table(machine: &Machine, answer: &Answer, all: bool) -> String {
     let shown = shown(answer, all);
     let mut table = plain();
     let at_speed = answer.speed.is_some();
-    let differs = answer.rows.iter().any(|row| (row.loaded.norm() - answer.slow(row).norm()).abs() > 5e-4 * answer.slow(row).norm());
+    let differs = answer.rows.iter().any(|row| {
+        (row.loaded.norm() - answer.slow(row).norm()).abs() > 5e-4 * answer.slow(row).norm()
+    });
     let mut head = vec!["order", "source", "cause", "amplitude"];
     let mut units = vec!["", "", "", "arcsec"];
     let mut column = |is: bool, name: &'static str, unit: &'static str| {
@@ -59,10 +65,15 @@ pub fn table(machine: &Machine, answer: &Answer, all: bool) -> String {
         }
         if let (Some(z), Some(speed)) = (row.dynamic, answer.speed) {
             cells.push(brief(z.norm() * ARCSEC));
-            cells.push(significant(row.line.order.value() * speed.abs() / std::f64::consts::TAU));
+            cells.push(significant(
+                row.line.order.value() * speed.abs() / std::f64::consts::TAU,
+            ));
         }
         if !answer.coincidences.is_empty() {
-            let group = answer.coincidences.iter().position(|c| c.lines.contains(&k));
+            let group = answer
+                .coincidences
+                .iter()
+                .position(|c| c.lines.contains(&k));
             cells.push(group.map_or(String::new(), |g| format!("[{}]", g + 1)));
         }
         table.add_row(cells);
@@ -70,7 +81,10 @@ pub fn table(machine: &Machine, answer: &Answer, all: bool) -> String {
     align(&mut table);
     text += &finish(&table);
     if shown.len() < answer.rows.len() {
-        let hidden: f64 = (0..answer.rows.len()).filter(|k| !shown.contains(k)).map(|k| answer.rows[k].share).sum();
+        let hidden: f64 = (0..answer.rows.len())
+            .filter(|k| !shown.contains(k))
+            .map(|k| answer.rows[k].share)
+            .sum();
         text += &format!(
             "{} smaller lines are not shown, {} % of the squares; --all shows them\n",
             answer.rows.len() - shown.len(),
@@ -119,8 +133,19 @@ fn coincidences(machine: &Machine, answer: &Answer, shown: &[usize]) -> String {
         if text.is_empty() {
             text += "\nOne record cannot tell these apart:\n";
         }
-        let name = |k: usize| format!("{} ({})", source(machine, &answer.rows[k]), cause(machine, &answer.rows[k]));
-        text += &format!("[{}] order {}: {}\n", g + 1, order(&answer.rows[group.lines[0]].line.order), name(group.lines[0]));
+        let name = |k: usize| {
+            format!(
+                "{} ({})",
+                source(machine, &answer.rows[k]),
+                cause(machine, &answer.rows[k])
+            )
+        };
+        text += &format!(
+            "[{}] order {}: {}\n",
+            g + 1,
+            order(&answer.rows[group.lines[0]].line.order),
+            name(group.lines[0])
+        );
         for (&k, how) in group.lines[1..].iter().zip(&group.tests) {
             text += &format!("    and {}; {}\n", name(k), test(machine, how));
         }
@@ -130,7 +155,9 @@ fn coincidences(machine: &Machine, answer: &Answer, shown: &[usize]) -> String {
 
 fn sums(answer: &Answer) -> String {
     let arc = |x: f64| {
-        let um = answer.radius.map_or(String::new(), |r| format!(", {} µm", brief(1e6 * r * x)));
+        let um = answer
+            .radius
+            .map_or(String::new(), |r| format!(", {} µm", brief(1e6 * r * x)));
         format!("{} arcsec{um}", brief(x * ARCSEC))
     };
     let mut text = format!(

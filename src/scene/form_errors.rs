@@ -36,7 +36,8 @@ pub fn form_error(f: &mut Fields) -> FormError {
         Cause::Misalignment => Kind::Angle,
         _ => Kind::Length,
     };
-    let unknown = f.has("phase") && f.place_of("phase").text().trim_matches(['"', '\'']) == "unknown";
+    let unknown =
+        f.has("phase") && f.place_of("phase").text().trim_matches(['"', '\'']) == "unknown";
     let phase = match unknown {
         true => {
             f.item("phase", "an angle, or \"unknown\"");
@@ -44,7 +45,10 @@ pub fn form_error(f: &mut Fields) -> FormError {
         }
         false => (f.optional_quantity("phase", Kind::Angle, Range::Any)).unwrap_or(0.0),
     };
-    let tolerance = f.optional_number("tolerance", Range::Within(0.0, 1.0, "at least 0 and below 1"));
+    let tolerance = f.optional_number(
+        "tolerance",
+        Range::Within(0.0, 1.0, "at least 0 and below 1"),
+    );
     let given: Vec<&str> = SIZES.into_iter().filter(|key| f.has(key)).collect();
     if let [one, other, ..] = given[..] {
         f.exclusive(one, other);
@@ -95,7 +99,9 @@ fn single(f: &mut Fields, cause: Cause, kind: Kind, phase: f64) -> ErrorSize {
     match (harmonic, order) {
         (Some(n), _) => ErrorSize::Mesh(vec![(n, amplitude, phase)]),
         (None, None) if of_teeth => ErrorSize::Mesh(vec![(1, amplitude, phase)]),
-        (None, None) if cause == Cause::Misalignment => ErrorSize::Orders(vec![(2, amplitude, phase)]),
+        (None, None) if cause == Cause::Misalignment => {
+            ErrorSize::Orders(vec![(2, amplitude, phase)])
+        }
         (None, order) => ErrorSize::Orders(vec![(order.unwrap_or(1), amplitude, phase)]),
     }
 }
@@ -132,7 +138,13 @@ fn listed(f: &mut Fields, cause: Cause, kind: Kind) -> ErrorSize {
         || (orders.is_none() && matches!(cause, Cause::Profile | Cause::ToothForm));
     let numbers = harmonics.or(orders).unwrap_or((1..=n as u32).collect());
     let terms = (0..n.min(numbers.len()))
-        .map(|k| (numbers[k], amplitudes[k], phases.as_ref().map_or(0.0, |p| p[k])))
+        .map(|k| {
+            (
+                numbers[k],
+                amplitudes[k],
+                phases.as_ref().map_or(0.0, |p| p[k]),
+            )
+        })
         .collect();
     match of_teeth {
         true => ErrorSize::Mesh(terms),
@@ -160,7 +172,9 @@ fn from_file(f: &mut Fields, kind: Kind) -> Vec<f64> {
         return Vec::new();
     };
     let place = f.place_of("file").clone();
-    let beside = Path::new(&place.source().path).parent().unwrap_or(Path::new(""));
+    let beside = Path::new(&place.source().path)
+        .parent()
+        .unwrap_or(Path::new(""));
     let path = beside.join(name);
     let read = || {
         let factor = units::parse(&format!("1 {unit}"), kind, "`file_unit`")?;
@@ -172,7 +186,12 @@ fn from_file(f: &mut Fields, kind: Kind) -> Vec<f64> {
                 Ok(value) if value.is_finite() => values.push(factor * value),
                 Err(_) if values.is_empty() || line.trim().is_empty() => {}
                 _ => {
-                    let message = format!("line {} of {} ends in no number: \"{}\"", at + 1, path.display(), units::shortened(line));
+                    let message = format!(
+                        "line {} of {} ends in no number: \"{}\"",
+                        at + 1,
+                        path.display(),
+                        units::shortened(line)
+                    );
                     return Err(crate::base::error::Error::new(Code::NotANumber, message)
                         .hint("the last cell of each line is a value; the values cover one turn, equally spaced"));
                 }
@@ -195,14 +214,34 @@ fn refuse_what_cannot_be(f: &mut Fields, cause: Cause, size: &ErrorSize) {
     let is_offset = cause.is_offset();
     let once = matches!(size, ErrorSize::Orders(terms) if terms.iter().all(|t| t.0 == 1));
     if is_offset && !once {
-        let key = ["order", "orders", "harmonic", "harmonics", "values", "file", "tilt", "amplitudes"];
-        let key = key.into_iter().find(|key| f.has(key)).unwrap_or("amplitude");
-        refuse(f, key, "an offset turns once a turn; other orders have cause = \"form\"");
+        let key = [
+            "order",
+            "orders",
+            "harmonic",
+            "harmonics",
+            "values",
+            "file",
+            "tilt",
+            "amplitudes",
+        ];
+        let key = key
+            .into_iter()
+            .find(|key| f.has(key))
+            .unwrap_or("amplitude");
+        refuse(
+            f,
+            key,
+            "an offset turns once a turn; other orders have cause = \"form\"",
+        );
     }
     if matches!(size, ErrorSize::Tilt { .. }) && cause != Cause::Misalignment {
         refuse(f, "tilt", "a tilt is of a misaligned coupling");
     }
     if cause == Cause::BeltJoint && !matches!(size, ErrorSize::Joint { .. }) {
-        refuse(f, "cause", "a belt's joint has an `amplitude` and the belt's `length`");
+        refuse(
+            f,
+            "cause",
+            "a belt's joint has an `amplitude` and the belt's `length`",
+        );
     }
 }

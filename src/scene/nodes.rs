@@ -97,7 +97,11 @@ fn references(model: &Model) -> Vec<&Name> {
     nodes.extend(model.motors.iter().map(|e| &e.at));
     // Errors of couplings and belts stand on these; what is wrong with them is found when they are put in place.
     let of_element = |e: &&FormError| matches!(e.cause, Cause::Misalignment | Cause::BeltJoint);
-    nodes.extend((model.errors.iter()).filter(|e| !of_element(e)).map(|e| &e.on));
+    nodes.extend(
+        (model.errors.iter())
+            .filter(|e| !of_element(e))
+            .map(|e| &e.on),
+    );
     nodes.extend(model.speeds.iter().map(|e| &e.at));
     nodes
 }

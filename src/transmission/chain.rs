@@ -41,7 +41,11 @@ pub struct Chain {
 }
 
 /// The direction of a branch on the flank that carries; absent where it is open.
-pub fn carried<'a>(machine: &'a Machine, operating: &Operating, branch: usize) -> Option<&'a Direction> {
+pub fn carried<'a>(
+    machine: &'a Machine,
+    operating: &Operating,
+    branch: usize,
+) -> Option<&'a Direction> {
     let part = &machine.branches[branch];
     if matches!(part.law, Law::Linear { stiffness, .. } if stiffness == 0.0) {
         return None;
@@ -60,7 +64,10 @@ impl Chain {
     /// An end that does not turn with the driver, or whose ratio no fraction gives; an open contact on the way.
     pub fn new(machine: &Machine, operating: &Operating, ends: Ends) -> Result<Chain, Error> {
         let n = machine.freedoms.len();
-        for freedom in [Some(ends.driver), Some(ends.output), ends.against].into_iter().flatten() {
+        for freedom in [Some(ends.driver), Some(ends.output), ends.against]
+            .into_iter()
+            .flatten()
+        {
             if !machine.freedoms[freedom].axis.turns() {
                 let message = format!("{} is no angle", machine.freedom_name(freedom));
                 return Err(Error::new(Code::NoSuchFreedom, message)
@@ -68,7 +75,8 @@ impl Chain {
             }
         }
         let turning = stated_joints(machine, ends.driver);
-        let turns: Vec<Option<Fraction>> = (0..n).map(|i| turning.fraction(i, ends.output)).collect();
+        let turns: Vec<Option<Fraction>> =
+            (0..n).map(|i| turning.fraction(i, ends.output)).collect();
         for freedom in [Some(ends.driver), ends.against].into_iter().flatten() {
             if turns[freedom].as_ref().is_none_or(Fraction::is_zero) {
                 return Err(apart(machine, operating, ends.output, freedom));
@@ -102,7 +110,9 @@ impl Chain {
 
     /// +1 where the output turns forward with the driver, −1 where backward.
     pub fn sense(&self) -> f64 {
-        let forward = self.turns[self.ends.driver].as_ref().is_none_or(|i| !i.is_negative());
+        let forward = self.turns[self.ends.driver]
+            .as_ref()
+            .is_none_or(|i| !i.is_negative());
         if forward { 1.0 } else { -1.0 }
     }
 
@@ -110,7 +120,8 @@ impl Chain {
         let n = machine.freedoms.len();
         let mut carriers: Vec<usize> = Vec::new();
         for act in machine.errors.iter().flat_map(|error| &error.acts) {
-            if !carriers.contains(&act.branch) && carried(machine, operating, act.branch).is_some() {
+            if !carriers.contains(&act.branch) && carried(machine, operating, act.branch).is_some()
+            {
                 carriers.push(act.branch);
             }
         }
@@ -157,7 +168,9 @@ impl Chain {
         for at in 0..carriers.len() {
             let made_of = joints.combination(n + at);
             if made_of != [(n + at, 1.0)] {
-                let others = made_of.iter().map(|&(j, a)| (carriers[j - n], -a / scale(j - n)));
+                let others = made_of
+                    .iter()
+                    .map(|&(j, a)| (carriers[j - n], -a / scale(j - n)));
                 let row = std::iter::once((carriers[at], 1.0 / scale(at))).chain(others);
                 self.conditions.push(row.collect());
             }
@@ -172,7 +185,10 @@ fn apart(machine: &Machine, operating: &Operating, one: usize, other: usize) -> 
     let open = (operating.contacts.iter()).find(|contact| contact.1 == ContactState::Open);
     let (message, hint) = match open {
         Some(&(branch, ..)) => (
-            format!("{one} does not turn with {other}: {} is open under the mean loads", machine.branch_name(branch)),
+            format!(
+                "{one} does not turn with {other}: {} is open under the mean loads",
+                machine.branch_name(branch)
+            ),
             "state loads that close it",
         ),
         None => (

@@ -50,9 +50,13 @@ pub fn coincidences(machine: &Machine, chain: &Chain, lines: &[Line]) -> Vec<Coi
     let mut all = Vec::new();
     let mut at = 0;
     while at < lines.len() {
-        let count = lines[at..].iter().take_while(|line| line.order == lines[at].order).count();
+        let count = lines[at..]
+            .iter()
+            .take_while(|line| line.order == lines[at].order)
+            .count();
         if count > 1 {
-            let tests = (at + 1..at + count).map(|other| test(machine, chain, &lines[at], &lines[other]));
+            let tests =
+                (at + 1..at + count).map(|other| test(machine, chain, &lines[at], &lines[other]));
             all.push(Coincidence {
                 lines: (at..at + count).collect(),
                 tests: tests.collect(),
@@ -79,8 +83,14 @@ fn test(machine: &Machine, chain: &Chain, one: &Line, other: &Line) -> Test {
         let act = error.acts.first();
         act.map_or(0.0, |act| {
             let [drive, coast] = act.flanks;
-            let turns = f64::from(line.harmonic) * (coast.turn - drive.turn) / std::f64::consts::TAU;
-            turns + if drive.gain * coast.gain < 0.0 { 0.5 } else { 0.0 }
+            let turns =
+                f64::from(line.harmonic) * (coast.turn - drive.turn) / std::f64::consts::TAU;
+            turns
+                + if drive.gain * coast.gain < 0.0 {
+                    0.5
+                } else {
+                    0.0
+                }
         })
     };
     let shift = apart(turned(one, first) - turned(other, second));
@@ -97,7 +107,12 @@ fn apart(turns: f64) -> f64 {
 }
 
 /// The pair between two sources that parts them best, with the fewest teeth that do.
-fn remeshed(machine: &Machine, chain: &Chain, lines: [&Line; 2], errors: [&FormError; 2]) -> Option<Test> {
+fn remeshed(
+    machine: &Machine,
+    chain: &Chain,
+    lines: [&Line; 2],
+    errors: [&FormError; 2],
+) -> Option<Test> {
     /// No more teeth are tried.
     const MOST: u32 = 200;
     let mut best: Option<(Test, f64)> = None;
@@ -114,14 +129,24 @@ fn remeshed(machine: &Machine, chain: &Chain, lines: [&Line; 2], errors: [&FormE
         if sides[0] == sides[1] {
             continue;
         }
-        let (line, error) = if sides[0] { (lines[0], errors[0]) } else { (lines[1], errors[1]) };
-        let Some(pace) = pace(chain, error) else { continue };
+        let (line, error) = if sides[0] {
+            (lines[0], errors[0])
+        } else {
+            (lines[1], errors[1])
+        };
+        let Some(pace) = pace(chain, error) else {
+            continue;
+        };
         let each = &(&pace.times(line.harmonic) / member) / &Fraction::new(i64::from(teeth), 1);
         for k in 1..=MOST.min(teeth - 1) {
             let shift = apart(each.times(k).fract().value());
             let better = best.as_ref().is_none_or(|(_, s)| shift > s + WORTH);
             if shift > WORTH && better {
-                let test = Test::Remesh { pair: gear.element, teeth: k, shift };
+                let test = Test::Remesh {
+                    pair: gear.element,
+                    teeth: k,
+                    shift,
+                };
                 best = Some((test, shift));
             }
         }

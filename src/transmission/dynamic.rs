@@ -23,7 +23,12 @@ impl Transfer {
     ///
     /// # Errors
     /// A joint of a rigid loop displaced; those of the equations.
-    pub fn new(setting: &Setting, chain: &Chain, lines: &[Line], way: Way) -> Result<Transfer, Error> {
+    pub fn new(
+        setting: &Setting,
+        chain: &Chain,
+        lines: &[Line],
+        way: Way,
+    ) -> Result<Transfer, Error> {
         let mut branches: Vec<usize> = Vec::new();
         for &(branch, _) in lines.iter().flat_map(|line| &line.displacements) {
             let moves = setting.machine.branches[branch].law == Law::Rigid
@@ -80,7 +85,10 @@ impl Transfer {
         let mut all = Vec::with_capacity(lines.len());
         let mut rest = lines;
         while let Some(first) = rest.first() {
-            let count = rest.iter().take_while(|line| line.order == first.order).count();
+            let count = rest
+                .iter()
+                .take_while(|line| line.order == first.order)
+                .count();
             let (group, after) = rest.split_at(count);
             let group: Vec<&Line> = group.iter().collect();
             all.extend(self.at(first.order.value() * speed.abs(), &group)?);

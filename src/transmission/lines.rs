@@ -110,7 +110,11 @@ pub fn misfit(machine: &Machine, chain: &Chain, lines: &[Line]) -> Option<Vec<us
     for condition in &chain.conditions {
         let mut at = 0;
         while at < lines.len() {
-            let end = at + lines[at..].iter().take_while(|l| l.order == lines[at].order).count();
+            let end = at
+                + lines[at..]
+                    .iter()
+                    .take_while(|l| l.order == lines[at].order)
+                    .count();
             let (mut sum, mut size) = (Complex::ZERO, 0.0);
             let mut unknown = 0;
             for line in &lines[at..end] {

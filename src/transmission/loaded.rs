@@ -33,7 +33,10 @@ pub fn lines(setting: &Setting, chain: &Chain) -> Result<Vec<Line>, Error> {
         .iter()
         .filter(|b| machine.branches[b.index].wave.is_some())
         .filter_map(|b| {
-            let gear = machine.gears.iter().find(|g| g.branches.contains(&b.index) && g.teeth.is_some());
+            let gear = machine
+                .gears
+                .iter()
+                .find(|g| g.branches.contains(&b.index) && g.teeth.is_some());
             Some((b.index, gear?))
         })
         .collect();
@@ -44,11 +47,15 @@ pub fn lines(setting: &Setting, chain: &Chain) -> Result<Vec<Line>, Error> {
     let forces = forces(setting, chain, &branches)?;
     let mut all = Vec::new();
     for (&(branch, gear), force) in waving.iter().zip(forces) {
-        let (Some(wave), Law::Linear { stiffness, .. }) = (&machine.branches[branch].wave, machine.branches[branch].law)
+        let (Some(wave), Law::Linear { stiffness, .. }) =
+            (&machine.branches[branch].wave, machine.branches[branch].law)
         else {
             continue;
         };
-        let (Some(own), carried) = (chain.turns(gear.turning), gear.carrier.and_then(|c| chain.turns(c))) else {
+        let (Some(own), carried) = (
+            chain.turns(gear.turning),
+            gear.carrier.and_then(|c| chain.turns(c)),
+        ) else {
             continue;
         };
         let relative = own - carried.unwrap_or(&Fraction::zero());
@@ -56,7 +63,9 @@ pub fn lines(setting: &Setting, chain: &Chain) -> Result<Vec<Line>, Error> {
             continue;
         }
         let rising = rising(chain, &relative);
-        for (n, a, phase) in compliance(&wave.shape).ok_or_else(|| loses_contact(setting, branch))? {
+        for (n, a, phase) in
+            compliance(&wave.shape).ok_or_else(|| loses_contact(setting, branch))?
+        {
             let angle = phase + f64::from(n) * wave.lead;
             let e = Complex::new(angle.cos(), rising * angle.sin()) * (force / stiffness * a);
             all.push(Line {
@@ -97,7 +106,11 @@ pub fn wind_up(setting: &Setting, chain: &Chain) -> Result<f64, Error> {
     Ok(chain.sense() * under_load(setting, chain, vec![output])?[0])
 }
 
-fn under_load(setting: &Setting, chain: &Chain, outputs: Vec<Port<Output>>) -> Result<Vec<f64>, Error> {
+fn under_load(
+    setting: &Setting,
+    chain: &Chain,
+    outputs: Vec<Port<Output>>,
+) -> Result<Vec<f64>, Error> {
     let loads = &setting.machine.loads;
     if loads.is_empty() {
         return Ok(vec![0.0; outputs.len()]);
@@ -113,7 +126,13 @@ fn under_load(setting: &Setting, chain: &Chain, outputs: Vec<Port<Output>>) -> R
         held: chain.held.clone(),
     };
     let at_rest = Direct::new(System::plain(setting, &ports)?)?.at(0.0)?;
-    let of = |row: usize| loads.iter().enumerate().map(|(i, load)| at_rest[(row, i)].re * load.1).sum();
+    let of = |row: usize| {
+        loads
+            .iter()
+            .enumerate()
+            .map(|(i, load)| at_rest[(row, i)].re * load.1)
+            .sum()
+    };
     Ok((0..ports.outputs.len()).map(of).collect())
 }
 
@@ -132,7 +151,9 @@ fn compliance(shape: &Shape) -> Option<Vec<(u32, f64, f64)>> {
         };
         return Some((1..=HARMONICS).map(term).collect());
     }
-    let mut samples: Vec<f64> = (0..SAMPLES).map(|k| 1.0 / shape.value(k as f64 / SAMPLES as f64)).collect();
+    let mut samples: Vec<f64> = (0..SAMPLES)
+        .map(|k| 1.0 / shape.value(k as f64 / SAMPLES as f64))
+        .collect();
     let largest = samples.iter().fold(0.0f64, |m, x| m.max(*x));
     let mut transform = RealFft::new(SAMPLES);
     let mut spectrum = vec![Complex::ZERO; transform.lines()];
@@ -142,14 +163,21 @@ fn compliance(shape: &Shape) -> Option<Vec<(u32, f64, f64)>> {
         (n, z.norm(), z.arg())
     };
     // Of the compliance: below this stands rounding of the transform.
-    Some((1..=HARMONICS).map(term).filter(|t| t.1 > 1e-13 * largest).collect())
+    Some(
+        (1..=HARMONICS)
+            .map(term)
+            .filter(|t| t.1 > 1e-13 * largest)
+            .collect(),
+    )
 }
 
 fn loses_contact(setting: &Setting, branch: usize) -> Error {
     let element = &setting.machine.elements[setting.machine.branches[branch].element];
-    let message = format!("the stiffness of `{}` goes to zero in its cycle, so that it cannot carry its load", element.name);
+    let message = format!(
+        "the stiffness of `{}` goes to zero in its cycle, so that it cannot carry its load",
+        element.name
+    );
     Error::new(Code::Conflict, message)
         .at(&element.place)
         .hint("raise the lower value of its `k_wave`, or leave out the loads")
 }
-

@@ -37,14 +37,20 @@ fn gear(builder: &Builder, part: &model::FormError) -> Result<FormError, Error> 
     let teeth = first.teeth.unwrap_or(1);
     let alike = gears.iter().all(|g| g.teeth == Some(teeth));
     if part.cause == Cause::Axial && machine.elements[first.element].kind != "worm_pair" {
-        let message = format!("`{}` is no worm, and cause = \"axial\" is of worms", part.on.text);
+        let message = format!(
+            "`{}` is no worm, and cause = \"axial\" is of worms",
+            part.on.text
+        );
         return Err(Error::new(Code::Conflict, message)
             .at(&part.on.place)
             .hint("give what it does to the line of action as cause = \"form\""));
     }
     let counts = part.cause.is_pitch() || matches!(part.size, ErrorSize::Mesh(_));
     if counts && !alike {
-        let message = format!("`{}` carries gears of different tooth numbers", part.on.text);
+        let message = format!(
+            "`{}` carries gears of different tooth numbers",
+            part.on.text
+        );
         return Err(Error::new(Code::Conflict, message)
             .at(&part.on.place)
             .hint("say with `mesh` which pair the error belongs to"));
@@ -56,7 +62,10 @@ fn gear(builder: &Builder, part: &model::FormError) -> Result<FormError, Error> 
             if !seat.sized {
                 return Err(unsized_pair(machine, part, gear));
             }
-            let flanks = [reach(part.cause, seat, 0, zero), reach(part.cause, seat, 1, zero)];
+            let flanks = [
+                reach(part.cause, seat, 0, zero),
+                reach(part.cause, seat, 1, zero),
+            ];
             acts.push(Acting { branch, flanks });
         }
     }
@@ -75,8 +84,15 @@ fn gear(builder: &Builder, part: &model::FormError) -> Result<FormError, Error> 
 }
 
 /// The toothed gears on a node, or those of the pair that is named.
-fn gears<'a>(machine: &'a Machine, part: &model::FormError, turning: usize) -> Result<Vec<&'a Gear>, Error> {
-    let of_node = machine.gears.iter().filter(|g| g.turning == turning && g.teeth.is_some());
+fn gears<'a>(
+    machine: &'a Machine,
+    part: &model::FormError,
+    turning: usize,
+) -> Result<Vec<&'a Gear>, Error> {
+    let of_node = machine
+        .gears
+        .iter()
+        .filter(|g| g.turning == turning && g.teeth.is_some());
     let named = |element: usize| {
         (part.mesh.as_ref()).is_none_or(|name| machine.elements[element].name == name.text)
     };
@@ -100,7 +116,10 @@ fn gears<'a>(machine: &'a Machine, part: &model::FormError, turning: usize) -> R
 
 fn unsized_pair(machine: &Machine, part: &model::FormError, gear: &Gear) -> Error {
     let name = &machine.elements[gear.element].name;
-    let message = format!("`{name}` has no module, so a length on `{}` is no angle", part.on.text);
+    let message = format!(
+        "`{name}` has no module, so a length on `{}` is no angle",
+        part.on.text
+    );
     Error::new(Code::MissingKey, message)
         .at(&part.on.place)
         .hint(format!("give `{name}` its `module`"))
@@ -120,7 +139,11 @@ fn reach(cause: Cause, seat: &Seat, flank: usize, zero: f64) -> Reach {
             turn: 0.0,
         },
         _ => Reach {
-            gain: if cause.is_pitch() { seat.lever } else { material },
+            gain: if cause.is_pitch() {
+                seat.lever
+            } else {
+                material
+            },
             turn: -(seat.angle - zero),
         },
     }
@@ -130,14 +153,21 @@ fn reach(cause: Cause, seat: &Seat, flank: usize, zero: f64) -> Reach {
 fn shape(part: &model::FormError, teeth: u32) -> Result<Shape, Error> {
     let orders = |terms: &[(u32, f64, f64)], each: u32| Shape::Fourier {
         mean: 0.0,
-        terms: terms.iter().map(|&(n, a, phase)| (n * each, a, phase)).collect(),
+        terms: terms
+            .iter()
+            .map(|&(n, a, phase)| (n * each, a, phase))
+            .collect(),
     };
     Ok(match &part.size {
         ErrorSize::Orders(terms) => orders(terms, 1),
         ErrorSize::Mesh(terms) => orders(terms, teeth),
         ErrorSize::Table(values) if part.cause.is_pitch() => {
             if values.len() != teeth as usize {
-                let message = format!("{} pitches are given, and `{}` has {teeth} teeth", values.len(), part.on.text);
+                let message = format!(
+                    "{} pitches are given, and `{}` has {teeth} teeth",
+                    values.len(),
+                    part.on.text
+                );
                 return Err(Error::new(Code::OutOfRange, message)
                     .at(&part.on.place)
                     .hint("a pitch table has one value a tooth"));
@@ -150,9 +180,17 @@ fn shape(part: &model::FormError, teeth: u32) -> Result<Shape, Error> {
         ErrorSize::Table(values) => Shape::Table(values.clone()),
         ErrorSize::Tilt { angle, phase } => {
             let t = (angle / 2.0).tan().powi(2);
-            orders(&[(2, t, 2.0 * phase - FRAC_PI_2), (4, t * t / 2.0, 4.0 * phase - FRAC_PI_2)], 1)
+            orders(
+                &[
+                    (2, t, 2.0 * phase - FRAC_PI_2),
+                    (4, t * t / 2.0, 4.0 * phase - FRAC_PI_2),
+                ],
+                1,
+            )
         }
-        &ErrorSize::Joint { amplitude, phase, .. } => orders(&[(1, amplitude, phase)], 1),
+        &ErrorSize::Joint {
+            amplitude, phase, ..
+        } => orders(&[(1, amplitude, phase)], 1),
     })
 }
 
@@ -174,16 +212,27 @@ fn joint(builder: &Builder, model: &Model, part: &model::FormError) -> Result<Fo
     let missing = || {
         let message = format!("there is no coupling `{}`", part.on.text);
         let hint = "cause = \"misalignment\" stands on a [[coupling]] by its name";
-        Error::new(Code::UnknownNode, message).at(&part.on.place).hint(hint)
+        Error::new(Code::UnknownNode, message)
+            .at(&part.on.place)
+            .hint(hint)
     };
-    let coupling = (model.couplings.iter()).find(|c| c.name.text == part.on.text).ok_or_else(missing)?;
+    let coupling = (model.couplings.iter())
+        .find(|c| c.name.text == part.on.text)
+        .ok_or_else(missing)?;
     let turning = coupling.between.iter().find_map(|end| match end {
         End::Node(node) => Some(builder.theta(node)),
         End::Ground => None,
     });
     let branch = of_element(&builder.machine, &part.on.text).ok_or_else(missing)?;
     // δ = θ₂ − θ₁ − e, and end 2 leads by e: the gain turns the surplus round.
-    Ok(fixed(part, turning.ok_or_else(missing)??, (1, 1), branch, -1.0, shape(part, 1)?))
+    Ok(fixed(
+        part,
+        turning.ok_or_else(missing)??,
+        (1, 1),
+        branch,
+        -1.0,
+        shape(part, 1)?,
+    ))
 }
 
 /// The joint of a belt.
@@ -191,9 +240,13 @@ fn belt(builder: &Builder, model: &Model, part: &model::FormError) -> Result<For
     let missing = || {
         let message = format!("there is no belt `{}`", part.on.text);
         let hint = "cause = \"belt-joint\" stands on a [[belt]] by its name";
-        Error::new(Code::UnknownNode, message).at(&part.on.place).hint(hint)
+        Error::new(Code::UnknownNode, message)
+            .at(&part.on.place)
+            .hint(hint)
     };
-    let found: &Belt = (model.belts.iter()).find(|b| b.name.text == part.on.text).ok_or_else(missing)?;
+    let found: &Belt = (model.belts.iter())
+        .find(|b| b.name.text == part.on.text)
+        .ok_or_else(missing)?;
     let branch = of_element(&builder.machine, &part.on.text).ok_or_else(missing)?;
     let turning = builder.theta(&found.between[0])?;
     let ErrorSize::Joint { length, .. } = part.size else {
@@ -210,7 +263,14 @@ fn belt(builder: &Builder, model: &Model, part: &model::FormError) -> Result<For
 }
 
 /// An error that acts in one branch alone.
-fn fixed(part: &model::FormError, turning: usize, pace: (i64, i64), branch: usize, gain: f64, shape: Shape) -> FormError {
+fn fixed(
+    part: &model::FormError,
+    turning: usize,
+    pace: (i64, i64),
+    branch: usize,
+    gain: f64,
+    shape: Shape,
+) -> FormError {
     let flanks = [Reach { gain, turn: 0.0 }; 2];
     FormError {
         on: part.on.text.clone(),

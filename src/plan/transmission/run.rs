@@ -76,7 +76,11 @@ impl Answer {
 
     /// Root of the sum of squared amplitudes, rad.
     pub fn rss(&self) -> f64 {
-        self.rows.iter().map(|row| self.slow(row).norm_sqr()).sum::<f64>().sqrt()
+        self.rows
+            .iter()
+            .map(|row| self.slow(row).norm_sqr())
+            .sum::<f64>()
+            .sqrt()
     }
 }
 
@@ -86,10 +90,19 @@ impl Answer {
 /// Names that do not exist; ends that do not turn together; a model without errors; rigid loops that do not fit; those of the
 /// equations.
 pub fn run(prepared: &Prepared, study: &TransmissionStudy) -> Result<Answer, Error> {
-    let Prepared { machine, kinematics, operating, linear, .. } = prepared;
+    let Prepared {
+        machine,
+        kinematics,
+        operating,
+        linear,
+        ..
+    } = prepared;
     let Some(output) = &study.output else {
-        return Err(Error::new(Code::Usage, "nothing says at which node the error is wanted")
-            .hint("add --output NODE, or `output` to the study"));
+        return Err(Error::new(
+            Code::Usage,
+            "nothing says at which node the error is wanted",
+        )
+        .hint("add --output NODE, or `output` to the study"));
     };
     let ends = Ends {
         driver: match &study.driver {
@@ -97,18 +110,32 @@ pub fn run(prepared: &Prepared, study: &TransmissionStudy) -> Result<Answer, Err
             None => reference(machine)?,
         },
         output: angle(machine, output)?,
-        against: study.against.as_deref().map(|name| angle(machine, name)).transpose()?,
+        against: study
+            .against
+            .as_deref()
+            .map(|name| angle(machine, name))
+            .transpose()?,
     };
     if machine.errors.is_empty() {
-        return Err(Error::new(Code::MissingKey, "no element has a declared error")
-            .hint("write [[error]] with `on`, `cause` and `amplitude` into the model or the scene"));
+        return Err(
+            Error::new(Code::MissingKey, "no element has a declared error").hint(
+                "write [[error]] with `on`, `cause` and `amplitude` into the model or the scene",
+            ),
+        );
     }
     let chain = Chain::new(machine, operating, ends)?;
-    let setting = Setting { machine, operating, linear, speeds: None };
+    let setting = Setting {
+        machine,
+        operating,
+        linear,
+        speeds: None,
+    };
     let mut all = lines::lines(machine, operating, &chain);
     let misfit = lines::misfit(machine, &chain, &all);
     if let Some(loop_of) = &misfit
-        && loop_of.iter().all(|&b| machine.branches[b].law == Law::Rigid)
+        && loop_of
+            .iter()
+            .all(|&b| machine.branches[b].law == Law::Rigid)
     {
         return Err(does_not_fit(machine, loop_of));
     }
@@ -121,10 +148,13 @@ pub fn run(prepared: &Prepared, study: &TransmissionStudy) -> Result<Answer, Err
         None => None,
         Some(speed) => Some(mean_speeds(machine, kinematics, Some(speed))?[ends.output]),
     };
-    let at_speed = speed.map(|speed| transfer.at_speed(speed, &all)).transpose()?;
+    let at_speed = speed
+        .map(|speed| transfer.at_speed(speed, &all))
+        .transpose()?;
     let coincidences = coincidence::coincidences(machine, &chain, &all);
     let mut answer = Answer {
-        period: Fraction::common_measure(all.iter().map(|line| &line.order)).map(|m| &Fraction::one() / &m),
+        period: Fraction::common_measure(all.iter().map(|line| &line.order))
+            .map(|m| &Fraction::one() / &m),
         misfit: misfit.map(|list| list.iter().map(|&b| machine.branch_name(b)).collect()),
         wind_up: loaded::wind_up(&setting, &chain)?,
         radius: study.radius,
@@ -143,9 +173,17 @@ pub fn run(prepared: &Prepared, study: &TransmissionStudy) -> Result<Answer, Err
         chain,
     };
     let total: f64 = answer.rss().powi(2);
-    let shares: Vec<f64> = answer.rows.iter().map(|row| answer.slow(row).norm_sqr() / total).collect();
+    let shares: Vec<f64> = answer
+        .rows
+        .iter()
+        .map(|row| answer.slow(row).norm_sqr() / total)
+        .collect();
     if total > 0.0 {
-        answer.rows.iter_mut().zip(shares).for_each(|(row, share)| row.share = share);
+        answer
+            .rows
+            .iter_mut()
+            .zip(shares)
+            .for_each(|(row, share)| row.share = share);
     }
     answer.warnings.extend(doubts(machine, &answer));
     Ok(answer)
@@ -164,8 +202,14 @@ fn angle(machine: &Machine, name: &str) -> Result<usize, Error> {
 }
 
 fn does_not_fit(machine: &Machine, loop_of: &[usize]) -> Error {
-    let names: Vec<String> = loop_of.iter().map(|&b| format!("`{}`", machine.branch_name(b))).collect();
-    let message = format!("the errors of {} do not fit: these rigid joints close a loop, which would have to break", names.join(", "));
+    let names: Vec<String> = loop_of
+        .iter()
+        .map(|&b| format!("`{}`", machine.branch_name(b)))
+        .collect();
+    let message = format!(
+        "the errors of {} do not fit: these rigid joints close a loop, which would have to break",
+        names.join(", ")
+    );
     let element = machine.branches[loop_of[0]].element;
     Error::new(Code::ContradictoryRatios, message)
         .at(&machine.elements[element].place)
@@ -175,30 +219,58 @@ fn does_not_fit(machine: &Machine, loop_of: &[usize]) -> Error {
 fn doubts(machine: &Machine, answer: &Answer) -> Vec<Warning> {
     let mut all = Vec::new();
     let mut warn = |code, message: String, hint: &str| {
-        all.push(Warning { code, message, hint: Some(hint.to_string()) });
+        all.push(Warning {
+            code,
+            message,
+            hint: Some(hint.to_string()),
+        });
     };
     if let Some(names) = &answer.misfit {
-        let message = format!("the errors do not fit the loop through {}: with rigid joints it could not turn", names.join(", "));
-        warn("loop-misfit", message, "the table is that of the elastic joints, which share the errors out");
+        let message = format!(
+            "the errors do not fit the loop through {}: with rigid joints it could not turn",
+            names.join(", ")
+        );
+        warn(
+            "loop-misfit",
+            message,
+            "the table is that of the elastic joints, which share the errors out",
+        );
     }
     let still: Vec<&str> = (machine.errors.iter().enumerate())
         .filter(|(number, error)| {
-            let has_line = answer.rows.iter().any(|row| row.line.origin == Origin::Declared(*number));
+            let has_line = answer
+                .rows
+                .iter()
+                .any(|row| row.line.origin == Origin::Declared(*number));
             !has_line && !error.shape.harmonics().iter().all(|h| h.1 == 0.0)
         })
         .map(|(_, error)| error.on.as_str())
         .collect();
     if !still.is_empty() {
-        let message = format!("errors of elements that do not turn with the output have no line: {}", still.join(", "));
-        warn("still", message, "they stand still, or nothing ties their speed to the output's");
+        let message = format!(
+            "errors of elements that do not turn with the output have no line: {}",
+            still.join(", ")
+        );
+        warn(
+            "still",
+            message,
+            "they stand still, or nothing ties their speed to the output's",
+        );
     }
     let slips = machine.elements.iter().enumerate().find(|(at, element)| {
         let pulley = |g: &crate::machine::parts::Gear| g.element == *at && g.teeth.is_none();
         element.kind == "belt" && machine.gears.iter().any(pulley)
     });
     if let Some((_, element)) = slips {
-        let message = format!("{} is no gear: if it slips, the orders of what lies beyond it wander", element.name);
-        warn("belt", message, "orders across a belt hold to its slip; a timing belt does not slip");
+        let message = format!(
+            "{} is no gear: if it slips, the orders of what lies beyond it wander",
+            element.name
+        );
+        warn(
+            "belt",
+            message,
+            "orders across a belt hold to its slip; a timing belt does not slip",
+        );
     }
     all
 }
@@ -210,16 +282,31 @@ pub fn plan(machine: &Machine, study: &TransmissionStudy) -> Vec<(&'static str, 
     let waves = machine.branches.iter().any(|b| b.wave.is_some());
     vec![
         ("ratios", runs("exact fractions of tooth numbers")),
-        ("rigid joints", Verdict::Runs(format!("{} declared errors to the output", machine.errors.len()))),
-        ("static transmission", runs("elastic joints at rest, the driver's angle held")),
-        ("mesh stiffness under load", match (waves, machine.loads.is_empty()) {
-            (true, false) => runs("what carries a torque gives way as its stiffness changes"),
-            (true, true) => out("no load is stated"),
-            (false, _) => out("no mesh has a stiffness wave"),
-        }),
-        ("at speed", match study.speed {
-            Some(_) => runs("the dynamic stiffness solved at every order"),
-            None => out("no speed was asked for"),
-        }),
+        (
+            "rigid joints",
+            Verdict::Runs(format!(
+                "{} declared errors to the output",
+                machine.errors.len()
+            )),
+        ),
+        (
+            "static transmission",
+            runs("elastic joints at rest, the driver's angle held"),
+        ),
+        (
+            "mesh stiffness under load",
+            match (waves, machine.loads.is_empty()) {
+                (true, false) => runs("what carries a torque gives way as its stiffness changes"),
+                (true, true) => out("no load is stated"),
+                (false, _) => out("no mesh has a stiffness wave"),
+            },
+        ),
+        (
+            "at speed",
+            match study.speed {
+                Some(_) => runs("the dynamic stiffness solved at every order"),
+                None => out("no speed was asked for"),
+            },
+        ),
     ]
 }
