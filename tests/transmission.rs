@@ -56,16 +56,16 @@ fn close(a: Complex, b: Complex, tolerance: f64) -> bool {
 /// Orders and amplitude worked by hand (data/reference/chain_orders.json).
 #[test]
 fn exact_generator_chain() {
-    let prepared = shipped("examples/three_stage_chain.toml");
+    let prepared = shipped("models/three_stage_chain.toml");
     let answer = traced(&prepared, &study("shaft_1", "spindle"));
     let machine = &prepared.machine;
     let reference = support::reference("chain_orders");
     let expected = [
         ("spindle", "cumulative-pitch", "spindle"),
-        ("shaft_3", "eccentricity", "shaft_3"),
-        ("shaft_3", "profile", "worm mesh"),
-        ("shaft_2", "eccentricity", "shaft_2"),
-        ("shaft_2", "profile", "mesh 30/75"),
+        ("shaft_3 in second", "eccentricity", "shaft_3"),
+        ("shaft_3 in worm_drive", "profile", "worm mesh"),
+        ("shaft_2 in first", "eccentricity", "shaft_2"),
+        ("shaft_2 in second", "profile", "mesh 30/75"),
         ("shaft_1", "eccentricity", "shaft_1"),
         ("shaft_1", "profile", "mesh 24/60"),
     ];
@@ -84,7 +84,7 @@ fn exact_generator_chain() {
     let eccentric = answer
         .rows
         .iter()
-        .find(|r| source(machine, r) == "shaft_3" && cause(machine, r) == "eccentricity")
+        .find(|r| source(machine, r) == "shaft_3 in second" && cause(machine, r) == "eccentricity")
         .unwrap();
     let wanted = support::number(&reference["eccentricity"]["spindle_arcsec"]);
     let found = answer.slow(eccentric).norm() * ARCSEC;
@@ -381,7 +381,7 @@ fn exact_eccentric_idler() {
 /// Sources of one order are found by arithmetic, and the test named tells them apart.
 #[test]
 fn exact_coincidences() {
-    let prepared = shipped("examples/three_stage_chain.toml");
+    let prepared = shipped("models/three_stage_chain.toml");
     let answer = traced(&prepared, &study("shaft_1", "spindle"));
     let orders: Vec<String> = answer
         .coincidences

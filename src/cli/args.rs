@@ -82,8 +82,8 @@ pub enum Command {
     Response(ResponseArgs),
     /// Transmission error of a chain: which element makes which line at the output, how large, and what cannot be told apart
     #[command(after_help = "Examples:
-  geardyn te examples/three_stage_chain.toml --output spindle
-  geardyn te examples/three_stage_chain.toml --output spindle --radius 270mm --speed 1400 --all")]
+  geardyn te models/three_stage_chain.toml --output spindle
+  geardyn te models/three_stage_chain.toml --output spindle --radius 270mm --speed 1400 --all")]
     Te(TeArgs),
     /// Every study a scene lists
     #[command(after_help = "Example:\n  geardyn run examples/linear_chain.toml")]

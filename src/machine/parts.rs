@@ -128,7 +128,7 @@ pub struct Brake {
 /// An error that repeats with every turn of a gear, a coupling or a belt, in some branches.
 #[derive(Debug, Clone)]
 pub struct FormError {
-    /// The node or element it is declared on.
+    /// The node or element it is declared on, with the pair where one is named.
     pub on: String,
     /// Where it is declared.
     pub place: Place,

@@ -76,7 +76,9 @@ fn test(machine: &Machine, chain: &Chain, one: &Line, other: &Line) -> Test {
         return found;
     }
     let on_shaft = |cause: Cause| matches!(cause, Cause::Seat | Cause::RunOut);
-    if errors[0].on == errors[1].on && on_shaft(errors[0].cause) != on_shaft(errors[1].cause) {
+    if errors[0].turning == errors[1].turning
+        && on_shaft(errors[0].cause) != on_shaft(errors[1].cause)
+    {
         return Test::Reseat;
     }
     let turned = |line: &Line, error: &FormError| {

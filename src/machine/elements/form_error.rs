@@ -69,8 +69,12 @@ fn gear(builder: &Builder, part: &model::FormError) -> Result<FormError, Error> 
             acts.push(Acting { branch, flanks });
         }
     }
+    let on = match &part.mesh {
+        Some(mesh) => format!("{} in {}", part.on.text, mesh.text),
+        None => part.on.text.clone(),
+    };
     Ok(FormError {
-        on: part.on.text.clone(),
+        on,
         place: part.on.place.clone(),
         cause: part.cause,
         turning,
