@@ -83,7 +83,8 @@ pub enum Command {
     /// Transmission error of a chain: which element makes which line at the output, how large, and what cannot be told apart
     #[command(after_help = "Examples:
   geardyn te models/three_stage_chain.toml --output spindle
-  geardyn te models/three_stage_chain.toml --output spindle --radius 270mm --speed 1400 --all")]
+  geardyn te models/three_stage_chain.toml --output spindle --radius 270mm --speed 1400 --all
+  geardyn te data/y2250_te.csv --input worm --output spindle --teeth 21:64 --lines 5000,9000 --svg te.svg")]
     Te(TeArgs),
     /// Every study a scene lists
     #[command(after_help = "Example:\n  geardyn run examples/linear_chain.toml")]

@@ -57,6 +57,9 @@ pub mod stability;
 /// `response`.
 pub mod response;
 
+/// `te` of a log.
+pub mod te_log;
+
 /// `te`.
 pub mod te;
 

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::log_args::LogArgs;
+use super::te_args::TeArgs;
 use super::{diagnostic, output, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
@@ -52,71 +52,82 @@ pub struct EncoderArgs {
     pub pressure_angle: Option<String>,
 }
 
-/// What `te` says of any file.
-pub struct Common<'a> {
-    /// The log.
-    pub file: &'a Path,
-    /// Column of the output, or two of them.
-    pub output: Option<&'a str>,
-    /// Radius on the line of action.
-    pub radius: Option<&'a str>,
-    /// Every order is shown.
-    pub all: bool,
-    /// One JSON document.
-    pub json: bool,
-    /// Where the record goes.
-    pub csv: Option<&'a PathBuf>,
-    /// Where the picture goes.
-    pub svg: Option<&'a PathBuf>,
-    /// No word beside.
-    pub quiet: bool,
-}
-
 /// Whether a file is a log: all that is no TOML, and whatever teeth are stated of.
 pub fn is_log(file: &Path, args: &EncoderArgs) -> bool {
-    let toml = file.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
+    let toml = file
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("toml"));
     !toml || args.teeth.is_some()
+}
+
+/// Refuses what is said of a log where the file is a model.
+///
+/// # Errors
+/// Names the flag.
+pub fn refuse_of_model(args: &TeArgs) -> Result<(), Error> {
+    let record = &args.record;
+    let given = [
+        (!record.input.is_empty(), "--input"),
+        (record.lines.is_some(), "--lines"),
+        (record.stamps, "--stamps"),
+        (record.angle_base, "--angle-base"),
+        (record.harmonics.is_some(), "--harmonics"),
+        (record.repair, "--repair"),
+        (record.pressure_angle.is_some(), "--pressure-angle"),
+        (args.svg.is_some(), "--svg"),
+    ];
+    match given.iter().find(|g| g.0) {
+        None => Ok(()),
+        Some((_, flag)) => Err(Error::new(
+            Code::Usage,
+            format!(
+                "{flag} belongs to records of encoders, and {} is a model",
+                args.file.display()
+            ),
+        )
+        .hint("of a log, state --teeth as well; of a model, leave it out")),
+    }
 }
 
 /// Evaluates and prints.
 ///
 /// # Errors
 /// Whatever is wrong with the flags or the log.
-pub fn run(common: &Common, args: &EncoderArgs, log: &LogArgs) -> Result<u8, Errors> {
-    let mut study = study(common, args)?;
-    let outputs: Vec<PathBuf> = [common.csv, common.svg].into_iter().flatten().cloned().collect();
-    for (path, end) in [(common.csv, "csv"), (common.svg, "svg")] {
+pub fn run(args: &TeArgs) -> Result<u8, Errors> {
+    let mut study = study(args)?;
+    let outputs: Vec<PathBuf> = args.csv.iter().chain(&args.svg).cloned().collect();
+    for (path, end) in [(&args.csv, "csv"), (&args.svg, "svg")] {
         if let Some(path) = path {
             output::ends(path, &[end])?;
         }
     }
-    let (mut settings, sidecar) = log.settings(common.file)?;
-    let inputs: Vec<PathBuf> = sidecar.into_iter().chain([common.file.to_path_buf()]).collect();
+    let (mut settings, sidecar) = args.log.settings(&args.file)?;
+    let inputs: Vec<PathBuf> = sidecar.into_iter().chain([args.file.clone()]).collect();
     output::check(&outputs, &inputs)?;
     if study.stamps || study.angle_base {
         // No column is a clock of rows.
         settings.time_column = Some("none".into());
         settings.rate = Some(RateSource::Hertz(1.0));
     }
-    let (found, repairs) = evaluated(common, &mut study, settings)?;
+    let (found, repairs) = evaluated(args, &mut study, settings)?;
     let mut written = Vec::new();
-    if let Some(path) = common.csv {
+    if let Some(path) = &args.csv {
         output::write(path, report::encoders::csv(&found).as_bytes())?;
         written.push(path.display().to_string());
     }
-    if let Some(path) = common.svg {
-        let name = common.file.file_name().unwrap_or_default().to_string_lossy();
+    if let Some(path) = &args.svg {
+        let name = args.file.file_name().unwrap_or_default().to_string_lossy();
         let picture = report::encoders_picture::record(&found, &name);
         output::write(path, picture.as_bytes())?;
         written.push(path.display().to_string());
     }
-    if common.json {
+    if args.json {
         let document = report::encoders::json(&found, &study.teeth, &repairs);
         output::print(&format!("{document:#}\n"))?;
         return Ok(0);
     }
-    output::print(&report::encoders_table::record(&found, common.all))?;
-    if !common.quiet {
+    output::print(&report::encoders_table::record(&found, args.all))?;
+    if !args.quiet {
         output::tell(&epilogue(&found, &repairs, &written));
     }
     Ok(0)
@@ -124,7 +135,7 @@ pub fn run(common: &Common, args: &EncoderArgs, log: &LogArgs) -> Result<u8, Err
 
 /// Reads the log and evaluates it; of pulses each shaft by itself, since their columns differ in length.
 fn evaluated(
-    common: &Common,
+    args: &TeArgs,
     study: &mut EncoderStudy,
     settings: Settings,
 ) -> Result<(EncoderRecord, Vec<Repair>), Errors> {
@@ -133,7 +144,7 @@ fn evaluated(
             only: only.to_vec(),
             ..settings.clone()
         };
-        let raw = progress::open(common.file, &settings, common.quiet)?;
+        let raw = progress::open(&args.file, &settings, args.quiet)?;
         let full: Vec<String> = only.iter().map(|word| full_name(&raw, word)).collect();
         settings.only.clone_from(&full);
         let recording = settle::settle(raw, &settings)?;
@@ -143,11 +154,11 @@ fn evaluated(
         // Rows at uneven instants are evaluated as they were read: both encoders are read at once.
         settings.time_column = Some("none".into());
         settings.rate = Some(RateSource::Hertz(recording.rate_hz));
-        let raw = progress::open(common.file, &settings, common.quiet)?;
+        let raw = progress::open(&args.file, &settings, args.quiet)?;
         Ok((settle::settle(raw, &settings)?, full))
     };
     let evaluate = |a: &Recording, b: &Recording, study: &EncoderStudy| {
-        progress::busy("evaluating", common.quiet, || encoders(a, b, study))
+        progress::busy("evaluating", args.quiet, || encoders(a, b, study))
             .map_err(|e| Errors::from(e.in_file(&a.path)))
     };
     let (mut found, recording) = if study.stamps {
@@ -173,55 +184,91 @@ fn full_name(raw: &Raw, word: &str) -> String {
     names::find(word, &known).map_or(word.to_string(), |at| known[at].clone())
 }
 
-fn study(common: &Common, args: &EncoderArgs) -> Result<EncoderStudy, Error> {
+fn study(args: &TeArgs) -> Result<EncoderStudy, Error> {
     let refuse = |message: &str, hint: &str| Err(Error::new(Code::Usage, message).hint(hint));
-    const EXAMPLE: &str =
-        "such as: geardyn te run.csv --input motor --output spindle --teeth 21:63 --lines 5000,5000";
-    let Some(teeth) = &args.teeth else {
-        return refuse("nothing says which teeth lie between the encoders: --teeth", EXAMPLE);
+    for (given, flag) in [
+        (args.driver.is_some(), "--driver"),
+        (args.against.is_some(), "--against"),
+        (args.speed.is_some(), "--speed"),
+    ] {
+        if given {
+            let message = format!(
+                "{flag} belongs to models, and {} is a log",
+                args.file.display()
+            );
+            return refuse(
+                &message,
+                "the shafts of a log are its columns: --input, --output",
+            );
+        }
+    }
+    const EXAMPLE: &str = "such as: geardyn te run.csv --input motor --output spindle --teeth 21:63 --lines 5000,5000";
+    let Some(teeth) = &args.record.teeth else {
+        return refuse(
+            "nothing says which teeth lie between the encoders: --teeth",
+            EXAMPLE,
+        );
     };
-    let Some(output) = common.output else {
-        return refuse("nothing says which column is the output's encoder: --output", EXAMPLE);
+    let Some(output) = &args.output else {
+        return refuse(
+            "nothing says which column is the output's encoder: --output",
+            EXAMPLE,
+        );
     };
-    if args.input.is_empty() {
-        return refuse("nothing says which column is the input's encoder: --input", EXAMPLE);
+    if args.record.input.is_empty() {
+        return refuse(
+            "nothing says which column is the input's encoder: --input",
+            EXAMPLE,
+        );
     }
     let output: Vec<String> = output.split(',').map(|w| w.trim().to_string()).collect();
-    if args.input.len() > 2 || output.len() > 2 {
+    if args.record.input.len() > 2 || output.len() > 2 {
         return refuse("an encoder has one column, or two tracks", EXAMPLE);
     }
-    if args.input.iter().any(|i| output.contains(i)) {
+    if args.record.input.iter().any(|i| output.contains(i)) {
         return refuse("one column is named as input and as output", EXAMPLE);
     }
     const COUNTS: std::ops::RangeInclusive<usize> = 1..=65_536;
-    if !COUNTS.contains(&args.counts_per_line) || args.harmonics == Some(0) {
+    if !COUNTS.contains(&args.record.counts_per_line) || args.record.harmonics == Some(0) {
         return refuse(
             "--counts-per-line and --harmonics are counts of at least 1",
             "a counter that counts every edge of both tracks makes 4 of a line",
         );
     }
     let quantity = |text: Option<&str>, kind, unit: &str, flag: &str| {
-        text.map(|t| units::parse_or_bare(t, kind, unit, flag)).transpose()
+        text.map(|t| units::parse_or_bare(t, kind, unit, flag))
+            .transpose()
     };
-    let radius = quantity(common.radius, Kind::Length, "mm", "--radius")?;
+    let radius = quantity(args.radius.as_deref(), Kind::Length, "mm", "--radius")?;
     if radius.is_some_and(|r| r <= 0.0) {
-        return refuse("--radius takes a length above zero", "the base radius of the output's gear: --radius 94.5");
+        return refuse(
+            "--radius takes a length above zero",
+            "the base radius of the output's gear: --radius 94.5",
+        );
     }
-    let pressure_angle = quantity(args.pressure_angle.as_deref(), Kind::Angle, "deg", "--pressure-angle")?;
+    let pressure_angle = quantity(
+        args.record.pressure_angle.as_deref(),
+        Kind::Angle,
+        "deg",
+        "--pressure-angle",
+    )?;
     const ANGLES: std::ops::Range<f64> = 0.05..1.2;
     if pressure_angle.is_some_and(|a| !ANGLES.contains(&a)) {
-        return refuse("--pressure-angle is no pressure angle", "such as --pressure-angle 20");
+        return refuse(
+            "--pressure-angle is no pressure angle",
+            "such as --pressure-angle 20",
+        );
     }
     Ok(EncoderStudy {
-        input: args.input.clone(),
+        input: args.record.input.clone(),
         output,
         teeth: Teeth::parse(teeth)?,
-        lines: args.lines.as_deref().map(lines).transpose()?,
-        counts_per_line: args.counts_per_line,
-        stamps: args.stamps,
-        angle_base: args.angle_base,
-        multiples: args.harmonics,
-        repair: args.repair,
+        lines: args.record.lines.as_deref().map(lines).transpose()?,
+        counts_per_line: args.record.counts_per_line,
+        stamps: args.record.stamps,
+        angle_base: args.record.angle_base,
+        multiples: args.record.harmonics,
+        repair: args.record.repair,
         radius,
         pressure_angle,
         named: Vec::<(Fraction, String)>::new(),
@@ -232,10 +279,19 @@ fn study(common: &Common, args: &EncoderArgs) -> Result<EncoderStudy, Error> {
 fn lines(text: &str) -> Result<(usize, usize), Error> {
     const MOST: usize = 100_000_000;
     let wrong = || {
-        let message = format!("\"{}\" are no lines of two encoders", units::shortened(text));
+        let message = format!(
+            "\"{}\" are no lines of two encoders",
+            units::shortened(text)
+        );
         Error::new(Code::Usage, message).hint("write the lines a turn of both: --lines 5000,5000")
     };
-    let number = |t: &str| t.trim().parse().ok().filter(|n| (1..=MOST).contains(n)).ok_or_else(wrong);
+    let number = |t: &str| {
+        t.trim()
+            .parse()
+            .ok()
+            .filter(|n| (1..=MOST).contains(n))
+            .ok_or_else(wrong)
+    };
     match text.split_once(',') {
         Some((a, b)) => Ok((number(a)?, number(b)?)),
         None => number(text).map(|n| (n, n)),
@@ -246,7 +302,11 @@ fn lines(text: &str) -> Result<(usize, usize), Error> {
 fn epilogue(found: &EncoderRecord, repairs: &[Repair], written: &[String]) -> String {
     let mut text = String::from("\n");
     for repair in repairs {
-        text += &format!("{}: {}\n", repair.kind, diagnostic::harmless(&repair.message));
+        text += &format!(
+            "{}: {}\n",
+            repair.kind,
+            diagnostic::harmless(&repair.message)
+        );
     }
     for warning in &found.warnings {
         text += &diagnostic::warning(warning, diagnostic::colour());

@@ -139,7 +139,11 @@ fn line(line: &Line, found: &EncoderRecord) -> Value {
 /// One row a cell: direction, angle of the output, error, long wave over the whole turns.
 pub fn csv(found: &EncoderRecord) -> String {
     let mut text = String::from("direction,angle_deg,te_arcsec,long_wave_arcsec");
-    text += if found.radius.is_some() { ",te_um\n" } else { "\n" };
+    text += if found.radius.is_some() {
+        ",te_um\n"
+    } else {
+        "\n"
+    };
     for flank in &found.measured.flanks {
         for (i, e) in flank.signal.values.iter().enumerate() {
             let angle = flank.signal.angle(i).to_degrees();

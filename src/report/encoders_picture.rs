@@ -4,8 +4,8 @@ use super::axes::{frame, runs, span};
 use super::encoders::{arcsec, way};
 use super::number::brief;
 use super::style::{
-    Anchor, BLACK, BLUE, Canvas, FAINT, GREY, Ink, ORANGE, Panel, SMALL, Spot, Stroke, TITLE, WIDTH,
-    paler, picture, push_apart, shortened, ticks, width_of,
+    Anchor, BLACK, BLUE, Canvas, FAINT, GREY, Ink, ORANGE, Panel, SMALL, Spot, Stroke, TITLE,
+    WIDTH, paler, picture, push_apart, shortened, ticks, width_of,
 };
 use crate::plan::logs::encoders::EncoderRecord;
 use crate::transmission::measured::flank::Flank;
@@ -26,7 +26,10 @@ pub fn record(found: &EncoderRecord, title: &str) -> String {
         let flanks = &found.measured.flanks;
         let mut right = LEFT;
         for (flank, ink) in flanks.iter().zip([BLUE, ORANGE]) {
-            for (label, ink, width) in [(way(flank).to_string(), paler(ink), 1.0), ("long wave".into(), ink, 2.0)] {
+            for (label, ink, width) in [
+                (way(flank).to_string(), paler(ink), 1.0),
+                ("long wave".into(), ink, 2.0),
+            ] {
                 canvas.line((right, 38.0), (right + 18.0, 38.0), ink, width);
                 canvas.text(&label, (right + 23.0, 38.0), SMALL, BLACK, Anchor::Start);
                 right += 39.0 + width_of(&label, SMALL);
@@ -45,8 +48,15 @@ fn over_angle(canvas: &mut Canvas, flanks: &[Flank]) {
         let first = flank.signal.first as f64 / n;
         (first, first + flank.signal.values.len() as f64 / n)
     };
-    let x = flanks.iter().map(ends).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), e| (l.min(e.0), h.max(e.1)));
-    let values = flanks.iter().flat_map(|f| f.signal.values.iter().map(|e| arcsec(*e)));
+    let x = flanks
+        .iter()
+        .map(ends)
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), e| {
+            (l.min(e.0), h.max(e.1))
+        });
+    let values = flanks
+        .iter()
+        .flat_map(|f| f.signal.values.iter().map(|e| arcsec(*e)));
     let Some(y) = span(values) else { return };
     let panel = Panel {
         across: (LEFT, RIGHT),
@@ -55,10 +65,19 @@ fn over_angle(canvas: &mut Canvas, flanks: &[Flank]) {
         y,
     };
     panel.rule_y(canvas, &ticks(y, 6));
-    frame(&panel, canvas, "transmission error, arcsec", Some("turns of the output"));
+    frame(
+        &panel,
+        canvas,
+        "transmission error, arcsec",
+        Some("turns of the output"),
+    );
     let draw = |canvas: &mut Canvas, flank: &Flank, values: &[f64], ink: Ink, width: f64| {
-        let place = |i: usize| (flank.signal.first + i as i64) as f64 / flank.signal.per_turn as f64;
-        let points = values.iter().enumerate().map(|(i, e)| (place(i), arcsec(*e)));
+        let place =
+            |i: usize| (flank.signal.first + i as i64) as f64 / flank.signal.per_turn as f64;
+        let points = values
+            .iter()
+            .enumerate()
+            .map(|(i, e)| (place(i), arcsec(*e)));
         for run in runs(&panel, points) {
             canvas.path(&run, ink, width, Stroke::Solid);
         }
@@ -96,7 +115,12 @@ fn orders(canvas: &mut Canvas, flank: &Flank) {
         known: false,
     });
     let stems: Vec<Stem> = lines.chain(others).collect();
-    let Some((_, top)) = span(stems.iter().map(|s| s.interval.map_or(s.size, |i| i.1)).chain([0.0])) else {
+    let Some((_, top)) = span(
+        stems
+            .iter()
+            .map(|s| s.interval.map_or(s.size, |i| i.1))
+            .chain([0.0]),
+    ) else {
         return;
     };
     let last = stems.iter().map(|s| s.order).fold(1.0, f64::max);
@@ -113,9 +137,21 @@ fn orders(canvas: &mut Canvas, flank: &Flank) {
     rule_orders(canvas, &panel);
     canvas.frame((LEFT, ORDERS.0), (RIGHT, ORDERS.1), GREY, 0.6);
     let middle = 0.5 * (ORDERS.0 + ORDERS.1);
-    canvas.upright("amplitude, arcsec", (14.0, middle), SMALL, BLACK, Anchor::Middle);
+    canvas.upright(
+        "amplitude, arcsec",
+        (14.0, middle),
+        SMALL,
+        BLACK,
+        Anchor::Middle,
+    );
     let below = (0.5 * (LEFT + RIGHT), ORDERS.1 + 30.0);
-    canvas.text("order per turn of the output", below, SMALL, BLACK, Anchor::Middle);
+    canvas.text(
+        "order per turn of the output",
+        below,
+        SMALL,
+        BLACK,
+        Anchor::Middle,
+    );
     for stem in &stems {
         let ink = if stem.known { BLUE } else { ORANGE };
         let foot = panel.at(place(stem.order), 0.0);
@@ -124,7 +160,12 @@ fn orders(canvas: &mut Canvas, flank: &Flank) {
         canvas.disc(head, 2.2, ink);
         if let Some((low, high)) = stem.interval {
             let spots: [Spot; 2] = [low, high].map(|v| panel.at(place(stem.order), v));
-            canvas.line((spots[0].0 + 4.0, spots[0].1), (spots[1].0 + 4.0, spots[1].1), BLACK, 0.8);
+            canvas.line(
+                (spots[0].0 + 4.0, spots[0].1),
+                (spots[1].0 + 4.0, spots[1].1),
+                BLACK,
+                0.8,
+            );
         }
     }
     names(canvas, &panel, &stems, place);
@@ -137,12 +178,29 @@ fn names(canvas: &mut Canvas, panel: &Panel, stems: &[Stem], place: impl Fn(f64)
     let mut strongest: Vec<&Stem> = stems.iter().collect();
     strongest.sort_by(|a, b| b.size.total_cmp(&a.size));
     strongest.truncate(NAMED);
-    let wanted: Vec<f64> = strongest.iter().map(|s| panel.right_of(place(s.order))).collect();
-    for (stem, right) in strongest.iter().zip(push_apart(&wanted, APART, panel.across)) {
+    let wanted: Vec<f64> = strongest
+        .iter()
+        .map(|s| panel.right_of(place(s.order)))
+        .collect();
+    for (stem, right) in strongest
+        .iter()
+        .zip(push_apart(&wanted, APART, panel.across))
+    {
         let head = panel.at(place(stem.order), stem.size);
         let ink = if stem.known { BLACK } else { ORANGE };
-        canvas.line((right, panel.down.0 - 4.0), (head.0, head.1 - 3.0), FAINT, 0.7);
-        canvas.upright(&shortened(&stem.name, LONGEST), (right, panel.down.0 - 7.0), 9.0, ink, Anchor::Start);
+        canvas.line(
+            (right, panel.down.0 - 4.0),
+            (head.0, head.1 - 3.0),
+            FAINT,
+            0.7,
+        );
+        canvas.upright(
+            &shortened(&stem.name, LONGEST),
+            (right, panel.down.0 - 7.0),
+            9.0,
+            ink,
+            Anchor::Start,
+        );
     }
 }
 
@@ -156,6 +214,12 @@ fn rule_orders(canvas: &mut Canvas, panel: &Panel) {
         }
         let right = panel.right_of(at);
         canvas.line((right, panel.down.0), (right, panel.down.1), FAINT, 0.5);
-        canvas.text(&brief(order), (right, panel.down.1 + 11.0), SMALL, BLACK, Anchor::Middle);
+        canvas.text(
+            &brief(order),
+            (right, panel.down.1 + 11.0),
+            SMALL,
+            BLACK,
+            Anchor::Middle,
+        );
     }
 }

@@ -15,7 +15,11 @@ const ROWS: usize = 24;
 /// Everything about a record.
 pub fn record(found: &EncoderRecord, all: bool) -> String {
     let measured = &found.measured;
-    let mut text = found.how.iter().map(|l| format!("{l}\n")).collect::<String>();
+    let mut text = found
+        .how
+        .iter()
+        .map(|l| format!("{l}\n"))
+        .collect::<String>();
     text += &format!(
         "ratio {} by teeth, {:.9} by the encoders\n{} rows a tooth; orders up to {} within {:.0e}; steps of the encoders {} arcsec rms a row\n",
         measured.declared,
@@ -28,7 +32,12 @@ pub fn record(found: &EncoderRecord, all: bool) -> String {
     if let Some(speed) = &measured.speed {
         let (mean, least, most) = speed.range();
         let rpm = |w: f64| brief(w * 30.0 / PI);
-        text += &format!("output at {} rpm, tooth by tooth {} … {}\n", rpm(mean), rpm(least), rpm(most));
+        text += &format!(
+            "output at {} rpm, tooth by tooth {} … {}\n",
+            rpm(mean),
+            rpm(least),
+            rpm(most)
+        );
     }
     for flank in &measured.flanks {
         text += &one(flank, found, all);
@@ -43,7 +52,12 @@ pub fn record(found: &EncoderRecord, all: bool) -> String {
     }
     if !found.parted.is_empty() {
         let mut table = plain();
-        table.add_row(vec!["eccentricity on", "encoder", "gear", "± (one deviation)"]);
+        table.add_row(vec![
+            "eccentricity on",
+            "encoder",
+            "gear",
+            "± (one deviation)",
+        ]);
         table.add_row(vec!["", "arcsec", "arcsec", "arcsec"]);
         for p in &found.parted {
             table.add_row(vec![
@@ -69,7 +83,11 @@ fn one(flank: &Flank, found: &EncoderRecord, all: bool) -> String {
         way(flank),
         flank.turns,
         counted(composite.turns, "turn"),
-        if composite.closed { ", whole hunting cycles" } else { "" }
+        if composite.closed {
+            ", whole hunting cycles"
+        } else {
+            ""
+        }
     );
     let with_um = found.radius.is_some();
     let mut table = plain();
@@ -96,11 +114,18 @@ fn one(flank: &Flank, found: &EncoderRecord, all: bool) -> String {
     row(
         "short wave",
         composite.short.0.sliding,
-        format!("by pitch means {}", brief(arcsec(composite.short.1.sliding))),
+        format!(
+            "by pitch means {}",
+            brief(arcsec(composite.short.1.sliding))
+        ),
     );
     if let Some(average) = &flank.average {
         let low = average.turn.iter().copied().fold(f64::INFINITY, f64::min);
-        let high = average.turn.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let high = average
+            .turn
+            .iter()
+            .copied()
+            .fold(f64::NEG_INFINITY, f64::max);
         row(
             "mean turn",
             high - low,
@@ -134,7 +159,11 @@ fn one(flank: &Flank, found: &EncoderRecord, all: bool) -> String {
 
 /// The lines that stand out, or the largest of them, by order.
 fn lines(flank: &Flank, with_um: bool, found: &EncoderRecord, all: bool) -> String {
-    let mut shown: Vec<&Line> = flank.lines.iter().filter(|l| all || l.significant).collect();
+    let mut shown: Vec<&Line> = flank
+        .lines
+        .iter()
+        .filter(|l| all || l.significant)
+        .collect();
     if !all {
         shown.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
         shown.truncate(ROWS);
@@ -143,7 +172,10 @@ fn lines(flank: &Flank, with_um: bool, found: &EncoderRecord, all: bool) -> Stri
     let mut text = String::from("\n");
     if !shown.is_empty() {
         let mut table = plain();
-        let (mut heads, mut units) = (vec!["order", "", "amplitude", "95 %"], vec!["", "", "arcsec", "arcsec"]);
+        let (mut heads, mut units) = (
+            vec!["order", "", "amplitude", "95 %"],
+            vec!["", "", "arcsec", "arcsec"],
+        );
         if with_um {
             heads.push("amplitude");
             units.push("µm");
@@ -156,7 +188,11 @@ fn lines(flank: &Flank, with_um: bool, found: &EncoderRecord, all: bool) -> Stri
             let exact = line.order.exact.to_string();
             let mut row = vec![
                 exact.clone(),
-                if exact.contains('/') { brief(line.order.value) } else { String::new() },
+                if exact.contains('/') {
+                    brief(line.order.value)
+                } else {
+                    String::new()
+                },
                 brief(arcsec(line.amplitude)),
                 line.interval.map_or("–".to_string(), |(low, high)| {
                     format!("{} … {}", brief(arcsec(low)), brief(arcsec(high)))
@@ -177,7 +213,11 @@ fn lines(flank: &Flank, with_um: bool, found: &EncoderRecord, all: bool) -> Stri
         text += &format!(
             "{} more {}; --all shows them\n",
             counted(more, "order"),
-            if shown.len() < ROWS { "not clear of the noise" } else { "smaller or not clear of the noise" }
+            if shown.len() < ROWS {
+                "not clear of the noise"
+            } else {
+                "smaller or not clear of the noise"
+            }
         );
     }
     text
@@ -187,7 +227,11 @@ fn lines(flank: &Flank, with_um: bool, found: &EncoderRecord, all: bool) -> Stri
 fn from(line: &Line) -> String {
     let mut text = line.order.names.join(" = ");
     for near in line.near() {
-        text += &format!("; not told from {} before {} turns", near.what, brief(near.turns.ceil()));
+        text += &format!(
+            "; not told from {} before {} turns",
+            near.what,
+            brief(near.turns.ceil())
+        );
     }
     text
 }

@@ -97,12 +97,13 @@ pub fn encoders(
         named: study.named.clone(),
     };
     let measured = if timed {
-        let curve = |recording: &Recording, list: &[&Channel], lines, said: &mut Vec<String>| {
-            match study.stamps {
+        let curve =
+            |recording: &Recording, list: &[&Channel], lines, said: &mut Vec<String>| match study
+                .stamps
+            {
                 true => from_stamps(list[0], lines, study.repair, said),
                 false => from_tracks(recording, list, lines, said),
-            }
-        };
+            };
         let (a, b) = lines(study)?;
         let (first, second) = (
             curve(input, &first, a, &mut how)?,
@@ -129,8 +130,16 @@ pub fn encoders(
             message: format!(
                 "{} {} {} on the {} were taken out at row {}",
                 jump.counts.abs(),
-                if jump.counts.abs() == 1.0 { "count" } else { "counts" },
-                if jump.counts < 0.0 { "lost" } else { "too many" },
+                if jump.counts.abs() == 1.0 {
+                    "count"
+                } else {
+                    "counts"
+                },
+                if jump.counts < 0.0 {
+                    "lost"
+                } else {
+                    "too many"
+                },
                 jump.whose,
                 jump.row + 1
             ),
@@ -176,7 +185,11 @@ fn channels<'r>(recording: &'r Recording, names: &[String]) -> Result<Vec<&'r Ch
     let known: Vec<String> = recording.channels.iter().map(|c| c.name.clone()).collect();
     names
         .iter()
-        .map(|name| recording.channel(name).ok_or_else(|| no_channel(name, &known)))
+        .map(|name| {
+            recording
+                .channel(name)
+                .ok_or_else(|| no_channel(name, &known))
+        })
         .collect()
 }
 
@@ -226,7 +239,10 @@ fn scale(
             ));
         }
         let wrap = wrap(rows, is_output, name, &[TAU / factor, 0.5 * TAU / factor])?;
-        how.push(format!("{role} {name}: angle in {unit}{}", begins_again(wrap)));
+        how.push(format!(
+            "{role} {name}: angle in {unit}{}",
+            begins_again(wrap)
+        ));
         return Ok(Scale {
             unit: factor,
             wrap,
@@ -294,8 +310,12 @@ fn from_stamps(
     channel.samples.read(0, &mut times)?;
     times.iter_mut().for_each(|t| *t *= factor);
     if let Some(at) = times.windows(2).position(|w| w[0] >= w[1]) {
-        let message = format!("the pulses of {name} do not come one after the other at row {}", at + 2);
-        return Err(Error::new(Code::BadTime, message).hint("is this the column of instants, and its unit right?"));
+        let message = format!(
+            "the pulses of {name} do not come one after the other at row {}",
+            at + 2
+        );
+        return Err(Error::new(Code::BadTime, message)
+            .hint("is this the column of instants, and its unit right?"));
     }
     let found = number(&times);
     let missing: usize = found.missing.iter().map(|m| m.number).sum();
@@ -307,7 +327,10 @@ fn from_stamps(
         times.len(),
         match missing + found.extra_s.len() {
             0 => String::new(),
-            _ => format!(", {missing} missing and {} extra ones put right", found.extra_s.len()),
+            _ => format!(
+                ", {missing} missing and {} extra ones put right",
+                found.extra_s.len()
+            ),
         }
     ));
     AngleCurve::from_pulses(&found, lines)
@@ -376,17 +399,24 @@ fn even(a: &AngleCurve, b: &AngleCurve) -> Result<(f64, (Vec<f64>, Vec<f64>)), E
     let ((a0, a1), (b0, b1)) = (a.times_s(), b.times_s());
     let (from, to) = (a0.max(b0), a1.min(b1));
     if !(to > from) {
-        return Err(Error::new(Code::TooShort, "the two encoders were not read at the same time")
-            .hint("both columns must count time from the same instant"));
+        return Err(Error::new(
+            Code::TooShort,
+            "the two encoders were not read at the same time",
+        )
+        .hint("both columns must count time from the same instant"));
     }
     let count = a.points_within(from, to).min(b.points_within(from, to));
     if count < 2 {
-        return Err(Error::new(Code::TooShort, "an encoder has fewer than two pulses")
-            .hint("look at the columns named"));
+        return Err(
+            Error::new(Code::TooShort, "an encoder has fewer than two pulses")
+                .hint("look at the columns named"),
+        );
     }
     let rate = (count - 1) as f64 / (to - from);
     let at = |curve: &AngleCurve| -> Vec<f64> {
-        (0..count).map(|i| curve.at(from + i as f64 / rate)).collect()
+        (0..count)
+            .map(|i| curve.at(from + i as f64 / rate))
+            .collect()
     };
     Ok((rate, (at(a), at(b))))
 }
