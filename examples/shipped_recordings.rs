@@ -289,7 +289,7 @@ fn run_up() -> Outcome<()> {
 fn encoders() -> Outcome<()> {
     const SCENE: &str = "examples/y2250_index_te.toml";
     const SEED: u64 = 20_240_614;
-    const LINES: [f64; 2] = [2500.0, 9000.0];
+    const LINES: [f64; 2] = [10_000.0, 36_000.0];
     const COUNTS_PER_LINE: f64 = 4.0;
     const ROWS_PER_TURN: f64 = 2700.0; // of the spindle, at even speed
     const TURNS: f64 = 3.4;
