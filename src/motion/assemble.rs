@@ -242,7 +242,7 @@ impl Site<'_> {
                 characteristic,
                 damping,
             };
-            return Ok(vec![make(lb.direction.clone(), law)]);
+            return Ok(vec![make(lb.direction.clone(), law, 0)]);
         }
         if part.play == 0.0 && part.wave.is_none() {
             let law = Law::Linear {
