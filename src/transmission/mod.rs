@@ -1,4 +1,5 @@
-//! Transmission error: what the errors of a chain's elements do at its end, slowly, under load and at speed.
+//! Transmission error: how far a driven shaft is from where an ideal train would have it; what the errors of a chain's elements do at
+//! its end, slowly, under load and at speed, and what two encoders measure.
 
 /// Ratios in exact fractions, and how far the displacement of each branch moves the end.
 pub mod chain;
