@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::encoder_args::EncoderArgs;
 use super::log_args::LogArgs;
-use super::te_log::EncoderArgs;
 
 /// Arguments of `te`.
 #[derive(Debug, Args)]
