@@ -17,3 +17,6 @@ pub mod response;
 
 /// Analyses of logs.
 pub mod logs;
+
+/// A gear's charts and readings.
+pub mod measure;

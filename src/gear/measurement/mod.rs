@@ -9,6 +9,9 @@ pub mod quantity;
 /// Tolerances of ISO 1328.
 pub mod iso;
 
+/// Limits out of a table somebody typed in.
+pub mod limits;
+
 /// Grades as written: `6`, `8-7-7 Dc`.
 pub mod notation;
 
