@@ -79,6 +79,14 @@ pub enum Command {
   geardyn response models/y2250.toml --input motor --output workpiece --band 1:400
   geardyn response models/y2250.toml --input index_drive.te --output workpiece --hold motor --band 1:400 --svg te.svg")]
     Response(ResponseArgs),
+    /// Gear charts and readings: deviations, uncertainty, grades
+    #[command(after_help = "Examples:
+  geardyn measure data/index_gear.toml
+  geardyn measure data/index_gear.toml --json
+  geardyn measure data/index_gear.toml --svg charts.svg
+
+Exit code 1 where a value is out of what was asked.")]
+    Measure(MeasureArgs),
     /// Every study a scene lists
     #[command(after_help = "Example:\n  geardyn run examples/linear_chain.toml")]
     Run(RunArgs),
@@ -714,6 +722,25 @@ pub struct ResponseArgs {
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
     /// No warnings, no word about what was done
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+/// Arguments of `measure`.
+#[derive(Debug, Args)]
+pub struct MeasureArgs {
+    /// A TOML file with [measured_gear], which names the CSV files of its charts
+    pub file: PathBuf,
+    /// One JSON document on standard output, nothing else there
+    #[arg(long)]
+    pub json: bool,
+    /// Write the values, one row each
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
+    /// Draw the charts unrolled, and those that go round beside (FILE-polar.svg)
+    #[arg(long, value_name = "FILE")]
+    pub svg: Option<PathBuf>,
+    /// No warnings, no word about what was left out
     #[arg(long)]
     pub quiet: bool,
 }

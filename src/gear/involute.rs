@@ -19,20 +19,51 @@ pub struct Involute {
     pub profile_shift: f64,
 }
 
+/// Below this, angles and tangents go by their power series, whose first term left out is then below 1e-16 of the sum.
+const SMALL: f64 = 0.05;
+
 /// `tan α − α`.
 pub fn inv(angle: f64) -> f64 {
-    angle.tan() - angle
+    if angle.abs() >= SMALL {
+        return angle.tan() - angle;
+    }
+    let x = angle * angle;
+    let series = [
+        21844.0 / 6081075.0,
+        1382.0 / 155925.0,
+        62.0 / 2835.0,
+        17.0 / 315.0,
+        2.0 / 15.0,
+        1.0 / 3.0,
+    ];
+    angle * x * series.into_iter().fold(0.0, |sum, c| sum * x + c)
 }
 
-/// The angle in [0, π/2) whose involute is `value`; by Newton from where the involute is steep enough. NaN below 0.
+/// `t − atan t`.
+fn beyond_its_angle(t: f64) -> f64 {
+    if t.abs() >= SMALL {
+        return t - t.atan();
+    }
+    let x = t * t;
+    let series = [-13.0, 11.0, -9.0, 7.0, -5.0, 3.0];
+    t * x
+        * series
+            .into_iter()
+            .fold(0.0, |sum, n: f64| sum * x + n.recip())
+}
+
+/// The angle in [0, π/2) whose involute is `value`; NaN below 0.
 pub fn inverse_inv(value: f64) -> f64 {
     if !(value >= 0.0 && value.is_finite()) {
         return f64::NAN;
     }
-    // With t = tan α: t − atan t = value, convex and rising for t > 0; from above Newton falls monotonically.
-    let mut t = (3.0 * value).cbrt() + value + 1e-300;
+    if value == 0.0 {
+        return 0.0;
+    }
+    // With t = tan α: t − atan t = value is convex and rises, so from above Newton falls to the root.
+    let mut t = (3.0 * value).cbrt() + value;
     for _ in 0..60 {
-        let step = (t - t.atan() - value) * (1.0 + t * t) / (t * t);
+        let step = (beyond_its_angle(t) - value) * (1.0 + t * t) / (t * t);
         t -= step;
         if step.abs() <= 2.0 * f64::EPSILON * t {
             break;

@@ -19,8 +19,20 @@ pub struct Runout {
     pub eccentricity: Estimate,
     /// Where the first order is highest, rad from the first space.
     pub phase: f64,
+    /// The mean of the readings.
+    pub mean: f64,
     /// The range that is left without the first order.
     pub remainder: f64,
+}
+
+impl Runout {
+    /// Mean and first order at every reading.
+    pub fn first_order(&self) -> Vec<f64> {
+        let n = self.readings.len();
+        let wave =
+            |i: usize| self.eccentricity.value * (TAU * i as f64 / n as f64 - self.phase).cos();
+        (0..n).map(|i| self.mean + wave(i)).collect()
+    }
 }
 
 /// From a ball (or anvil) set in every space; `std`: the standard uncertainty of one reading.
@@ -86,6 +98,7 @@ fn evaluated(readings: Vec<f64>, spread: Option<f64>, first_order: Option<f64>) 
             std: first_order,
         },
         phase: sine.atan2(cosine),
+        mean: readings.iter().sum::<f64>() / n,
         remainder: range(&rest),
         readings,
     }

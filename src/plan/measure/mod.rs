@@ -1,13 +1,13 @@
 //! A gear's charts and readings: columns read, evaluated, graded.
 
 /// Columns of the files charts stand in.
-mod columns;
+pub mod columns;
 
 /// Values beside their limits and grades.
 pub mod grading;
 
 /// What each chart says.
-mod charts;
+pub mod charts;
 
 /// What charts say of each other: single-flank record from pitch and profile, and back.
 mod rolling;
