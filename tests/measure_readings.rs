@@ -392,7 +392,8 @@ fn law_every_way_tells_the_same_thickness() {
 fn law_involute_and_back() {
     for angle in [1e-8, 1e-4, 0.1, 0.35, 1.0, 1.5, 1.57] {
         let back = inverse_inv(inv(angle));
-        near(back / angle, 1.0, 8.0 * f64::EPSILON);
+        // Where the series end, tan α − α has lost two digits.
+        near(back / angle, 1.0, 64.0 * f64::EPSILON);
     }
     assert_eq!(inverse_inv(0.0), 0.0);
     assert!(inverse_inv(-1e-3).is_nan() && inverse_inv(f64::NAN).is_nan());

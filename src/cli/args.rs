@@ -80,12 +80,12 @@ pub enum Command {
   geardyn response models/y2250.toml --input index_drive.te --output workpiece --hold motor --band 1:400 --svg te.svg")]
     Response(ResponseArgs),
     /// Gear charts and readings: deviations, uncertainty, grades
-    #[command(after_help = "Examples:
+    #[command(after_help = "Exit code 1 where a value is out of what was asked.
+
+Examples:
   geardyn measure data/index_gear.toml
   geardyn measure data/index_gear.toml --json
-  geardyn measure data/index_gear.toml --svg charts.svg
-
-Exit code 1 where a value is out of what was asked.")]
+  geardyn measure data/index_gear.toml --svg charts.svg")]
     Measure(MeasureArgs),
     /// Every study a scene lists
     #[command(after_help = "Example:\n  geardyn run examples/linear_chain.toml")]

@@ -58,6 +58,7 @@ fn draw(canvas: &mut Canvas, drawn: &Drawn, down: (f64, f64)) {
             range,
             design,
             traces,
+            ..
         } => {
             let what = if *is_profile { "profile" } else { "helix" };
             let title = format!("{what}, {}", flanks(*side));

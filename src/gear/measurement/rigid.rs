@@ -108,10 +108,11 @@ pub fn of_pair(
     Ok((0..pitches * samples_per_pitch).map(sample).collect())
 }
 
+/// A border of contact hit by rounding belongs to the contact, pitches.
+const BORDER: f64 = 1e-9;
+
 /// Teeth in contact when `turned` pitches have passed since tooth 0 came in; teeth stay for `overlap` pitches.
 fn touching(turned: f64, overlap: f64) -> std::ops::RangeInclusive<i64> {
-    // A border hit by rounding belongs to the contact.
-    const BORDER: f64 = 1e-9;
     (turned - overlap - BORDER).ceil() as i64..=(turned + BORDER).floor() as i64
 }
 
@@ -173,7 +174,7 @@ pub fn teeth_of(
     let per_pitch = record.len() / teeth;
     let turned = |i: usize| i as f64 / per_pitch as f64;
     let alone: Vec<usize> = (0..per_pitch)
-        .filter(|&i| turned(i) > overlap - 1.0 && turned(i) < 1.0)
+        .filter(|&i| turned(i) > overlap - 1.0 + BORDER && turned(i) < 1.0 - BORDER)
         .collect();
     if alone.is_empty() {
         let message =

@@ -33,6 +33,8 @@ pub enum Drawn {
         along: Vec<f64>,
         /// Evaluation range.
         range: (f64, f64),
+        /// The range that rolls with a mate; all where it is not stated.
+        active: (f64, f64),
         /// What the design takes off, at the places.
         design: Vec<f64>,
         /// Each trace, with its column's name and its mean line about the design.
@@ -272,7 +274,7 @@ impl Evaluation<'_> {
             let reach = how.active.map_or(to - from, |[low, high]| high - low);
             let taken = |x: f64| how.design.iter().map(|d| d.at(x)).sum::<f64>();
             let design: Vec<f64> = along.iter().map(|&x| taken(x)).collect();
-            let mut traces = Vec::new();
+            let (mut traces, mut reliefs) = (Vec::new(), Vec::new());
             for column in columns {
                 let plain: Vec<f64> = column
                     .values
@@ -293,16 +295,18 @@ impl Evaluation<'_> {
                         chart.std,
                     )
                     .map_err(|e| e.at(&chart.place))?;
-                    self.add(Quantity::TipRelief, side, column.name.clone(), relief);
+                    reliefs.push(relief);
                 }
                 traces.push((column.name, column.values, line));
             }
             self.worst_lines(side, how.is_profile, &traces);
+            self.tip_relief(side, &reliefs);
             self.out.drawn.push(Drawn::Traces {
                 side,
                 is_profile: how.is_profile,
                 along: along.clone(),
                 range: (from, to),
+                active: how.active.map_or((ends[0], ends[1]), |[a, b]| (a, b)),
                 design,
                 traces,
             });
@@ -342,6 +346,23 @@ impl Evaluation<'_> {
                 traces.len(),
                 1e6 * mean
             ));
+        }
+    }
+
+    /// The mean of what the tips of a side lack.
+    fn tip_relief(&mut self, side: Side, reliefs: &[Estimate]) {
+        let n = reliefs.len() as f64;
+        let values = || reliefs.iter().map(|r| 1e6 * r.value);
+        let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| {
+            (l.min(x), h.max(x))
+        });
+        if let Some(one) = reliefs.first() {
+            let mean = Estimate {
+                value: 1e-6 * values().sum::<f64>() / n,
+                std: one.std.map(|u| u / n.sqrt()),
+            };
+            let found = format!("mean of {n}, {low:.2} to {high:.2}");
+            self.add(Quantity::TipRelief, side, found, mean);
         }
     }
 

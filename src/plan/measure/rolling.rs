@@ -8,7 +8,6 @@ use crate::gear::measurement::estimate::Estimate;
 use crate::gear::measurement::pitch::{Method, Pitches};
 use crate::gear::measurement::quantity::Quantity;
 use crate::gear::measurement::rigid::{self, Flanks};
-use crate::gear::measurement::trace::Line;
 use crate::scene::measured::{Chart, ChartKind};
 
 /// Samples of a predicted record in a pitch.
@@ -29,10 +28,10 @@ pub fn predict(evaluation: &mut Evaluation) -> Result<(), String> {
     let mut records = Vec::new();
     let mut why = None;
     for side in [Side::Left, Side::Right] {
-        let Some((pitches, along, traces)) = charts_of(&evaluation.out.drawn, side) else {
+        let Some((pitches, profile)) = charts_of(&evaluation.out.drawn, side) else {
             continue;
         };
-        match predicted(side, pitches, along, traces, base_pitch, cosine) {
+        match predicted(side, pitches, &profile, base_pitch, cosine) {
             Ok(record) => records.push((side, record)),
             Err(error) => why = Some(error.message),
         }
@@ -68,24 +67,39 @@ pub fn predict(evaluation: &mut Evaluation) -> Result<(), String> {
     Ok(())
 }
 
-type Traces = [(String, Vec<f64>, Line)];
+/// Profiles of one side, over the range that rolls with a mate.
+struct Profiles {
+    along: Vec<f64>,
+    traces: Vec<Vec<f64>>,
+}
 
-fn charts_of(drawn: &[Drawn], wanted: Side) -> Option<(&Pitches, &[f64], &Traces)> {
+fn charts_of(drawn: &[Drawn], wanted: Side) -> Option<(&Pitches, Profiles)> {
     let pitches = drawn.iter().find_map(|d| match d {
         Drawn::Pitch { side, pitches } if *side == wanted => Some(pitches),
         _ => None,
     })?;
-    let (along, traces) = drawn.iter().find_map(|d| match d {
+    let profiles = drawn.iter().find_map(|d| match d {
         Drawn::Traces {
             side,
             is_profile: true,
             along,
+            active: (from, to),
             traces,
             ..
-        } if *side == wanted => Some((along, traces)),
+        } if *side == wanted => {
+            // A border meant to be on a point may miss it by rounding.
+            let slack = 1e-9 * (to - from);
+            let first = along.partition_point(|&x| x < from - slack);
+            let end = along.partition_point(|&x| x <= to + slack);
+            let part = |values: &[f64]| values[first..end].to_vec();
+            Some(Profiles {
+                along: part(along),
+                traces: traces.iter().map(|t| part(&t.1)).collect(),
+            })
+        }
         _ => None,
     })?;
-    Some((pitches, along, traces))
+    Some((pitches, profiles))
 }
 
 /// The record along the reference circle. A flank that stands further on is surplus on a right flank and want on a left one; right
@@ -93,16 +107,17 @@ fn charts_of(drawn: &[Drawn], wanted: Side) -> Option<(&Pitches, &[f64], &Traces
 fn predicted(
     side: Side,
     pitches: &Pitches,
-    along: &[f64],
-    traces: &Traces,
+    profile: &Profiles,
     base_pitch: f64,
     cosine: f64,
 ) -> Result<Vec<f64>, Error> {
     let teeth = pitches.teeth();
-    let mut profiles: Vec<Vec<f64>> = match traces.len() == teeth {
-        true => traces.iter().map(|t| t.1.clone()).collect(),
+    let Profiles { along, traces } = profile;
+    let mut profiles = match traces.len() == teeth {
+        true => traces.clone(),
+        // Of the teeth that were measured, for all.
         false => {
-            let mean = |i: usize| traces.iter().map(|t| t.1[i]).sum::<f64>() / traces.len() as f64;
+            let mean = |i: usize| traces.iter().map(|t| t[i]).sum::<f64>() / traces.len() as f64;
             vec![(0..along.len()).map(mean).collect()]
         }
     };
