@@ -277,7 +277,7 @@ fn upright(
         let slope = format!("f_H {:.1}", 1e6 * line.slope.value).replace('-', "−");
         canvas.text(&slope, (middle, down.1 + 25.0), SMALL, BLUE, Anchor::Middle);
     }
-    let bar = ticks((0.0, 0.5 * (high - low)), 1)
+    let bar = ticks((0.0, 0.5 * (high - low)), 2)
         .last()
         .copied()
         .unwrap_or(1.0);

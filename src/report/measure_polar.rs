@@ -3,14 +3,15 @@
 use std::f64::consts::TAU;
 
 use super::style::{
-    Anchor, BLACK, BLUE, Canvas, FAINT, SMALL, Spot, Stroke, TITLE, WIDTH, paler, picture, ticks,
+    Anchor, BLACK, BLUE, Canvas, FAINT, GREY, SMALL, Spot, Stroke, TITLE, WIDTH, paler, picture,
+    ticks,
 };
 use crate::plan::measure::charts::Drawn;
 
 /// Side of the square a chart has, three in a row.
 const SIDE: f64 = WIDTH / 3.0;
 /// Radii between which values lie.
-const RADII: (f64, f64) = (52.0, 112.0);
+const RADII: (f64, f64) = (46.0, 104.0);
 
 /// One closed curve and its slow part, µm.
 struct Round {
@@ -30,7 +31,7 @@ pub fn polar(title: &str, drawn: &[Drawn]) -> Option<String> {
                 let (row, column) = (i / 3, i % 3);
                 let centre = (
                     (column as f64 + 0.5) * SIDE,
-                    30.0 + (row as f64 + 0.5) * SIDE + 6.0,
+                    30.0 + (row as f64 + 0.5) * SIDE + 10.0,
                 );
                 draw(canvas, round, centre);
             }
@@ -85,7 +86,7 @@ fn draw(canvas: &mut Canvas, round: &Round, centre: Spot) {
         let angle = TAU * turn;
         (centre.0 + r * angle.sin(), centre.1 - r * angle.cos())
     };
-    for tick in ticks((low, high), 4) {
+    for tick in ticks((low, high), 3) {
         canvas.ring(centre, radius(tick), FAINT, 0.8);
         let (x, y) = at(0.0, radius(tick));
         let text = super::number::brief((tick * 1e6).round() / 1e6).replace('-', "−");
@@ -122,12 +123,9 @@ fn draw(canvas: &mut Canvas, round: &Round, centre: Spot) {
         (_, true) => "; pale: eccentricity",
         (_, false) => "; pale: orders below z/2",
     };
-    let range = format!("{}, range {:.2} µm{slow}", round.title, high - low);
-    canvas.text(
-        &range,
-        (centre.0, centre.1 - SIDE / 2.0 + 8.0),
-        SMALL,
-        BLACK,
-        Anchor::Middle,
-    );
+    let range = format!("range {:.2} µm{slow}", high - low);
+    let top = centre.1 - SIDE / 2.0;
+    let below = |by: f64| (centre.0, top + by);
+    canvas.text(&round.title, below(2.0), SMALL, BLACK, Anchor::Middle);
+    canvas.text(&range, below(16.0), SMALL, GREY, Anchor::Middle);
 }
