@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 
 use super::log_args::LogArgs;
+use super::te_args::TeArgs;
 
 /// Machine dynamics of gear drive trains: models become modes and motion, logs become models.
 #[derive(Debug, Parser)]
@@ -87,6 +88,11 @@ Examples:
   geardyn measure data/index_gear.toml --json
   geardyn measure data/index_gear.toml --svg charts.svg")]
     Measure(MeasureArgs),
+    /// Transmission error of a chain: which element makes which line at the output, how large, and what cannot be told apart
+    #[command(after_help = "Examples:
+  geardyn te models/three_stage_chain.toml --output spindle
+  geardyn te models/three_stage_chain.toml --output spindle --radius 270mm --speed 1400 --all")]
+    Te(TeArgs),
     /// Every study a scene lists
     #[command(after_help = "Example:\n  geardyn run examples/linear_chain.toml")]
     Run(RunArgs),

@@ -3,6 +3,9 @@
 /// Flags of every command that reads a log.
 pub mod log_args;
 
+/// Flags of `te`.
+pub mod te_args;
+
 /// Arguments as typed.
 pub mod args;
 
@@ -56,6 +59,9 @@ pub mod response;
 
 /// `measure`.
 pub mod measure;
+
+/// `te`.
+pub mod te;
 
 /// `run`.
 pub mod run_scene;
@@ -133,6 +139,7 @@ fn carry_out(command: &Command) -> Result<u8, Errors> {
         Command::Stability(args) => stability::run(args)?,
         Command::Response(args) => response::run(args)?,
         Command::Measure(args) => measure::run(args)?,
+        Command::Te(args) => te::run(args)?,
         Command::Run(args) => run_scene::run(args)?,
         Command::Identify(args) => identify::run(args)?,
         Command::Spectrum(args) => spectrum::run(args)?,
@@ -152,6 +159,7 @@ fn wants_json(command: &Command) -> bool {
         Command::Stability(args) => args.json,
         Command::Response(args) => args.json,
         Command::Measure(args) => args.json,
+        Command::Te(args) => args.json,
         Command::Run(args) => args.json,
         Command::Identify(args) => args.json,
         Command::Spectrum(args) => args.json,

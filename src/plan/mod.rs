@@ -15,6 +15,9 @@ pub mod motion;
 /// Steady answers to steady excitation.
 pub mod response;
 
+/// Transmission error.
+pub mod transmission;
+
 /// Analyses of logs.
 pub mod logs;
 
