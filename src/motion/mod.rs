@@ -21,6 +21,9 @@ pub mod problem;
 /// A machine in motion.
 pub mod train;
 
+/// Motions known in time, taken out of the equations.
+pub mod prescribed;
+
 /// Exact motion from switch to switch.
 pub mod segment;
 

@@ -1,5 +1,6 @@
 //! What of a state is wanted: angles, speeds, accelerations, deflections and forces.
 
+use super::prescribed::Prescribed;
 use super::problem::Problem;
 use super::train::{Law, Train};
 
@@ -16,6 +17,10 @@ pub enum Quantity {
     Deflection(usize),
     /// F of a branch.
     Force(usize),
+    /// −F of a branch: what a motor gives the machine.
+    Given(usize),
+    /// The torque that keeps up a prescribed motion, by its number.
+    Drive(usize),
 }
 
 /// A named output.
@@ -36,6 +41,8 @@ pub struct Outputs {
     pub list: Vec<Output>,
     /// Combinations of coordinates, each a constant, a rate in time and terms: what rigid joints and imposed motions make of a freedom.
     pub rows: Vec<Combination>,
+    /// What moves as prescribed, where its torque is wanted.
+    pub prescribed: Option<Prescribed>,
 }
 
 /// A freedom in the coordinates that stay: `terms · q`, and what is imposed on it in time.
@@ -82,23 +89,34 @@ impl Outputs {
                 Quantity::Acceleration(row) => {
                     let row = &self.rows[row];
                     let free = slope.as_ref().map_or(0.0, |dy| row.of(&dy[n..2 * n]));
-                    free + row.imposed.as_ref().map_or(0.0, |s| s.curvature(t))
+                    free + row
+                        .imposed
+                        .as_ref()
+                        .map_or(0.0, |s| s.curvature(t, s.piece(t)))
                 }
                 Quantity::Deflection(branch) => {
                     let b = &train.branches[branch];
                     let piece = b.imposed.as_ref().map_or(0, |e| e.piece(t) as u32);
                     b.deflection(t, &y[..n], &y[n..2 * n], piece).0
                 }
-                Quantity::Force(branch) => {
-                    let before: usize = train.branches[..branch].iter().map(|b| b.inner()).sum();
-                    let z = y.get(2 * n + before).copied().unwrap_or(0.0);
-                    let regime = train.regime(t, y);
-                    if let Law::Friction(_) = train.branches[branch].law {
-                        return train.held(&regime, t, y, branch);
-                    }
-                    train.force(branch, Some(&regime), t, y, z).0
+                Quantity::Force(branch) => force(train, branch, t, y),
+                Quantity::Given(branch) => -force(train, branch, t, y),
+                Quantity::Drive(at) => {
+                    let known = self.prescribed.as_ref();
+                    known.map_or(0.0, |known| known.torques(train, t, y)[at])
                 }
             })
             .collect()
+    }
+}
+
+/// F of a branch.
+fn force(train: &Train, branch: usize, t: f64, y: &[f64]) -> f64 {
+    let before: usize = train.branches[..branch].iter().map(|b| b.inner()).sum();
+    let z = y.get(2 * train.n() + before).copied().unwrap_or(0.0);
+    let regime = train.regime(t, y);
+    match train.branches[branch].law {
+        Law::Friction(_) => train.held(&regime, t, y, branch),
+        _ => train.force(branch, Some(&regime), t, y, z).0,
     }
 }

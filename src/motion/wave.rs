@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use super::signal::Signal;
 use crate::machine::direction::Direction;
 pub use crate::scene::laws::Shape;
 
@@ -24,13 +25,48 @@ pub enum Phase {
         /// rad.
         start: f64,
     },
-    /// `ψ = (aᵀq + start) / 2π`: it follows an angle.
+    /// `ψ = (aᵀq + x(t) + start) / 2π`: it follows an angle.
     Followed {
         /// a, in radians of the wave's period per unit of q.
         angle: Direction,
         /// rad.
         start: f64,
+        /// x: the part of the angle whose motion is prescribed, rad.
+        known: Option<Signal>,
     },
+}
+
+impl Wave {
+    /// A wave at imposed speed, in the sense of rising phase: run backward, a period is its mirror image.
+    pub fn imposed(shape: Shape, omega: f64, start: f64) -> Wave {
+        if omega >= 0.0 {
+            return Wave {
+                shape,
+                phase: Phase::Imposed { omega, start },
+            };
+        }
+        let (shape, start) = match shape {
+            // High for 0 ≤ ψ < duty backward is high for 0 ≤ ψ + duty < duty forward.
+            Shape::Rectangular { duty, .. } => (shape, TAU * duty - start),
+            Shape::Fourier { mean, terms } => {
+                let terms = terms.into_iter().map(|(n, a, phase)| (n, a, -phase));
+                let terms = terms.collect();
+                (Shape::Fourier { mean, terms }, -start)
+            }
+            Shape::Table(values) => {
+                let n = values.len();
+                let mirrored = (0..n).map(|i| values[(n - i) % n]).collect();
+                (Shape::Table(mirrored), -start)
+            }
+        };
+        Wave {
+            shape,
+            phase: Phase::Imposed {
+                omega: -omega,
+                start,
+            },
+        }
+    }
 }
 
 impl Phase {
@@ -38,15 +74,32 @@ impl Phase {
     pub fn at(&self, t: f64, q: &[f64]) -> f64 {
         match self {
             Phase::Imposed { omega, start } => (omega * t + start) / TAU,
-            Phase::Followed { angle, start } => (angle.dot(q) + start) / TAU,
+            Phase::Followed {
+                angle,
+                start,
+                known,
+            } => {
+                let known = known.as_ref().map_or(0.0, |x| x.value(t, x.piece(t)));
+                (angle.dot(q) + known + start) / TAU
+            }
         }
     }
 
     /// dψ/dt, periods per second.
-    pub fn rate(&self, v: &[f64]) -> f64 {
+    pub fn rate(&self, t: f64, v: &[f64]) -> f64 {
+        match self.angle() {
+            None => self.imposed_rate(t),
+            Some(angle) => angle.dot(v) / TAU + self.imposed_rate(t),
+        }
+    }
+
+    /// What of dψ/dt is imposed in time, periods per second.
+    pub fn imposed_rate(&self, t: f64) -> f64 {
         match self {
             Phase::Imposed { omega, .. } => omega / TAU,
-            Phase::Followed { angle, .. } => angle.dot(v) / TAU,
+            Phase::Followed { known, .. } => {
+                known.as_ref().map_or(0.0, |x| x.slope(t, x.piece(t))) / TAU
+            }
         }
     }
 
@@ -151,10 +204,41 @@ impl Shape {
         }
     }
 
+    /// A wave at imposed speed as harmonics in time. A table becomes as many as it can tell, `N/2`: the smooth curve through its points.
+    pub fn over_time(&self, omega: f64, start: f64) -> Signal {
+        let (mean, terms) = match self {
+            Shape::Fourier { mean, terms } => (*mean, terms.clone()),
+            Shape::Rectangular { .. } => (self.mean(), Vec::new()),
+            Shape::Table(values) => (self.mean(), harmonics(values)),
+        };
+        terms
+            .iter()
+            .fold(Signal::constant(mean), |sum, &(n, a, phase)| {
+                let n = f64::from(n);
+                sum.plus(&Signal::harmonic(a, n * omega, n * start + phase))
+            })
+    }
+
     /// Constant between jumps.
     pub fn is_steps(&self) -> bool {
         matches!(self, Shape::Rectangular { .. })
     }
+}
+
+/// The trigonometric polynomial through equally spaced values: n, a, φ.
+fn harmonics(values: &[f64]) -> Vec<(u32, f64, f64)> {
+    let count = values.len();
+    let term = |n: usize| {
+        let (mut re, mut im) = (0.0, 0.0);
+        for (k, v) in values.iter().enumerate() {
+            let (sin, cos) = (TAU * (n * k % count) as f64 / count as f64).sin_cos();
+            re += v * cos;
+            im -= v * sin;
+        }
+        let share = if 2 * n == count { 1.0 } else { 2.0 } / count as f64;
+        (n as u32, share * re.hypot(im), im.atan2(re))
+    };
+    (1..=count / 2).map(term).collect()
 }
 
 /// How far ψ is into a piece of a table, in pieces; beyond its ends below zero or above one.

@@ -78,12 +78,19 @@ impl MotionScene {
         let linear = Linear::new(machine, kinematics, &Operating::default())?;
         let mut start = start::state(&moving, &linear, speeds.as_deref(), begin.at, 0.0)?;
         let n = moving.train.n();
+        let carried = moving.carried(0.0);
         for (list, offset) in [(&begin.angles, 0), (&begin.speeds, n)] {
             for (name, value) in list {
                 let stays = machine
                     .freedom(&name.text)
                     .and_then(|f| linear.free.iter().position(|&i| i == f));
-                let Some(j) = stays else {
+                if let Some(None) = stays.map(|i| moving.place(i)) {
+                    let message = format!("`{}` moves as a motor prescribes", name.text);
+                    return Err(Error::new(Code::Conflict, message)
+                        .at(&name.place)
+                        .hint("leave its start out, or change the motor"));
+                }
+                let Some(j) = stays.and_then(|i| moving.place(i)) else {
                     let message = format!(
                         "`{}` is no freedom that stays: rigid joints tie it to another, or it does not exist",
                         name.text
@@ -98,7 +105,12 @@ impl MotionScene {
                         .at(&name.place)
                         .hint(hint));
                 };
-                start[offset + j] = *value;
+                let known = if offset == 0 {
+                    carried[j].0
+                } else {
+                    carried[j].1
+                };
+                start[offset + j] = *value - known;
             }
         }
         let outputs = outputs(prepared, &moving, &study.outputs)?;
@@ -130,8 +142,10 @@ fn at_speed(
         let (old, new) = (speed(before.as_deref()), speed(speeds));
         match &mut motor.drive {
             Drive::Curve { curve, .. } => *curve = shifted(curve, new - old),
-            Drive::Speed(points) if old != 0.0 => points.iter_mut().for_each(|p| p.1 *= new / old),
-            Drive::Speed(_) => {}
+            Drive::Speed(course) if old != 0.0 => {
+                course.points.iter_mut().for_each(|p| p.1 *= new / old);
+            }
+            Drive::Speed(_) | Drive::Angle(_) => {}
         }
     }
     Ok(machine)
@@ -198,12 +212,12 @@ fn outputs(prepared: &Prepared, moving: &Moving, names: &[String]) -> Result<Out
             None => (name.clone(), false),
         };
         let quantity = match motors_or_brakes(prepared, moving, &asked) {
-            Some(at) => {
-                if deflection {
-                    Quantity::Deflection(at)
-                } else {
-                    Quantity::Force(at)
+            Some(Quantity::Force(at)) if deflection => Quantity::Deflection(at),
+            Some(quantity) => {
+                if let Quantity::Drive(_) = quantity {
+                    outputs.prescribed.clone_from(&moving.prescribed);
                 }
+                quantity
             }
             None => match signals::output(machine, &asked)? {
                 signals::Output::Freedom(freedom, times) => {
@@ -238,18 +252,26 @@ fn outputs(prepared: &Prepared, moving: &Moving, names: &[String]) -> Result<Out
     Ok(outputs)
 }
 
-/// The force of a motor or brake, which are branches of the motion alone.
-fn motors_or_brakes(prepared: &Prepared, moving: &Moving, name: &str) -> Option<usize> {
-    let stem = name
-        .strip_suffix(".force")
-        .or_else(|| name.strip_suffix(".torque"))?;
+/// The force of a motor or brake, which are branches of the motion alone, or the torque that a motor gives.
+fn motors_or_brakes(prepared: &Prepared, moving: &Moving, name: &str) -> Option<Quantity> {
+    let (stem, what) = name.rsplit_once('.')?;
     let machine = &prepared.machine;
     let is = |element: usize| machine.elements[element].name == stem;
-    let exists = machine.motors.iter().any(|m| is(m.element))
-        || machine.brakes.iter().any(|b| is(b.element));
-    exists
-        .then(|| moving.train.branches.iter().position(|b| b.name == stem))
-        .flatten()
+    let motor = machine.motors.iter().any(|m| is(m.element));
+    let branch = || moving.train.branches.iter().position(|b| b.name == stem);
+    let prescribes = || {
+        let motions = &moving.prescribed.as_ref()?.motions;
+        motions.iter().position(|m| m.name == stem)
+    };
+    match what {
+        "torque" if motor => prescribes()
+            .map(Quantity::Drive)
+            .or_else(|| branch().map(Quantity::Given)),
+        "force" | "torque" if motor || machine.brakes.iter().any(|b| is(b.element)) => {
+            branch().map(Quantity::Force)
+        }
+        _ => None,
+    }
 }
 
 fn row_of(moving: &Moving, freedom: usize, outputs: &mut Outputs) -> usize {
@@ -275,7 +297,7 @@ fn unit(prepared: &Prepared, name: &str, quantity: Quantity) -> &'static str {
         (Quantity::Speed(_), false) => "m/s",
         (Quantity::Acceleration(_), true) => "rad/s²",
         (Quantity::Acceleration(_), false) => "m/s²",
-        (Quantity::Force(_), true) => "N·m",
         (Quantity::Force(_), false) => "N",
+        (Quantity::Force(_) | Quantity::Given(_) | Quantity::Drive(_), _) => "N·m",
     }
 }
