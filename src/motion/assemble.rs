@@ -1,11 +1,10 @@
 //! From a machine and its scene to a machine in motion.
 
+use super::combination::Combination;
 use super::contact::{Contact, Flanks, Losses};
 use super::curve::Curve;
 use super::cutting;
-use super::outputs::Combination;
-use super::prescribed::{self, Prescribed, Rest};
-use super::problem::Problem;
+use super::moving::Moving;
 use super::signal::Signal;
 use super::train::{Branch, Drive, Law, Mass, Train};
 use super::wave::{Phase, Shape, Wave};
@@ -21,44 +20,6 @@ use crate::modes::equations::{Case, Equations};
 use crate::numeric::{Matrix, definite};
 use crate::scene::laws::{self, Course, History, PhaseOf};
 
-/// A machine in motion, and how its freedoms follow from its coordinates.
-pub struct Moving {
-    /// The equations.
-    pub train: Train,
-    /// Of every freedom of the machine.
-    pub freedoms: Vec<Combination>,
-    /// The branches of the machine's each branch, in the train: one, or one a flank; none where it is rigid.
-    pub branches: Vec<Vec<usize>>,
-    /// Motions that strain nothing, over the train's coordinates.
-    pub rigid: Vec<Vec<f64>>,
-    /// What moves as prescribed, taken out of the equations.
-    pub prescribed: Option<Prescribed>,
-}
-
-impl Moving {
-    /// The coordinate of the train that a coordinate of the linear machine is; none where it moves as prescribed.
-    pub fn place(&self, coordinate: usize) -> Option<usize> {
-        match &self.prescribed {
-            None => Some(coordinate),
-            Some(known) => known.kept.binary_search(&coordinate).ok(),
-        }
-    }
-
-    /// What prescribed motions add to every coordinate of the train at `t`: place, speed.
-    pub fn carried(&self, t: f64) -> Vec<(f64, f64)> {
-        let n = self.train.n();
-        match &self.prescribed {
-            None => vec![(0.0, 0.0); n],
-            Some(known) => {
-                let all = known.state(t, &vec![0.0; self.train.len()]);
-                let whole = known.whole.n();
-                let pair = |&i: &usize| (all[i], all[whole + i]);
-                known.kept.iter().map(pair).collect()
-            }
-        }
-    }
-}
-
 /// What all parts of the assembly look at.
 struct Site<'a> {
     machine: &'a Machine,
@@ -72,7 +33,7 @@ struct Site<'a> {
 /// Assembles a machine for integration in time; `speeds` are the mean speeds of all freedoms, rad/s, where any are known.
 ///
 /// # Errors
-/// What has no motion in time: loss factors, freedoms without inertia, contacts with play and damping of which nobody says what
+/// What has no motion in time: loss factors, nodes without inertia at anything but springs and dampers, contacts with play and damping of which nobody says what
 /// the damper does when they open; waves or cutters at speeds nobody states.
 pub fn assemble(
     machine: &Machine,
@@ -130,59 +91,29 @@ pub fn assemble(
         drag: machine.damping.mass,
         general,
     };
-    let freedoms = site.linear.transform.iter().map(|terms| Combination {
-        terms: terms.clone(),
-        imposed: None,
+    let freedoms = site.linear.transform.iter().map(|terms| {
+        Some(Combination {
+            terms: terms.clone(),
+            imposed: None,
+        })
     });
     let moving = Moving {
         freedoms: freedoms.collect(),
+        kept: (0..train.n()).collect(),
         train,
+        springs: vec![None; of.len()],
         branches: of,
         rigid: site.linear.rigid.clone(),
         prescribed: None,
     };
-    match known.is_empty() {
-        true => Ok(moving),
-        false => without(moving, known),
-    }
-}
-
-/// The machine without its prescribed coordinates.
-fn without(moving: Moving, known: Vec<(String, usize, Signal)>) -> Result<Moving, Error> {
-    let Rest {
-        train,
-        rigid,
-        prescribed,
-    } = prescribed::take_out(moving.train, &moving.rigid, known)?;
-    let freedom = |whole: &Combination| {
-        let place = |&(i, a): &(usize, f64)| {
-            let j = prescribed.kept.binary_search(&i).ok()?;
-            Some((j, a))
-        };
-        let mut imposed: Option<Signal> = None;
-        for motion in &prescribed.motions {
-            let seen: f64 = whole.terms.iter().map(|&(i, a)| a * motion.share[i]).sum();
-            if seen != 0.0 {
-                let own = motion.course.times(seen);
-                imposed = Some(imposed.map_or(own.clone(), |sum| sum.plus(&own)));
-            }
-        }
-        Combination {
-            terms: whole.terms.iter().filter_map(place).collect(),
-            imposed,
-        }
-    };
-    let branches = moving.branches.iter().map(|of| {
-        let stay = of.iter().filter_map(|&b| prescribed.branches[b]);
-        stay.collect()
-    });
-    Ok(Moving {
-        freedoms: moving.freedoms.iter().map(freedom).collect(),
-        branches: branches.collect(),
-        train,
-        rigid,
-        prescribed: Some(prescribed),
-    })
+    let light = site.linear.massless.iter().copied();
+    let light: Vec<usize> = light.filter(|j| known.iter().all(|k| k.1 != *j)).collect();
+    moving
+        .without_massless(&light, &|j| {
+            let node = machine.freedoms[site.linear.free[j]].node;
+            machine.elements[machine.nodes[node].element].place.clone()
+        })?
+        .without_prescribed(known)
 }
 
 /// Says what has no motion in time.
@@ -219,18 +150,6 @@ fn refuse(machine: &Machine, linear: &Linear) -> Result<(), Error> {
                 .hint("leave one of them out"));
         }
     }
-    if let Some(&j) = linear.massless.first() {
-        let freedom = linear.free[j];
-        let element = machine.nodes[machine.freedoms[freedom].node].element;
-        let message = format!(
-            "{} has no inertia, and motion in time needs one",
-            machine.freedom_name(freedom)
-        );
-        let hint = "give the node its inertia, however small: the exact methods do not mind; or join the two springs into one";
-        return Err(Error::new(Code::Conflict, message)
-            .at(&machine.elements[element].place)
-            .hint(hint));
-    }
     Ok(())
 }
 
@@ -253,8 +172,19 @@ impl Site<'_> {
                 }
             }
         }
-        definite::cholesky(&matrix)?;
-        let inverse = definite::solve(&matrix, &Matrix::identity(n, n))?;
+        // Of the coordinates that have inertia; the others are taken out before anything is divided by it.
+        let light = &self.linear.massless;
+        let heavy: Vec<usize> = (0..n).filter(|j| !light.contains(j)).collect();
+        let m = heavy.len();
+        let block = Matrix::from_fn(m, m, |i, j| matrix[(heavy[i], heavy[j])]);
+        definite::cholesky(&block)?;
+        let inner = definite::solve(&block, &Matrix::identity(m, m))?;
+        let mut inverse = Matrix::zeros(n, n);
+        for (a, &i) in heavy.iter().enumerate() {
+            for (b, &j) in heavy.iter().enumerate() {
+                inverse[(i, j)] = inner[(a, b)];
+            }
+        }
         Ok(Mass::Full { matrix, inverse })
     }
 

@@ -1,11 +1,12 @@
 //! What of a state is wanted: angles, speeds, accelerations, deflections and forces.
 
+use super::combination::Combination;
 use super::prescribed::Prescribed;
 use super::problem::Problem;
 use super::train::{Law, Train};
 
 /// One wanted quantity.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Quantity {
     /// A direction of the coordinates, by its number in [`Outputs::rows`].
     Position(usize),
@@ -19,6 +20,15 @@ pub enum Quantity {
     Force(usize),
     /// −F of a branch: what a motor gives the machine.
     Given(usize),
+    /// `k δ + c δ̇` of a row δ: what a spring carries that became part of others.
+    Spring {
+        /// δ.
+        row: usize,
+        /// k.
+        stiffness: f64,
+        /// c.
+        damping: f64,
+    },
     /// The torque that keeps up a prescribed motion, by its number.
     Drive(usize),
 }
@@ -45,21 +55,6 @@ pub struct Outputs {
     pub prescribed: Option<Prescribed>,
 }
 
-/// A freedom in the coordinates that stay: `terms · q`, and what is imposed on it in time.
-#[derive(Debug, Clone, Default)]
-pub struct Combination {
-    /// Coordinate and factor.
-    pub terms: Vec<(usize, f64)>,
-    /// Motion imposed in time.
-    pub imposed: Option<super::signal::Signal>,
-}
-
-impl Combination {
-    fn of(&self, x: &[f64]) -> f64 {
-        self.terms.iter().map(|&(j, a)| a * x[j]).sum()
-    }
-}
-
 impl Outputs {
     /// Every output at a state.
     pub fn at(&self, train: &Train, t: f64, y: &[f64]) -> Vec<f64> {
@@ -77,22 +72,19 @@ impl Outputs {
         self.list
             .iter()
             .map(|output| match output.quantity {
-                Quantity::Position(row) => {
+                Quantity::Position(row) => self.rows[row].value(t, &y[..n]),
+                Quantity::Speed(row) => self.rows[row].rate(t, &y[n..2 * n]),
+                Quantity::Acceleration(row) => match &slope {
+                    Some(dy) => self.rows[row].bend(t, &dy[n..2 * n]),
+                    None => 0.0,
+                },
+                Quantity::Spring {
+                    row,
+                    stiffness,
+                    damping,
+                } => {
                     let row = &self.rows[row];
-                    row.of(&y[..n]) + row.imposed.as_ref().map_or(0.0, |s| s.value(t, s.piece(t)))
-                }
-                Quantity::Speed(row) => {
-                    let row = &self.rows[row];
-                    row.of(&y[n..2 * n])
-                        + row.imposed.as_ref().map_or(0.0, |s| s.slope(t, s.piece(t)))
-                }
-                Quantity::Acceleration(row) => {
-                    let row = &self.rows[row];
-                    let free = slope.as_ref().map_or(0.0, |dy| row.of(&dy[n..2 * n]));
-                    free + row
-                        .imposed
-                        .as_ref()
-                        .map_or(0.0, |s| s.curvature(t, s.piece(t)))
+                    stiffness * row.value(t, &y[..n]) + damping * row.rate(t, &y[n..2 * n])
                 }
                 Quantity::Deflection(branch) => {
                     let b = &train.branches[branch];

@@ -4,6 +4,7 @@
 //! what is damped against ground, and a linear machine stays linear with known forces. Else r is the coordinate alone and
 //! its motion is imposed on the branches that join it.
 
+use super::combination::Combination;
 use super::signal::Signal;
 use super::train::{Branch, Drive, Mass, Regime, Train};
 use super::wave::{Phase, Wave};
@@ -56,7 +57,7 @@ pub struct Rest {
 /// # Errors
 /// Nothing left to move; a speed that jumps where inertia couples the coordinate to others.
 pub fn take_out(
-    whole: Train,
+    mut whole: Train,
     rigid: &[Vec<f64>],
     known: Vec<(String, usize, Signal)>,
 ) -> Result<Rest, Error> {
@@ -91,8 +92,15 @@ pub fn take_out(
         }
     }
     let mut branches = Vec::new();
-    let numbers = whole.branches.iter().map(|branch| {
+    let numbers = whole.branches.iter_mut().map(|branch| {
         let rest = of_branch(branch, &kept, &motions);
+        // The torque on the angle of a stiffness in steps is no more than jolts; they are booked where it jumps in time.
+        if let Some(wave) = &rest.variation
+            && wave.shape.is_steps()
+            && wave.phase.angle().is_none()
+        {
+            branch.variation.clone_from(&rest.variation);
+        }
         (!rest.direction.terms.is_empty() || rest.inner() > 0).then(|| {
             branches.push(rest);
             branches.len() - 1
@@ -154,6 +162,21 @@ impl Prescribed {
         }
         all.extend_from_slice(&y[2 * m..]);
         all
+    }
+
+    /// Every coordinate of the whole machine in those that stay.
+    pub fn places(&self) -> Vec<Option<Combination>> {
+        let place = |i: usize| {
+            let mut place = match self.kept.binary_search(&i) {
+                Ok(j) => Combination::of(j),
+                Err(_) => Combination::default(),
+            };
+            for motion in self.motions.iter().filter(|m| m.share[i] != 0.0) {
+                place = place.plus(&motion.course.times(motion.share[i]));
+            }
+            Some(place)
+        };
+        (0..self.whole.n()).map(place).collect()
     }
 
     /// The torques with which the motions are kept up, positive along them:

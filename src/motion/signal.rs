@@ -148,7 +148,7 @@ impl Signal {
                 knots.push(Knot::straight(t, x, (y - x) / (u - t)));
             }
         }
-        if let Some(&(time, value)) = points.last() {
+        if let (Some(&(time, value)), true) = (points.last(), points.len() > 1) {
             knots.push(Knot::straight(time, value, 0.0));
         }
         Ok(Signal {

@@ -1,7 +1,7 @@
 //! The state a scene starts from.
 
-use super::assemble::Moving;
 use super::contact::Contact;
+use super::moving::Moving;
 use super::problem::Problem;
 use super::train::{Law, Train};
 use crate::base::code::Code;

@@ -5,9 +5,11 @@ use crate::base::error::Error;
 use crate::machine::kinematics::{Kinematics, mean_speeds};
 use crate::machine::linear::Linear;
 use crate::machine::operating::Operating;
-use crate::machine::parts::Machine;
+use crate::machine::parts::{self, Machine};
 use crate::modes::state_space::signals;
-use crate::motion::assemble::{Moving, assemble};
+use crate::motion::assemble::assemble;
+use crate::motion::combination::Combination;
+use crate::motion::moving::Moving;
 use crate::motion::outputs::{Output, Outputs, Quantity};
 use crate::motion::problem::Problem;
 use crate::motion::start;
@@ -85,10 +87,13 @@ impl MotionScene {
                     .freedom(&name.text)
                     .and_then(|f| linear.free.iter().position(|&i| i == f));
                 if let Some(None) = stays.map(|i| moving.place(i)) {
-                    let message = format!("`{}` moves as a motor prescribes", name.text);
+                    let message = format!(
+                        "`{}` has no start of its own: it moves as a motor prescribes, or has no inertia and follows its neighbours",
+                        name.text
+                    );
                     return Err(Error::new(Code::Conflict, message)
                         .at(&name.place)
-                        .hint("leave its start out, or change the motor"));
+                        .hint("leave its start out"));
                 }
                 let Some(j) = stays.and_then(|i| moving.place(i)) else {
                     let message = format!(
@@ -221,7 +226,10 @@ fn outputs(prepared: &Prepared, moving: &Moving, names: &[String]) -> Result<Out
             }
             None => match signals::output(machine, &asked)? {
                 signals::Output::Freedom(freedom, times) => {
-                    let row = row_of(moving, freedom, &mut outputs);
+                    let Some(place) = &moving.freedoms[freedom] else {
+                        return Err(remembers(name));
+                    };
+                    let row = row_of(place, &mut outputs);
                     [
                         Quantity::Position(row),
                         Quantity::Speed(row),
@@ -229,16 +237,28 @@ fn outputs(prepared: &Prepared, moving: &Moving, names: &[String]) -> Result<Out
                     ][usize::from(times).min(2)]
                 }
                 signals::Output::Force(branch) => {
-                    let Some(&at) = moving.branches[branch].first() else {
-                        let message = format!("`{name}` does not follow from the motion");
-                        return Err(
-                            Error::new(Code::Conflict, message).hint("both ends of it move as one")
-                        );
-                    };
-                    if deflection {
-                        Quantity::Deflection(at)
-                    } else {
-                        Quantity::Force(at)
+                    match (moving.branches[branch].first(), &moving.springs[branch]) {
+                        (Some(&at), _) if deflection => Quantity::Deflection(at),
+                        (Some(&at), _) => Quantity::Force(at),
+                        (None, Some(spring)) => {
+                            let row = row_of(&spring.deflection, &mut outputs);
+                            match deflection {
+                                true => Quantity::Position(row),
+                                false => Quantity::Spring {
+                                    row,
+                                    stiffness: spring.stiffness,
+                                    damping: spring.damping,
+                                },
+                            }
+                        }
+                        (None, None) => match machine.branches[branch].law {
+                            parts::Law::Linear { .. } => return Err(remembers(name)),
+                            parts::Law::Rigid => {
+                                let message = format!("`{name}` does not follow from the motion");
+                                return Err(Error::new(Code::Conflict, message)
+                                    .hint("both ends of it move as one"));
+                            }
+                        },
                     }
                 }
             },
@@ -274,9 +294,18 @@ fn motors_or_brakes(prepared: &Prepared, moving: &Moving, name: &str) -> Option<
     }
 }
 
-fn row_of(moving: &Moving, freedom: usize, outputs: &mut Outputs) -> usize {
-    outputs.rows.push(moving.freedoms[freedom].clone());
+fn row_of(place: &Combination, outputs: &mut Outputs) -> usize {
+    outputs.rows.push(place.clone());
     outputs.rows.len() - 1
+}
+
+/// What has no place among the unknowns.
+fn remembers(name: &str) -> Error {
+    let message = format!(
+        "`{name}` is not kept: a node without inertia beside dampers follows its neighbours late"
+    );
+    Error::new(Code::Conflict, message)
+        .hint("ask for a neighbour, or give the node its inertia, however small")
 }
 
 /// Whether angles or lengths: by the axis of the freedom, by the scale of the branch (one for shafts, metres for meshes).
@@ -297,7 +326,8 @@ fn unit(prepared: &Prepared, name: &str, quantity: Quantity) -> &'static str {
         (Quantity::Speed(_), false) => "m/s",
         (Quantity::Acceleration(_), true) => "rad/s²",
         (Quantity::Acceleration(_), false) => "m/s²",
-        (Quantity::Force(_), false) => "N",
-        (Quantity::Force(_) | Quantity::Given(_) | Quantity::Drive(_), _) => "N·m",
+        (Quantity::Force(_) | Quantity::Spring { .. }, false) => "N",
+        (Quantity::Force(_) | Quantity::Spring { .. }, true) => "N·m",
+        (Quantity::Given(_) | Quantity::Drive(_), _) => "N·m",
     }
 }
