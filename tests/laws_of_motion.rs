@@ -342,7 +342,7 @@ load = [{{ at = "d", kind = "harmonic", torque = 5.0, frequency = "7 rad/s" }}, 
         let load = if motion.time[k] >= 0.3 { 2.0 } else { 0.0 };
         let balance = motion.values[4][k] + radius * motion.values[5][k] - load;
         assert!(balance.abs() < 1e-11, "{balance}");
-        let turned = motion.values[6][k] * 700.0 + 1.5 * radius * motion.values[5][k];
+        let turned = motion.values[6][k] * 700.0 - 1.5 * radius * motion.values[5][k];
         assert!(turned.abs() < 1e-11, "{turned}");
     }
 }

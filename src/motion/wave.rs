@@ -164,15 +164,20 @@ impl Shape {
     /// Where the next piece begins: the least ψ above the given one at which the piece changes; ∞ where the period is one piece.
     pub fn next_piece(&self, psi: f64) -> f64 {
         let whole = psi.floor();
+        // An edge computed from a phase may lie at that very phase, or one rounding before it.
+        let first = |edges: [f64; 3]| {
+            let mut ahead = edges.into_iter().filter(|&edge| edge > psi);
+            ahead.next().unwrap_or(f64::INFINITY)
+        };
         match self {
-            Shape::Rectangular { duty, .. } => match psi - whole < *duty {
-                true => whole + duty,
-                false => whole + 1.0,
-            },
+            Shape::Rectangular { duty, .. } => {
+                first([whole + duty, whole + 1.0, whole + 1.0 + duty])
+            }
             Shape::Fourier { .. } => f64::INFINITY,
             Shape::Table(values) => {
                 let n = values.len() as f64;
-                whole + (((psi - whole) * n).floor() + 1.0) / n
+                let at = ((psi - whole) * n).floor();
+                first([1.0, 2.0, 3.0].map(|ahead| whole + (at + ahead) / n))
             }
         }
     }
@@ -251,5 +256,30 @@ fn into_piece(psi: f64, piece: usize, pieces: usize) -> f64 {
         into + pieces as f64
     } else {
         into
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// From edge to edge, whatever rounding does to them.
+    #[test]
+    fn law_pieces_go_on() {
+        let steps = Shape::Rectangular {
+            high: 1.0,
+            low: 0.0,
+            duty: 0.4,
+        };
+        let table = Shape::Table(vec![0.0; 7]);
+        for (shape, count) in [(steps, 2.0), (table, 7.0)] {
+            let mut psi = 1000.2;
+            for _ in 0..7000 {
+                let next = shape.next_piece(psi);
+                assert!(next > psi && next < psi + 1.0, "{psi} {next}");
+                psi = next;
+            }
+            assert!((psi - 1000.2 - 7000.0 / count).abs() < 1.0, "{psi}");
+        }
     }
 }
