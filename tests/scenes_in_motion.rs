@@ -384,7 +384,7 @@ fn law_shipped_scenes_start() {
                         .train
                         .branches
                         .iter()
-                        .any(|b| matches!(b.law, Law::Power { .. }))
+                        .any(|b| matches!(b.law, Law::Nonlinear { .. }))
                 );
                 count += 1;
             }
@@ -423,7 +423,7 @@ fn refused_machines_and_studies() {
         error(&pair(", loss_factor = 0.1"), one()).code,
         Code::Conflict
     );
-    let massless = "inertia = [{ name = \"a\", J = 1.0 }, { name = \"n\", J = 0.0 }]\nshaft = [{ name = \"s\", between = [\"a\", \"n\"], k = 5.0 }, { name = \"t\", between = [\"n\", \"ground\"], k = 5.0 }]";
+    let massless = "inertia = [{ name = \"a\", J = 1.0 }, { name = \"n\", J = 0.0 }]\nshaft = [{ name = \"s\", between = [\"a\", \"n\"], k = 5.0 }]\nbrake = [{ name = \"t\", at = \"n\", torque = 5.0 }]";
     assert_eq!(error(massless, one()).code, Code::Conflict);
     assert_eq!(
         error(
