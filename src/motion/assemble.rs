@@ -218,15 +218,18 @@ impl Site<'_> {
             None => None,
             Some(wave) => Some(self.wave(lb.index, wave.shape.clone(), wave.lead)?),
         };
-        let (imposed, followed) = self.errors(lb.index)?;
-        let make = |direction: Direction, law: Law| Branch {
-            name: self.machine.branch_name(lb.index),
-            direction,
-            force: lb.force.clone(),
-            law,
-            variation: variation.clone(),
-            imposed: imposed.clone(),
-            followed: followed.clone(),
+        let errors = [self.errors(lb.index, 0)?, self.errors(lb.index, 1)?];
+        let make = |direction: Direction, law: Law, flank: usize| {
+            let (imposed, followed) = errors[flank].clone();
+            Branch {
+                name: self.machine.branch_name(lb.index),
+                direction,
+                force: lb.force.clone(),
+                law,
+                variation: variation.clone(),
+                imposed,
+                followed,
+            }
         };
         let reduce = |d: &Direction| Direction {
             scale: d.scale,
@@ -237,14 +240,14 @@ impl Site<'_> {
                 characteristic,
                 damping,
             };
-            return Ok(vec![make(lb.direction.clone(), law)]);
+            return Ok(vec![make(lb.direction.clone(), law, 0)]);
         }
         if part.play == 0.0 && part.wave.is_none() {
             let law = Law::Linear {
                 stiffness: lb.stiffness,
                 damping,
             };
-            return Ok(vec![make(lb.direction.clone(), law)]);
+            return Ok(vec![make(lb.direction.clone(), law, 0)]);
         }
         let losses = self.losses(part, damping)?;
         let contact = |flanks: Flanks| {
@@ -259,11 +262,11 @@ impl Site<'_> {
         Ok(match &part.coast {
             Some(coast) if part.play > 0.0 => {
                 vec![
-                    make(lb.direction.clone(), contact(Flanks::Drive)),
-                    make(reduce(coast), contact(Flanks::Coast)),
+                    make(lb.direction.clone(), contact(Flanks::Drive), 0),
+                    make(reduce(coast), contact(Flanks::Coast), 1),
                 ]
             }
-            _ => vec![make(lb.direction.clone(), contact(Flanks::Both))],
+            _ => vec![make(lb.direction.clone(), contact(Flanks::Both), 0)],
         })
     }
 
@@ -350,21 +353,21 @@ impl Site<'_> {
         })
     }
 
-    /// e of a branch: its harmonics where the speed is imposed, else waves that follow the angle.
-    fn errors(&self, branch: usize) -> Result<(Option<Signal>, Option<Wave>), Error> {
+    /// e of a flank of a branch (0 drive, 1 coast): its harmonics where the speed is imposed, else waves that follow the angle.
+    fn errors(&self, branch: usize, flank: usize) -> Result<(Option<Signal>, Option<Wave>), Error> {
         let (mut imposed, mut followed): (Option<Signal>, Option<Wave>) = (None, None);
-        for error in self
-            .machine
-            .errors
-            .iter()
-            .filter(|e| e.branches.contains(&branch))
-        {
+        let acting = self.machine.errors.iter().flat_map(|error| {
+            let here = error.acts.iter().filter(|act| act.branch == branch);
+            here.map(move |act| (error, act.flanks[flank]))
+        });
+        for (error, reach) in acting {
+            let pace = error.pace.0 as f64 / error.pace.1 as f64;
             let wave = self.turning(
-                negative(&error.shape),
+                error.shape.times(-reach.gain),
                 error.turning,
                 error.carrier,
-                1.0,
-                0.0,
+                pace,
+                reach.turn,
             )?;
             match (&wave.phase, followed.is_some()) {
                 (Phase::Imposed { omega, start }, _) => {
@@ -502,19 +505,4 @@ fn motor_branch(name: String, direction: Direction, curve: &Curve, lag: f64) -> 
         },
     };
     plain(name, direction, law)
-}
-
-fn negative(shape: &Shape) -> Shape {
-    match shape {
-        Shape::Rectangular { high, low, duty } => Shape::Rectangular {
-            high: -high,
-            low: -low,
-            duty: *duty,
-        },
-        Shape::Fourier { mean, terms } => Shape::Fourier {
-            mean: -mean,
-            terms: terms.iter().map(|&(n, a, p)| (n, -a, p)).collect(),
-        },
-        Shape::Table(values) => Shape::Table(values.iter().map(|v| -v).collect()),
-    }
 }

@@ -4,6 +4,8 @@ use std::f64::consts::TAU;
 
 use super::signal::Signal;
 use crate::machine::direction::Direction;
+use crate::numeric::Complex;
+use crate::numeric::fft::RealFft;
 pub use crate::scene::laws::Shape;
 
 /// A periodic function of a phase.
@@ -182,6 +184,32 @@ impl Shape {
         }
     }
 
+    /// The same, so many times as large.
+    pub fn times(&self, factor: f64) -> Shape {
+        match self {
+            Shape::Rectangular { high, low, duty } => Shape::Rectangular {
+                high: factor * high,
+                low: factor * low,
+                duty: *duty,
+            },
+            Shape::Fourier { mean, terms } => Shape::Fourier {
+                mean: factor * mean,
+                terms: terms.iter().map(|&(n, a, p)| (n, factor * a, p)).collect(),
+            },
+            Shape::Table(values) => Shape::Table(values.iter().map(|v| factor * v).collect()),
+        }
+    }
+
+    /// n, a, φ of what is not constant; a table as the trigonometric polynomial through its points. A wave of steps has no end of
+    /// them and gives none.
+    pub fn harmonics(&self) -> Vec<(u32, f64, f64)> {
+        match self {
+            Shape::Rectangular { .. } => Vec::new(),
+            Shape::Fourier { terms, .. } => terms.clone(),
+            Shape::Table(values) => through(values),
+        }
+    }
+
     /// The mean over a period.
     pub fn mean(&self) -> f64 {
         match self {
@@ -209,41 +237,19 @@ impl Shape {
         }
     }
 
-    /// A wave at imposed speed as harmonics in time. A table becomes as many as it can tell, `N/2`: the smooth curve through its points.
+    /// A wave at imposed speed as harmonics in time. A table becomes as many as it can tell: the smooth curve through its points.
     pub fn over_time(&self, omega: f64, start: f64) -> Signal {
-        let (mean, terms) = match self {
-            Shape::Fourier { mean, terms } => (*mean, terms.clone()),
-            Shape::Rectangular { .. } => (self.mean(), Vec::new()),
-            Shape::Table(values) => (self.mean(), harmonics(values)),
-        };
-        terms
-            .iter()
-            .fold(Signal::constant(mean), |sum, &(n, a, phase)| {
-                let n = f64::from(n);
-                sum.plus(&Signal::harmonic(a, n * omega, n * start + phase))
-            })
+        let mean = Signal::constant(self.mean());
+        self.harmonics().iter().fold(mean, |sum, &(n, a, phase)| {
+            let n = f64::from(n);
+            sum.plus(&Signal::harmonic(a, n * omega, n * start + phase))
+        })
     }
 
     /// Constant between jumps.
     pub fn is_steps(&self) -> bool {
         matches!(self, Shape::Rectangular { .. })
     }
-}
-
-/// The trigonometric polynomial through equally spaced values: n, a, φ.
-fn harmonics(values: &[f64]) -> Vec<(u32, f64, f64)> {
-    let count = values.len();
-    let term = |n: usize| {
-        let (mut re, mut im) = (0.0, 0.0);
-        for (k, v) in values.iter().enumerate() {
-            let (sin, cos) = (TAU * (n * k % count) as f64 / count as f64).sin_cos();
-            re += v * cos;
-            im -= v * sin;
-        }
-        let share = if 2 * n == count { 1.0 } else { 2.0 } / count as f64;
-        (n as u32, share * re.hypot(im), im.atan2(re))
-    };
-    (1..=count / 2).map(term).collect()
 }
 
 /// How far ψ is into a piece of a table, in pieces; beyond its ends below zero or above one.
@@ -257,6 +263,19 @@ fn into_piece(psi: f64, piece: usize, pieces: usize) -> f64 {
     } else {
         into
     }
+}
+
+/// The trigonometric polynomial through equally spaced values: n, a, φ.
+fn through(values: &[f64]) -> Vec<(u32, f64, f64)> {
+    let count = values.len();
+    let mut transform = RealFft::new(count);
+    let mut spectrum = vec![Complex::ZERO; transform.lines()];
+    transform.forward(&mut values.to_vec(), &mut spectrum);
+    let term = |n: usize| {
+        let share = if 2 * n == count { 1.0 } else { 2.0 } / count as f64;
+        (n as u32, share * spectrum[n].norm(), spectrum[n].arg())
+    };
+    (1..=count / 2).map(term).collect()
 }
 
 #[cfg(test)]
