@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 
 use geardyn::base::code::Code;
 use geardyn::base::error::Error;
+use geardyn::machine::characteristic::Characteristic;
 use geardyn::machine::direction::Direction;
 use geardyn::motion::contact::{Contact, Flanks, Losses};
 use geardyn::motion::friction::Friction;
@@ -134,9 +135,12 @@ fn numbers(value: &Value) -> Vec<f64> {
 
 /// `q̈ + q³ = (cos 3t − cos t)/4` with q = cos t.
 fn cubic() -> Train {
-    let law = Law::Power {
-        stiffness: 1.0,
-        exponent: 3.0,
+    let law = Law::Nonlinear {
+        characteristic: Characteristic::Power {
+            factor: 1.0,
+            exponent: 3.0,
+            rated: 1.0,
+        },
         damping: 0.0,
     };
     let part = |amplitude, omega| Harmonic {
@@ -345,6 +349,48 @@ fn published_stiff_problems() {
             .fold(0.0, f64::max);
         eprintln!("{name}: {error:.2e} in {time:.1?}, {effort:?}");
         assert!(error < 1e-8, "{name}: {error}");
+        #[cfg(feature = "bdf")]
+        by_bdf(name, problem, &ask, &expected);
+    }
+}
+
+/// The same by backward differentiation formulas; errors relative to each state, at least a thousandth of the largest.
+#[cfg(feature = "bdf")]
+fn by_bdf(name: &str, problem: &Stiff, ask: &Ask, expected: &[f64]) {
+    let ask = Ask {
+        effort: Wanted::Tolerance(1e-9),
+        ..ask.clone()
+    };
+    let (samples, effort) = gather(geardyn::motion::methods::bdf::plain, problem, &ask).unwrap();
+    let least = 1e-3 * expected.iter().fold(0.0f64, |m, e| m.max(e.abs()));
+    let state = samples[1].1.iter().zip(expected);
+    let error = state
+        .map(|(y, e)| (y - e).abs() / e.abs().max(least))
+        .fold(0.0, f64::max);
+    eprintln!("{name} by bdf: {error:.2e}, {effort:?}");
+    assert!(error < 1e-6, "{name}: {error}");
+}
+
+/// A forced machine against its closed form, ever closer as the tolerance is.
+#[cfg(feature = "bdf")]
+#[test]
+fn exact_machine_by_bdf() {
+    let machine = train(
+        &[1.0],
+        vec![ground(0, 1.0, 0.0)],
+        vec![drive(0, Signal::harmonic(1.0, 3.0, 0.0))],
+    );
+    let mut last = 1.0;
+    for tolerance in [1e-4, 1e-6, 1e-8, 1e-10] {
+        let ask = ask(20.0, &[1.0, 0.0], 100, Wanted::Tolerance(tolerance));
+        let (samples, effort) = run("bdf", &machine, &ask);
+        let error = samples
+            .iter()
+            .map(|(t, y)| (y[0] - forced_exact(*t)).abs())
+            .fold(0.0, f64::max);
+        eprintln!("bdf {tolerance}: {error:.2e}, {effort:?}");
+        assert!(error < 0.3 * last && error < 1e3 * tolerance, "{error}");
+        last = error;
     }
 }
 
@@ -480,11 +526,7 @@ fn law_coulomb_decay() {
 fn law_stick_slip() {
     let mut pull = ground(0, 4.0, 0.0);
     pull.imposed = Some(Signal {
-        knots: vec![Knot {
-            time: 0.0,
-            value: 0.0,
-            slope: 0.1,
-        }],
+        knots: vec![Knot::straight(0.0, 0.0, 0.1)],
         harmonics: Vec::new(),
     });
     let law = Law::Friction(Friction {
@@ -561,6 +603,7 @@ fn law_followed_angle_at_constant_speed() {
     let followed = machine(Phase::Followed {
         angle: Direction::of(0),
         start: 0.2,
+        known: None,
     });
     let start = [0.0, 0.5, 3.0, 0.0];
     let mut ends = Vec::new();

@@ -161,6 +161,17 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         Warning,
         "Pulses of the tacho are missing, doubled or uneven, or their number a turn seems to be another than stated with --pulses.",
     ),
+    // Encoder records.
+    (
+        "mesh-above-band",
+        Warning,
+        "A mesh lies above the highest order that the rows hold, and was not looked for. Read the encoders more often, or turn more slowly.",
+    ),
+    (
+        "counts-repaired",
+        Warning,
+        "An encoder lost counts or counted too many; the step this makes was taken out, because --repair was given.",
+    ),
     // Identification.
     (
         "one-stretch",
@@ -289,6 +300,11 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "Mass-proportional damping brakes the rigid-body motion as well.",
     ),
     (
+        "linearised",
+        Warning,
+        "A coupling or a mesh with a characteristic is taken by its tangent where the mean loads put it; motion in time takes the whole curve.",
+    ),
+    (
         "idle-damping",
         Warning,
         "A damping ratio stands on a branch without mass at one end, and damps nothing.",
@@ -309,6 +325,21 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "What efficiency the lead, the pressure angle and the friction of a worm pair give.",
     ),
     (
+        "loop-misfit",
+        Warning,
+        "Errors of joints that close a loop do not fit each other: with rigid joints the loop could not turn. The elastic joints share them out, and the table is theirs.",
+    ),
+    (
+        "still",
+        Warning,
+        "An error stands on an element that does not turn with the output, so that it has no order.",
+    ),
+    (
+        "belt",
+        Warning,
+        "Orders of what lies across a friction belt from the output are as good as its diameters, and wander with its slip.",
+    ),
+    (
         "not-counted",
         Warning,
         "The number of modes found could not be confirmed by counting.",
@@ -317,5 +348,16 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "branch-in-doubt",
         Warning,
         "A branch of the Campbell diagram could not be followed with certainty.",
+    ),
+    // Measured gears.
+    (
+        "outside-standard",
+        Warning,
+        "The gear lies outside the range of sizes for which the standard states its formulas, so there is no limit to hold the value against. None is made up by extending the formulas.",
+    ),
+    (
+        "limit-in-doubt",
+        Warning,
+        "The value lies nearer to its limit than twice its standard uncertainty: whether the gear keeps the limit is not certain either way.",
     ),
 ];

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::train::{BranchStand, Law, Regime, Train};
-use super::wave::Phase;
+use super::wave::{Phase, Wave};
 use crate::numeric::Matrix;
 
 /// Powers at one instant, W.
@@ -34,14 +34,7 @@ impl Train {
                 (Law::Contact(contact), BranchStand::Contact(stand, piece)) => {
                     contact.stored(stand, b.factor(t, q, piece).0, delta)
                 }
-                (
-                    Law::Power {
-                        stiffness,
-                        exponent,
-                        ..
-                    },
-                    _,
-                ) => stiffness * delta.abs().powf(exponent + 1.0) / (exponent + 1.0),
+                (Law::Nonlinear { characteristic, .. }, _) => characteristic.stored(delta),
                 (Law::Maxwell { stiffness, .. }, _) => 0.5 * y[inner] * y[inner] / stiffness,
                 _ => 0.0,
             };
@@ -80,6 +73,11 @@ impl Train {
                 .imposed
                 .as_ref()
                 .map_or(0.0, |e| force * e.slope(t, piece as usize));
+            if let Some(Wave { shape, phase }) = &b.followed {
+                let psi = phase.at(t, q);
+                let slope = shape.slope_in(psi, shape.piece(psi));
+                powers.put_in -= force * slope * phase.imposed_rate(t);
+            }
             match &b.law {
                 Law::Linear { stiffness, .. } => powers.lost += (force - stiffness * delta) * rate,
                 Law::Contact(contact) => {
@@ -89,12 +87,12 @@ impl Train {
                     let (factor, slope) = b.factor(t, q, of_wave);
                     let beyond = contact.beyond(stand, delta);
                     powers.lost += (force - factor * contact.stiffness * beyond) * rate;
-                    if let Some(wave) = b.variation.as_ref().filter(|w| w.phase.angle().is_none()) {
-                        powers.put_in +=
-                            0.5 * contact.stiffness * slope * wave.phase.rate(v) * beyond * beyond;
+                    if let Some(wave) = &b.variation {
+                        let rate = slope * wave.phase.imposed_rate(t);
+                        powers.put_in += 0.5 * contact.stiffness * rate * beyond * beyond;
                     }
                 }
-                Law::Power { damping, .. } => powers.lost += damping * rate * rate,
+                Law::Nonlinear { damping, .. } => powers.lost += damping * rate * rate,
                 Law::Friction(_) => powers.lost += force * rate,
                 Law::Curve(_) | Law::Lagged { .. } => powers.put_in -= force * rate,
                 Law::Maxwell { damping, .. } => powers.lost += z * z / damping,
@@ -155,8 +153,8 @@ pub struct Meter {
 }
 
 impl Meter {
-    /// Takes one more sample.
-    pub fn sample(&mut self, train: &Train, t: f64, y: &[f64]) {
+    /// Takes one more sample; `driven` is what prescribed motions put in beside the machine's own drives, W.
+    pub fn sample(&mut self, train: &Train, t: f64, y: &[f64], driven: f64) {
         let regime = train.regime(t, y);
         let stored = train.stored(&regime, t, y);
         match &self.last {
@@ -167,7 +165,9 @@ impl Meter {
         }
         self.balance.after = stored;
         self.balance.largest = self.balance.largest.max(stored.abs());
-        self.samples.push((t, train.powers(&regime, t, y)));
+        let mut powers = train.powers(&regime, t, y);
+        powers.put_in += driven;
+        self.samples.push((t, powers));
         self.last = Some((t, y.to_vec()));
         if let [a, b, c] = self.samples[..] {
             let sixth = (c.0 - a.0) / 6.0;
@@ -175,6 +175,16 @@ impl Meter {
             self.balance.lost += sixth * (a.1.lost + 4.0 * b.1.lost + c.1.lost);
             self.samples = vec![c];
         }
+    }
+
+    /// The instant of the last sample, s.
+    pub fn time(&self) -> Option<f64> {
+        self.last.as_ref().map(|last| last.0)
+    }
+
+    /// Books what was put in at an instant, J.
+    pub fn put_in(&mut self, energy: f64) {
+        self.balance.put_in += energy;
     }
 
     /// The balance so far.

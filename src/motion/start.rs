@@ -1,7 +1,7 @@
 //! The state a scene starts from.
 
-use super::assemble::Moving;
 use super::contact::Contact;
+use super::moving::Moving;
 use super::problem::Problem;
 use super::train::{Law, Train};
 use crate::base::code::Code;
@@ -27,30 +27,85 @@ pub fn state(
     let train = &moving.train;
     let n = train.n();
     let mut y = vec![0.0; train.len()];
+    let carried = moving.carried(t);
     if at == StartAt::Rest {
-        prescribe(moving, &mut y, t);
+        for (j, (place, speed)) in carried.into_iter().enumerate() {
+            (y[j], y[n + j]) = (-place, -speed);
+        }
         return Ok(y);
     }
     let Some(speeds) = speeds else {
         let hint = "state the speed of a node in [speed] of the model, or start from rest";
         return Err(Error::new(Code::NoSpeed, "a steady start needs the speeds").hint(hint));
     };
-    for (j, &freedom) in linear.free.iter().enumerate() {
-        y[n + j] = speeds[freedom];
+    for (i, &freedom) in linear.free.iter().enumerate() {
+        if let Some(j) = moving.place(i) {
+            y[n + j] = speeds[freedom] - carried[j].1;
+        }
     }
-    prescribe(moving, &mut y, t);
-    lag(train, &mut y);
+    lag(train, t, &mut y);
+    let q = settle(train, &moving.rigid, t, &y)?;
+    y[..n].copy_from_slice(&q);
+    Ok(y)
+}
+
+/// Secants that move less than this, relative, have settled: a few roundings of a dense solve.
+const STAYS: f64 = 1e-12;
+
+/// Rounds after which secants that still move never settle.
+const MOST_ROUNDS: usize = 500;
+
+/// The winding up, characteristics by their secants, taken again until they stay.
+fn settle(train: &Train, rigid: &[Vec<f64>], t: f64, y: &[f64]) -> Result<Vec<f64>, Error> {
+    let mut straight = train.clone();
+    for b in &mut straight.branches {
+        if let Law::Nonlinear { characteristic, .. } = &b.law {
+            b.law = Law::Linear {
+                stiffness: characteristic.rated(),
+                damping: 0.0,
+            };
+        }
+    }
+    for _ in 0..MOST_ROUNDS {
+        let q = wound(&straight, rigid, t, y)?;
+        let mut moved = 0.0f64;
+        for (b, straight) in train.branches.iter().zip(&mut straight.branches) {
+            let (Law::Nonlinear { characteristic, .. }, Law::Linear { stiffness, .. }) =
+                (&b.law, &mut straight.law)
+            else {
+                continue;
+            };
+            let piece = b.imposed.as_ref().map_or(0, |e| e.piece(t) as u32);
+            let (delta, _) = b.deflection(t, &q, &vec![0.0; q.len()], piece);
+            let secant = characteristic.secant(*stiffness * delta);
+            // What carries nothing rests wherever its secant puts it.
+            if secant > 0.0 {
+                moved = moved.max((secant / *stiffness - 1.0).abs());
+                *stiffness = secant;
+            }
+        }
+        if moved <= STAYS {
+            return Ok(q);
+        }
+    }
+    let message = "the forces in couplings and teeth that are not linear do not settle under the loads at the start";
+    Err(Error::new(Code::NoConvergence, message).hint("start from rest, or change a load slightly"))
+}
+
+/// Coordinates under the loads of the instant.
+fn wound(train: &Train, rigid: &[Vec<f64>], t: f64, y: &[f64]) -> Result<Vec<f64>, Error> {
+    let n = train.n();
     let mut tight = train.clone();
     for b in &mut tight.branches {
         if let Law::Contact(contact) = &mut b.law {
             contact.half = 0.0;
         }
     }
-    let mut push = tight.pushed(None, t, &y);
-    relieve(train, &linear.rigid, &mut push);
+    let mut push = tight.pushed(None, t, y);
+    relieve(train, rigid, &mut push);
     let mut k = Matrix::zeros(n, n);
     for (at, b) in tight.branches.iter().enumerate() {
-        let stiffness = tight.force(at, None, t, &y, 0.0).1;
+        let stiffness = tight.force(at, None, t, y, 0.0).1;
         for (i, a) in b.direction.scaled() {
             for (j, c) in b.direction.scaled() {
                 k[(i, j)] += stiffness * a * c;
@@ -62,7 +117,7 @@ pub fn state(
         let Law::Contact(Contact { half, .. }) = &b.law else {
             continue;
         };
-        let stiffness = tight.force(at, None, t, &y, 0.0).1;
+        let stiffness = tight.force(at, None, t, y, 0.0).1;
         let piece = b.imposed.as_ref().map_or(0, |e| e.piece(t) as u32);
         let still = vec![0.0; n];
         let force = stiffness * b.deflection(t, &tight_q, &still, piece).0;
@@ -75,36 +130,17 @@ pub fn state(
                 .for_each(|(i, a)| push[i] += a * offset);
         }
     }
-    let q = definite::solve_semidefinite(&k, &push)?;
-    y[..n].copy_from_slice(&q);
-    Ok(y)
-}
-
-/// Coordinates of prescribed speed have it.
-fn prescribe(moving: &Moving, y: &mut [f64], t: f64) {
-    let n = moving.train.n();
-    for (at, points) in &moving.prescribed {
-        let first = points.first().map_or(0.0, |p| p.1);
-        let at_or_before = points
-            .iter()
-            .rev()
-            .find(|p| p.0 <= t)
-            .map_or(first, |p| p.1);
-        let next = points.iter().position(|p| p.0 > t).filter(|&i| i > 0);
-        y[n + at] = next.map_or(at_or_before, |i| {
-            let ((t0, a), (t1, b)) = (points[i - 1], points[i]);
-            a + (b - a) * (t - t0) / (t1 - t0)
-        });
-    }
+    definite::solve_semidefinite(&k, &push)
 }
 
 /// Inner states as they are at steady speed.
-fn lag(train: &Train, y: &mut [f64]) {
+fn lag(train: &Train, t: f64, y: &mut [f64]) {
     let n = train.n();
     let mut inner = 2 * n;
     for b in &train.branches {
         if let Law::Lagged { curve, .. } = &b.law {
-            y[inner] = curve.torque(b.direction.dot(&y[n..2 * n]));
+            let piece = b.imposed.as_ref().map_or(0, |e| e.piece(t) as u32);
+            y[inner] = curve.torque(b.deflection(t, &y[..n], &y[n..2 * n], piece).1);
         }
         inner += b.inner();
     }

@@ -15,5 +15,11 @@ pub mod motion;
 /// Steady answers to steady excitation.
 pub mod response;
 
+/// Transmission error.
+pub mod transmission;
+
 /// Analyses of logs.
 pub mod logs;
+
+/// A gear's charts and readings.
+pub mod measure;

@@ -45,6 +45,12 @@ pub mod identified;
 /// Spectra of a log.
 pub mod spectra;
 
+/// Encoder records.
+pub mod encoders;
+
+/// Encoder records as pictures.
+pub mod encoders_picture;
+
 /// CSV files.
 pub mod csv;
 
@@ -53,6 +59,9 @@ pub mod motion;
 
 /// Steady answers to steady excitation.
 pub mod response;
+
+/// Transmission error of a chain.
+pub mod transmission;
 
 /// Error over run time, as a picture.
 mod work_precision;
@@ -66,6 +75,9 @@ pub mod ways;
 /// Where methods and machine break.
 pub mod stability;
 
+/// Measured gears.
+pub mod measure;
+
 /// Tables for a terminal.
 #[cfg(feature = "cli")]
 pub mod table;
@@ -77,6 +89,10 @@ pub mod motion_table;
 /// Tables of steady answers.
 #[cfg(feature = "cli")]
 pub mod response_table;
+
+/// Tables of transmission error.
+#[cfg(feature = "cli")]
+pub mod transmission_table;
 
 /// Tables of error against run time.
 #[cfg(feature = "cli")]
@@ -90,6 +106,10 @@ pub mod ways_table;
 #[cfg(feature = "cli")]
 pub mod stability_table;
 
+/// Tables of measured gears.
+#[cfg(feature = "cli")]
+pub mod measure_table;
+
 /// Tables of logs.
 #[cfg(feature = "cli")]
 pub mod log_tables;
@@ -98,9 +118,19 @@ pub mod log_tables;
 #[cfg(feature = "cli")]
 pub mod spectrum_table;
 
+/// Tables of encoder records.
+#[cfg(feature = "cli")]
+pub mod encoders_table;
+
 /// Tables of state-space forms and reduced machines.
 #[cfg(feature = "cli")]
 pub mod system_tables;
+
+/// Charts of a gear, unrolled.
+pub mod measure_picture;
+
+/// Charts of a gear, round its axis.
+pub mod measure_polar;
 
 /// The order of nodes along a train.
 pub mod train;

@@ -23,6 +23,22 @@ impl Losses {
     ];
 }
 
+/// Force over deflection of an elastic element that is not linear; the same backward.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Characteristic {
+    /// `F = sign(δ) K |δ|ⁿ`, n ≥ 1: 3/2 for Hertz's contact at a point (Hertz 1881).
+    Power {
+        /// K, N/mⁿ or N·m/radⁿ.
+        factor: f64,
+        /// n.
+        exponent: f64,
+        /// The deflection at which it is rated, m or rad.
+        rated: f64,
+    },
+    /// A smooth curve through points by rising deflection, the first at rest: m or rad, N or N·m.
+    Table(Vec<(f64, f64)>),
+}
+
 /// One period of a wave, over the phase ψ in turns of the period: ψ from 0 to 1.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Shape {
@@ -170,7 +186,7 @@ pub struct FaceMill {
     pub sense: f64,
 }
 
-/// What drives a node by its speed.
+/// What drives a node by its speed, or moves it as prescribed.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Drive {
     /// A torque over speed, following at once or late.
@@ -180,8 +196,30 @@ pub enum Drive {
         /// Electrical lag, s; zero: none.
         lag: f64,
     },
-    /// The speed itself, rad/s, over time, s: straight lines through points.
-    Speed(Vec<(f64, f64)>),
+    /// The speed itself, rad/s.
+    Speed(Course),
+    /// The angle itself, rad.
+    Angle(Course),
+}
+
+/// A motion prescribed over time: `x(t) + a cos(ω t + φ)`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Course {
+    /// x: straight lines through points: s, rad or rad/s.
+    pub points: Vec<(f64, f64)>,
+    /// What swings about it.
+    pub swing: Option<Swing>,
+}
+
+/// `amplitude cos(omega t + phase)`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Swing {
+    /// rad or rad/s.
+    pub amplitude: f64,
+    /// rad/s.
+    pub omega: f64,
+    /// rad.
+    pub phase: f64,
 }
 
 /// How the angles that waves hang on are found.

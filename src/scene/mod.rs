@@ -12,6 +12,9 @@ mod tables;
 /// Waves over a period.
 mod waves;
 
+/// Force over deflection that is not linear.
+mod characteristic;
+
 /// What many tables share.
 mod common;
 
@@ -56,5 +59,11 @@ mod file;
 
 /// The sidecar of a recording.
 pub mod log;
+
+/// A gear with its charts and readings.
+pub mod measured;
+
+/// Limits somebody typed in.
+pub mod limit_table;
 
 pub use file::{Scene, read, read_text};
