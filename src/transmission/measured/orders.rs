@@ -29,6 +29,15 @@ pub struct Near {
     pub turns: f64,
 }
 
+/// Orders that a model names, with what has them.
+#[derive(Debug, Clone, Default)]
+pub struct Named {
+    /// Of declared errors: fitted.
+    pub declared: Vec<(Fraction, String)>,
+    /// Of whatever turns or meshes, between the encoders or not: looked for.
+    pub possible: Vec<(Fraction, String)>,
+}
+
 /// What a record can show.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reach {
