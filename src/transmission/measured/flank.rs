@@ -4,7 +4,7 @@ use super::cells::ERROR;
 use super::fit::fit;
 use super::interval::of_amplitude;
 use super::noise::{Level, Residual};
-use super::orders::{Named, Near, Order, OrderList, Reach};
+use super::orders::{APART, Named, Near, Order, OrderList, Reach};
 use super::teeth::Teeth;
 use crate::base::error::Error;
 use crate::gear::measurement::composite::Record;
@@ -121,8 +121,9 @@ pub fn flank(mut signal: AngularSignal, forward: bool, search: &Search) -> Resul
     let mut orders = list.resolved(reach, &mut Vec::new());
     let mut more = OrderList::default();
     for (order, name) in &search.named.possible {
-        // What is fitted already has its names.
-        if !orders.iter().any(|o| o.exact == *order) {
+        // It names what nothing between the encoders makes, and takes nothing from what is fitted.
+        let is_near = |o: &Order| (o.value - order.value()).abs() < APART / turns;
+        if !orders.iter().any(is_near) {
             more.put(order.clone(), name.clone());
         }
     }

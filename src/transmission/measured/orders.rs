@@ -48,7 +48,7 @@ pub struct Reach {
 }
 
 /// Share of 1/T by which two orders differ at least to be fitted both.
-const APART: f64 = 0.9;
+pub const APART: f64 = 0.9;
 
 /// Orders in the order of their weight: those to be fitted, then those to be looked for.
 #[derive(Debug, Default)]
