@@ -92,7 +92,8 @@ Examples:
     #[command(after_help = "Examples:
   geardyn te models/three_stage_chain.toml --output spindle
   geardyn te models/three_stage_chain.toml --output spindle --radius 270mm --speed 1400 --all
-  geardyn te data/y2250_te.csv --input index_gear_1 --output work_spindle --teeth 30:37,54:36,1:90 --lines 10000,36000")]
+  geardyn te data/y2250_te.csv --input index_gear_1 --output work_spindle --teeth 30:37,54:36,1:90 --lines 10000,36000
+  geardyn te data/y2250_te.csv --input index_gear_1 --output work_spindle --teeth 30:37,54:36,1:90 --lines 10000,36000 --model examples/y2250_index_te.toml --at index_gear_1,work_spindle --svg te.svg")]
     Te(TeArgs),
     /// Every study a scene lists
     #[command(after_help = "Example:\n  geardyn run examples/linear_chain.toml")]
