@@ -245,7 +245,7 @@ fn one_freedom() -> Moved {
         }),
         variation: Some(Wave { shape, phase }),
         imposed: None,
-        followed: None,
+        followed: Vec::new(),
     };
     let load = Signal::constant(0.1).plus(&Signal::harmonic(0.05 * omega * omega, omega, 0.0));
     let output = |name: &str, quantity| Output {
