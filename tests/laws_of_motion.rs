@@ -508,7 +508,7 @@ fn exact_orders_follow_the_angle() {
     scene.model.speeds = scene_of(&format!("{text}[speed]\nd = \"2 rad/s\""))
         .model
         .speeds;
-    scene.start.phase = geardyn::scene::laws::PhaseOf::Speed;
+    scene.start.phase = scene::laws::PhaseOf::Speed;
     let (name, motion) = moved(&scene, &study(8.0, &["d.speed"], None));
     assert_eq!(name, "exact");
     for (k, t) in motion.time.iter().enumerate() {
@@ -524,7 +524,7 @@ fn law_several_errors_in_one_mesh() {
     let text = r#"
 inertia = [{ name = "p", J = 0.01 }, { name = "w", J = 0.02 }]
 gear_pair = [{ name = "g", between = ["p", "w"], teeth = [20, 30], module = 0.004, k = 1e8, c = 100.0 }]
-error = [{ on = "p", amplitude = 1e-5 }, { on = "w", amplitude = 2e-5, phase = "40 deg" }, { on = "w", cause = "pitch", amplitude = 1e-6, order = 30 }]
+error = [{ on = "p", amplitude = 1e-5 }, { on = "w", amplitude = 2e-5, phase = "40 deg" }, { on = "w", cause = "profile", amplitude = 1e-6 }]
 load = [{ at = "p", torque = 3.0 }, { at = "w", torque = 4.5 }]
 [speed]
 p = "5 rad/s"
@@ -535,8 +535,8 @@ p = "5 rad/s"
         scene.start.phase = phase;
         moved(&scene, &study(1.0, &["g.force", "w.speed"], None))
     };
-    let (known, time) = run(geardyn::scene::laws::PhaseOf::Speed);
-    let (followed, angle) = run(geardyn::scene::laws::PhaseOf::Angle);
+    let (known, time) = run(scene::laws::PhaseOf::Speed);
+    let (followed, angle) = run(scene::laws::PhaseOf::Angle);
     assert_eq!((known, followed), ("exact", "radau5"));
     assert!(gap(&angle) < 1e-6, "{}", gap(&angle));
     let force = 3.0 / (0.5 * 20.0 * 0.004 * 20f64.to_radians().cos());
