@@ -544,12 +544,12 @@ p = "5 rad/s"
         let worst = motion.values[0]
             .iter()
             .fold(0.0f64, |m, f| m.max((f - force).abs()));
-        // Inertia of what the errors shake, m ë, and its ring-down.
-        assert!(worst < 0.05 && worst > 1e-4, "{worst}");
+        // Inertia of what the errors shake, m ë = 0.03 N, and its ring; without the speeds of the errors k ė/ω would be 2 N.
+        assert!(worst < 0.1 && worst > 1e-4, "{worst}");
     }
-    // The angle differs from 5 t by what the errors themselves turn, a part in 2e4 of their wave.
+    // The angle differs from that of even speed by what the errors turn: 4e-4 rad, times 30 teeth, on speeds of 2e-3.
     let gap = apart(&time.values[1], &angle.values[1]);
-    assert!(gap < 1e-6, "{gap:e}");
+    assert!(gap < 1e-4, "{gap:e}");
 }
 
 /// Two motors on one node add up.
