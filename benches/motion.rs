@@ -553,7 +553,7 @@ fn signal(signal: &Signal) -> Value {
 
 fn branch(b: &Branch) -> Value {
     assert!(
-        b.followed.is_none(),
+        b.followed.is_empty(),
         "{} has an error that follows an angle",
         b.name
     );
