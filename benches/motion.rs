@@ -245,7 +245,7 @@ fn one_freedom() -> Moved {
         }),
         variation: Some(Wave { shape, phase }),
         imposed: None,
-        followed: None,
+        followed: Vec::new(),
     };
     let load = Signal::constant(0.1).plus(&Signal::harmonic(0.05 * omega * omega, omega, 0.0));
     let output = |name: &str, quantity| Output {
@@ -553,7 +553,7 @@ fn signal(signal: &Signal) -> Value {
 
 fn branch(b: &Branch) -> Value {
     assert!(
-        b.followed.is_none(),
+        b.followed.is_empty(),
         "{} has an error that follows an angle",
         b.name
     );

@@ -40,7 +40,7 @@ fn branch(terms: &[(usize, f64)], law: Law) -> Branch {
         law,
         variation: None,
         imposed: None,
-        followed: None,
+        followed: Vec::new(),
     }
 }
 

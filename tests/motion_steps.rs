@@ -69,7 +69,7 @@ fn branch(name: &str, direction: Direction, law: Law) -> Branch {
         law,
         variation: None,
         imposed: None,
-        followed: None,
+        followed: Vec::new(),
     }
 }
 

@@ -116,10 +116,6 @@ fn exact_loads_on_a_free_disc() {
             "kind = \"harmonic\", torque = 2.0, frequency = 3.0",
             2.0 * (1.0 - 6.0f64.cos()) / 9.0,
         ),
-        (
-            "kind = \"orders\", orders = [1.5], torques = [2.0]",
-            2.0 * (1.0 - 6.0f64.cos()) / 9.0,
-        ),
     ];
     for (load, position) in cases {
         let frequency = load.replace("frequency = 3.0", "frequency = \"3 rad/s\"");

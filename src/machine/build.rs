@@ -199,6 +199,7 @@ fn excite(builder: &mut Builder, model: &Model) -> Result<(), Error> {
             element,
             direction: twist(ends),
             friction: part.friction,
+            grip: part.grip.clone(),
         });
     }
     for part in &model.errors {

@@ -109,7 +109,7 @@ fn read_scene(document: Document, mut notes: Notes) -> Result<Scene, Errors> {
     let added = Added {
         loads: each(&mut f, "load", drives::load),
         motors: each(&mut f, "motor", drives::motor),
-        brakes: each(&mut f, "brake", drives::brake),
+        brakes: brakes(&mut f),
         errors: each(&mut f, "error", form_errors::form_error),
         alone: f.choice("model_loads", &[("kept", false), ("left out", true)]) == Some(true),
     };
@@ -195,6 +195,13 @@ struct Added {
     alone: bool,
 }
 
+/// Brakes, then clutches: friction of one kind.
+fn brakes(f: &mut Fields) -> Vec<Brake> {
+    let mut all = each(f, "brake", drives::brake);
+    all.extend(each(f, "clutch", drives::clutch));
+    all
+}
+
 /// The tables of a model file; what a scene adds comes after its own.
 fn read_model(file: &Document, added: Added, notes: &mut Notes) -> Model {
     let place = Place::new(file.source.clone(), 0..0);
@@ -215,7 +222,7 @@ fn read_model(file: &Document, added: Added, notes: &mut Notes) -> Model {
         dampers: each(&mut f, "damper", supports::damper),
         loads: each(&mut f, "load", drives::load),
         motors: each(&mut f, "motor", drives::motor),
-        brakes: each(&mut f, "brake", drives::brake),
+        brakes: brakes(&mut f),
         errors: each(&mut f, "error", form_errors::form_error),
         damping: one(&mut f, "damping", supports::damping).unwrap_or_default(),
         speeds: one(&mut f, "speed", supports::speeds).unwrap_or_default(),

@@ -427,8 +427,10 @@ pub struct Brake {
     pub name: Name,
     /// Both ends.
     pub between: [End; 2],
-    /// N·m and rad/s.
+    /// N·m and rad/s; of a clutch at its largest capacity.
     pub friction: Friction,
+    /// The share of that capacity over time, s; always all of it where left out.
+    pub grip: Option<Vec<(f64, f64)>>,
 }
 
 /// An error of an element that repeats with its turn.

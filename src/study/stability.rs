@@ -422,7 +422,11 @@ fn stiffness(train: &mut Train, factor: f64) {
             Law::Linear { stiffness, .. } | Law::Maxwell { stiffness, .. } => *stiffness *= factor,
             Law::Nonlinear { characteristic, .. } => characteristic.scale(factor),
             Law::Contact(contact) => contact.stiffness *= factor,
-            Law::Friction(_) | Law::Curve(_) | Law::Lagged { .. } => {}
+            Law::Friction(_)
+            | Law::Clutch { .. }
+            | Law::Orders { .. }
+            | Law::Curve(_)
+            | Law::Lagged { .. } => {}
         }
     }
 }

@@ -32,7 +32,7 @@ pub fn branch(name: &str, terms: &[(usize, f64)], law: Law) -> Branch {
         law,
         variation: None,
         imposed: None,
-        followed: None,
+        followed: Vec::new(),
     }
 }
 
