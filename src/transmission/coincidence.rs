@@ -157,7 +157,7 @@ fn remeshed(
 }
 
 /// Of every freedom: it hangs on `from` with the element taken out.
-fn side(machine: &Machine, without: usize, from: usize) -> Vec<bool> {
+pub fn side(machine: &Machine, without: usize, from: usize) -> Vec<bool> {
     let mut reached = vec![false; machine.freedoms.len()];
     reached[from] = true;
     let mut queue = VecDeque::from([from]);
