@@ -83,7 +83,9 @@ pub enum Command {
     /// Transmission error of a chain: which element makes which line at the output, how large, and what cannot be told apart
     #[command(after_help = "Examples:
   geardyn te models/three_stage_chain.toml --output spindle
-  geardyn te models/three_stage_chain.toml --output spindle --radius 270mm --speed 1400 --all")]
+  geardyn te models/three_stage_chain.toml --output spindle --radius 270mm --speed 1400 --all
+  geardyn te examples/y2250_te.toml --svg te.svg --speeds 200:3000:141
+  geardyn te models/three_stage_chain.toml --output spindle --record record.csv --window 1")]
     Te(TeArgs),
     /// Every study a scene lists
     #[command(after_help = "Example:\n  geardyn run examples/linear_chain.toml")]

@@ -29,8 +29,10 @@ pub fn table(machine: &Machine, answer: &Answer, all: bool) -> String {
     let shown = shown(answer, all);
     let mut table = plain();
     let at_speed = answer.speed.is_some();
+    let largest = (answer.rows.iter()).fold(0.0f64, |m, row| m.max(answer.slow(row).norm()));
     let differs = answer.rows.iter().any(|row| {
-        (row.loaded.norm() - answer.slow(row).norm()).abs() > 5e-4 * answer.slow(row).norm()
+        let slow = answer.slow(row).norm();
+        (row.loaded.norm() - slow).abs() > 5e-4 * slow + 1e-9 * largest
     });
     let mut head = vec!["order", "source", "cause", "amplitude"];
     let mut units = vec!["", "", "", "arcsec"];
@@ -114,7 +116,11 @@ pub fn table(machine: &Machine, answer: &Answer, all: bool) -> String {
 
 /// The largest lines, by rising order.
 fn shown(answer: &Answer, all: bool) -> Vec<usize> {
-    let mut shown: Vec<usize> = (0..answer.rows.len()).collect();
+    let moves = |k: &usize| {
+        let row = &answer.rows[*k];
+        answer.map.is_some() || row.dynamic.is_some() || answer.slow(row).norm() > 0.0
+    };
+    let mut shown: Vec<usize> = (0..answer.rows.len()).filter(moves).collect();
     if !all && shown.len() > ROWS {
         shown.sort_by(|&a, &b| answer.rows[b].share.total_cmp(&answer.rows[a].share));
         shown.truncate(ROWS);

@@ -242,7 +242,7 @@ pub fn run(prepared: &Prepared, study: &TransmissionStudy) -> Result<Answer, Err
 }
 
 /// Lattice points a shift of the budget's percentiles.
-const POINTS: usize = 251;
+const POINTS: usize = 61;
 
 /// Of the root of the sum of squares: so much may be left out.
 pub const THRESHOLD: f64 = 0.01;
