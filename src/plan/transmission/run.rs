@@ -183,18 +183,23 @@ pub fn run(prepared: &Prepared, study: &TransmissionStudy) -> Result<Answer, Err
     let at_speed = speed
         .map(|speed| transfer.at_speed(speed, &all))
         .transpose()?;
-    let coincidences = coincidence::coincidences(machine, &chain, &all);
     let slow: Vec<Complex> = (all.iter().zip(&under_load))
         .map(|(line, &loaded)| match line.origin {
             Origin::Declared(_) if chain.conditions.is_empty() => line.kinematic,
             _ => loaded,
         })
         .collect();
+    // Of the largest line: what is common to both ends of a relative error cancels, and rounding is left.
+    const COUNTS: f64 = 1e-12;
+    let largest = slow.iter().fold(0.0f64, |m, z| m.max(z.norm()));
+    let counts: Vec<bool> = slow.iter().map(|z| z.norm() > COUNTS * largest).collect();
+    let coincidences = coincidence::coincidences(machine, &chain, &all, &counts);
     let (terms, sources, elements) = of_budget(machine, &all, &slow);
     let window = f64::from(study.window.unwrap_or(1));
     let budget = budget::budget(&terms, &sources, window, POINTS);
     let squares = budget.rss.powi(2);
-    let period = Fraction::common_measure(all.iter().map(|line| &line.order))
+    let counted = all.iter().zip(&counts).filter(|(_, counts)| **counts);
+    let period = Fraction::common_measure(counted.map(|(line, _)| &line.order))
         .map(|measure| &Fraction::one() / &measure);
     let shown = at_speed.as_ref().unwrap_or(&slow);
     let record = match study.record {
@@ -379,20 +384,20 @@ fn doubts(machine: &Machine, answer: &Answer) -> Vec<Warning> {
             "they stand still, or nothing ties their speed to the output's",
         );
     }
-    let slips = machine.elements.iter().enumerate().find(|(at, element)| {
-        let pulley = |g: &crate::machine::parts::Gear| g.element == *at && g.teeth.is_none();
-        element.kind == "belt" && machine.gears.iter().any(pulley)
-    });
-    if let Some((_, element)) = slips {
-        let message = format!(
-            "{} is no gear: if it slips, the orders of what lies beyond it wander",
-            element.name
-        );
-        warn(
-            "belt",
-            message,
-            "orders across a belt hold to its slip; a timing belt does not slip",
-        );
+    // What lies on the far side of a friction belt, and still has a line.
+    let slips = |at: usize| {
+        let pulley = machine.gears.iter().any(|g| g.element == at && g.teeth.is_none());
+        let near = coincidence::side(machine, at, answer.chain.ends.output);
+        let across = answer.rows.iter().any(|row| {
+            let far = row.line.declared(machine).is_some_and(|error| !near[error.turning]);
+            far && row.share > 0.0
+        });
+        machine.elements[at].kind == "belt" && pulley && across
+    };
+    if let Some(at) = (0..machine.elements.len()).find(|&at| slips(at)) {
+        let name = &machine.elements[at].name;
+        let message = format!("{name} is no gear: if it slips, the orders of what lies beyond it wander");
+        warn("belt", message, "orders across a belt hold to its slip; a timing belt does not slip");
     }
     all
 }
