@@ -13,8 +13,11 @@ use crate::plan::transmission::run::{Answer, Map};
 
 const LEFT: f64 = 70.0;
 
-/// Lines with a name.
-const NAMED: usize = 24;
+/// Orders with a name.
+const NAMED: usize = 28;
+
+/// Of the worst case: lines below this have no size of their own to which speed could be compared.
+const COUNTS: f64 = 1e-9;
 
 /// Every picture with the word its file name ends in.
 pub fn all(title: &str, machine: &Machine, answer: &Answer) -> Vec<(&'static str, String)> {
@@ -34,6 +37,23 @@ fn largest(answer: &Answer) -> Vec<usize> {
     let mut order: Vec<usize> = (0..answer.rows.len()).filter(|&k| size(k) > 0.0).collect();
     order.sort_by(|&a, &b| size(b).total_cmp(&size(a)));
     order
+}
+
+/// The largest line of each order, with the others behind it; the orders with the largest, ascending.
+fn orders(answer: &Answer, size: impl Fn(usize) -> f64) -> Vec<Vec<usize>> {
+    let all: Vec<usize> = (0..answer.rows.len()).filter(|&k| size(k) > 0.0).collect();
+    let mut groups: Vec<Vec<usize>> = all
+        .chunk_by(|&a, &b| answer.rows[a].line.order == answer.rows[b].line.order)
+        .map(|group| {
+            let mut group = group.to_vec();
+            group.sort_by(|&a, &b| size(b).total_cmp(&size(a)));
+            group
+        })
+        .collect();
+    groups.sort_by(|a, b| size(b[0]).total_cmp(&size(a[0])));
+    groups.truncate(NAMED);
+    groups.sort_by_key(|group| group[0]);
+    groups
 }
 
 /// Amplitudes over orders, the largest with their sources.
@@ -70,13 +90,8 @@ fn lines(title: &str, machine: &Machine, answer: &Answer) -> String {
             canvas.line((head.0, TOP + HIGH), head, BLUE, 1.6);
             canvas.disc(head, 2.2, BLUE);
         }
-        // Names by rising order; lines of one order share one.
-        let mut named: Vec<usize> = order.iter().copied().take(NAMED).collect();
-        named.sort_unstable();
-        let groups: Vec<Vec<usize>> = named
-            .chunk_by(|&a, &b| answer.rows[a].line.order == answer.rows[b].line.order)
-            .map(<[usize]>::to_vec)
-            .collect();
+        // Names by rising order; lines of one order share that of the largest.
+        let groups = orders(answer, amplitude);
         let wanted: Vec<f64> = groups.iter().map(|g| panel.right_of(place(g[0]))).collect();
         let spread = push_apart(&wanted, 15.0, (LEFT + 4.0, WIDTH - 28.0));
         for (group, right) in groups.iter().zip(spread) {
@@ -112,7 +127,7 @@ fn budget(title: &str, answer: &Answer) -> String {
         canvas.text(&sums, (LEFT, 38.0), SMALL, BLACK, Anchor::Start);
         let names: Vec<String> = order.iter().map(|&e| shortened(&answer.elements[e], 28)).collect();
         let widest = names.iter().map(|name| width_of(name, SMALL)).fold(60.0, f64::max);
-        let (left, right) = (24.0 + widest, WIDTH - 290.0);
+        let (left, right) = (24.0 + widest, WIDTH - 350.0);
         let full = order.first().map_or(1.0, |&e| found[e].share);
         for (row, (&e, name)) in order.iter().zip(&names).enumerate() {
             let middle = TOP + ROW * (row as f64 + 0.5);
@@ -129,14 +144,15 @@ fn budget(title: &str, answer: &Answer) -> String {
     })
 }
 
-/// What speed makes of the largest lines, in dB of what they are slowly.
+/// What speed makes of the largest line of each order, in dB of what it is slowly.
 fn speeds(title: &str, machine: &Machine, answer: &Answer, map: &Map) -> String {
     const ROW: f64 = 17.0;
     const TOP: f64 = 52.0;
     const RIGHT: f64 = WIDTH - 96.0;
-    let mut shown = largest(answer);
-    shown.truncate(NAMED);
-    shown.sort_unstable();
+    let most = |k: usize| map.amplitudes[k].iter().fold(0.0f64, |m, a| m.max(*a));
+    let still = |k: usize| answer.rows[k].loaded.norm() > COUNTS * answer.budget.worst_case;
+    let groups = orders(answer, |k| if still(k) { most(k) } else { 0.0 });
+    let shown: Vec<usize> = groups.iter().map(|group| group[0]).collect();
     let height = TOP + ROW * shown.len() as f64;
     let level = |k: usize, s: usize| {
         20.0 * (map.amplitudes[k][s] / answer.rows[k].loaded.norm().max(f64::MIN_POSITIVE)).log10()
