@@ -18,7 +18,9 @@ impl Lattice {
     /// At least `points` points a shift (as far as 8191) in `dimensions` dimensions, shifted `shifts` times.
     pub fn new(dimensions: usize, points: usize, shifts: usize) -> Lattice {
         let wanted = (points as u64).max(dimensions as u64 + 1);
-        let (size, root) = (SIZES.into_iter()).find(|(n, _)| *n >= wanted).unwrap_or(SIZES[3]);
+        let (size, root) = (SIZES.into_iter())
+            .find(|(n, _)| *n >= wanted)
+            .unwrap_or(SIZES[3]);
         let mut generator = Vec::with_capacity(dimensions);
         let mut z = 1;
         for _ in 0..dimensions {
@@ -26,8 +28,14 @@ impl Lattice {
             z = z * root % size;
         }
         let mut state = 0x5eed;
-        let shifts = (0..shifts).map(|_| (0..dimensions).map(|_| unit(&mut state)).collect()).collect();
-        Lattice { size, generator, shifts }
+        let shifts = (0..shifts)
+            .map(|_| (0..dimensions).map(|_| unit(&mut state)).collect())
+            .collect();
+        Lattice {
+            size,
+            generator,
+            shifts,
+        }
     }
 
     /// Points of one shift.
@@ -46,7 +54,11 @@ impl Lattice {
             let part = (i as u64 * z % self.size) as f64 / self.size as f64;
             (part + delta).fract()
         };
-        self.generator.iter().zip(&self.shifts[shift]).map(at).collect()
+        self.generator
+            .iter()
+            .zip(&self.shifts[shift])
+            .map(at)
+            .collect()
     }
 }
 

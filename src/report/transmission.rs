@@ -146,9 +146,19 @@ fn budget(answer: &Answer) -> Value {
 /// # Errors
 /// The file cannot be written.
 pub fn record(answer: &Answer, to: &mut dyn Write) -> Result<(), Error> {
-    let failed = |e: std::io::Error| Error::new(Code::OutputFailed, format!("the record could not be written: {e}"));
-    let Some(made) = &answer.record else { return Ok(()) };
-    let seconds = answer.speed.map(|speed| 2.0 * PI / speed.abs()).filter(|s| s.is_finite());
+    let failed = |e: std::io::Error| {
+        Error::new(
+            Code::OutputFailed,
+            format!("the record could not be written: {e}"),
+        )
+    };
+    let Some(made) = &answer.record else {
+        return Ok(());
+    };
+    let seconds = answer
+        .speed
+        .map(|speed| 2.0 * PI / speed.abs())
+        .filter(|s| s.is_finite());
     let mut head = String::from("turns,te [arcsec]");
     if answer.radius.is_some() {
         head += ",te [µm]";

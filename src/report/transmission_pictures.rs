@@ -69,7 +69,11 @@ fn lines(title: &str, machine: &Machine, answer: &Answer) -> String {
             canvas.text("no line", (WIDTH / 2.0, TOP), TITLE, GREY, Anchor::Middle);
             return;
         };
-        let ends = order.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &k| (l.min(place(k)), h.max(place(k))));
+        let ends = order
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &k| {
+                (l.min(place(k)), h.max(place(k)))
+            });
         let panel = Panel {
             across: (LEFT, WIDTH - 24.0),
             down: (TOP, TOP + HIGH),
@@ -81,10 +85,22 @@ fn lines(title: &str, machine: &Machine, answer: &Answer) -> String {
         for decade in panel.x.0.ceil() as i32..=panel.x.1.floor() as i32 {
             let right = panel.right_of(f64::from(decade));
             canvas.line((right, TOP), (right, TOP + HIGH), FAINT, 0.5);
-            canvas.text(&brief(10f64.powi(decade)), (right, TOP + HIGH + 12.0), SMALL, BLACK, Anchor::Middle);
+            canvas.text(
+                &brief(10f64.powi(decade)),
+                (right, TOP + HIGH + 12.0),
+                SMALL,
+                BLACK,
+                Anchor::Middle,
+            );
         }
         let below = "order, cycles per turn of the output";
-        canvas.text(below, (0.5 * (LEFT + WIDTH - 24.0), TOP + HIGH + 34.0), SMALL, BLACK, Anchor::Middle);
+        canvas.text(
+            below,
+            (0.5 * (LEFT + WIDTH - 24.0), TOP + HIGH + 34.0),
+            SMALL,
+            BLACK,
+            Anchor::Middle,
+        );
         for &k in &order {
             let head = panel.at(place(k), amplitude(k).log10());
             canvas.line((head.0, TOP + HIGH), head, BLUE, 1.6);
@@ -96,12 +112,34 @@ fn lines(title: &str, machine: &Machine, answer: &Answer) -> String {
         let spread = push_apart(&wanted, 15.0, (LEFT + 4.0, WIDTH - 28.0));
         for (group, right) in groups.iter().zip(spread) {
             let first = group[0];
-            let spot = panel.at(place(first), group.iter().map(|&k| amplitude(k)).fold(0.0, f64::max).log10());
+            let spot = panel.at(
+                place(first),
+                group
+                    .iter()
+                    .map(|&k| amplitude(k))
+                    .fold(0.0, f64::max)
+                    .log10(),
+            );
             let row = &answer.rows[first];
-            let more = if group.len() > 1 { format!(" and {} more", group.len() - 1) } else { String::new() };
-            let name = format!("{}: {}, {}{more}", brief(row.line.order.value()), source(machine, row), cause(machine, row));
+            let more = if group.len() > 1 {
+                format!(" and {} more", group.len() - 1)
+            } else {
+                String::new()
+            };
+            let name = format!(
+                "{}: {}, {}{more}",
+                brief(row.line.order.value()),
+                source(machine, row),
+                cause(machine, row)
+            );
             canvas.line((right, TOP - 6.0), (spot.0, spot.1 - 4.0), FAINT, 0.7);
-            canvas.upright(&shortened(&name, 42), (right, TOP - 9.0), 9.0, BLACK, Anchor::Start);
+            canvas.upright(
+                &shortened(&name, 42),
+                (right, TOP - 9.0),
+                9.0,
+                BLACK,
+                Anchor::Start,
+            );
         }
     })
 }
@@ -125,16 +163,31 @@ fn budget(title: &str, answer: &Answer) -> String {
             brief(answer.budget.worst_case * ARCSEC)
         );
         canvas.text(&sums, (LEFT, 38.0), SMALL, BLACK, Anchor::Start);
-        let names: Vec<String> = order.iter().map(|&e| shortened(&answer.elements[e], 28)).collect();
-        let widest = names.iter().map(|name| width_of(name, SMALL)).fold(60.0, f64::max);
+        let names: Vec<String> = order
+            .iter()
+            .map(|&e| shortened(&answer.elements[e], 28))
+            .collect();
+        let widest = names
+            .iter()
+            .map(|name| width_of(name, SMALL))
+            .fold(60.0, f64::max);
         let (left, right) = (24.0 + widest, WIDTH - 350.0);
         let full = order.first().map_or(1.0, |&e| found[e].share);
         for (row, (&e, name)) in order.iter().zip(&names).enumerate() {
             let middle = TOP + ROW * (row as f64 + 0.5);
             canvas.text(name, (left - 8.0, middle), SMALL, BLACK, Anchor::End);
             let end = left + (right - left) * found[e].share / full;
-            canvas.block((left, middle - 7.0), (end, middle + 7.0), if row == 0 { ORANGE } else { paler(BLUE) });
-            let text = format!("{} %: one grade better {} % off, without it {} % off", percent(found[e].share), percent(found[e].one_grade), percent(found[e].without));
+            canvas.block(
+                (left, middle - 7.0),
+                (end, middle + 7.0),
+                if row == 0 { ORANGE } else { paler(BLUE) },
+            );
+            let text = format!(
+                "{} %: one grade better {} % off, without it {} % off",
+                percent(found[e].share),
+                percent(found[e].one_grade),
+                percent(found[e].without)
+            );
             canvas.text(&text, (end + 6.0, middle), SMALL, BLACK, Anchor::Start);
         }
         if hidden > 0.0 {
@@ -159,19 +212,37 @@ fn speeds(title: &str, machine: &Machine, answer: &Answer, map: &Map) -> String 
     };
     picture(WIDTH, height + 54.0, |canvas| {
         canvas.text(title, (LEFT, 16.0), TITLE, BLACK, Anchor::Start);
-        let levels = shown.iter().flat_map(|&k| (0..map.speeds.len()).map(move |s| (k, s)));
-        let most = levels.map(|(k, s)| level(k, s)).filter(|x| x.is_finite()).fold(6.0f64, |m, x| m.max(x.abs()));
+        let levels = shown
+            .iter()
+            .flat_map(|&k| (0..map.speeds.len()).map(move |s| (k, s)));
+        let most = levels
+            .map(|(k, s)| level(k, s))
+            .filter(|x| x.is_finite())
+            .fold(6.0f64, |m, x| m.max(x.abs()));
         let scale = (-most.min(40.0), most.min(40.0));
         let names: Vec<String> = shown
             .iter()
             .map(|&k| {
                 let row = &answer.rows[k];
-                let name = format!("{}: {}, {}", brief(row.line.order.value()), source(machine, row), cause(machine, row));
+                let name = format!(
+                    "{}: {}, {}",
+                    brief(row.line.order.value()),
+                    source(machine, row),
+                    cause(machine, row)
+                );
                 shortened(&name, 40)
             })
             .collect();
-        let left = 16.0 + names.iter().map(|name| width_of(name, 9.0)).fold(60.0, f64::max);
-        let rpm: Vec<f64> = map.speeds.iter().map(|s| s * 30.0 / std::f64::consts::PI).collect();
+        let left = 16.0
+            + names
+                .iter()
+                .map(|name| width_of(name, 9.0))
+                .fold(60.0, f64::max);
+        let rpm: Vec<f64> = map
+            .speeds
+            .iter()
+            .map(|s| s * 30.0 / std::f64::consts::PI)
+            .collect();
         let half = 0.5 * (rpm[1] - rpm[0]);
         let panel = Panel {
             across: (left, RIGHT),
@@ -181,18 +252,43 @@ fn speeds(title: &str, machine: &Machine, answer: &Answer, map: &Map) -> String 
         };
         for (row, (&k, name)) in shown.iter().zip(&names).enumerate() {
             let (up, down) = (TOP + ROW * row as f64, TOP + ROW * (row as f64 + 1.0));
-            canvas.text(name, (left - 6.0, 0.5 * (up + down)), 9.0, BLACK, Anchor::End);
+            canvas.text(
+                name,
+                (left - 6.0, 0.5 * (up + down)),
+                9.0,
+                BLACK,
+                Anchor::End,
+            );
             for (s, speed) in rpm.iter().enumerate() {
-                let across = (panel.right_of(speed - half), (panel.right_of(speed + half) + 1.0).min(RIGHT));
-                canvas.block((across.0, down - 1.0), (across.1, up), ink(step_of(level(k, s), scale)));
+                let across = (
+                    panel.right_of(speed - half),
+                    (panel.right_of(speed + half) + 1.0).min(RIGHT),
+                );
+                canvas.block(
+                    (across.0, down - 1.0),
+                    (across.1, up),
+                    ink(step_of(level(k, s), scale)),
+                );
             }
         }
         for tick in ticks(panel.x, 8) {
             let right = panel.right_of(tick);
-            canvas.text(&brief(tick), (right, height + 12.0), SMALL, BLACK, Anchor::Middle);
+            canvas.text(
+                &brief(tick),
+                (right, height + 12.0),
+                SMALL,
+                BLACK,
+                Anchor::Middle,
+            );
         }
         let middle = 0.5 * (left + RIGHT);
-        canvas.text("speed, rpm", (middle, height + 34.0), SMALL, BLACK, Anchor::Middle);
+        canvas.text(
+            "speed, rpm",
+            (middle, height + 34.0),
+            SMALL,
+            BLACK,
+            Anchor::Middle,
+        );
         colours(canvas, (TOP, height), scale, "at speed over slowly, dB");
     })
 }

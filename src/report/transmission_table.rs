@@ -77,14 +77,19 @@ pub fn table(machine: &Machine, answer: &Answer, all: bool) -> String {
         }
         if let Some(map) = &answer.map {
             let row = &map.amplitudes[k];
-            let at = (0..row.len()).max_by(|&a, &b| row[a].total_cmp(&row[b])).unwrap_or(0);
+            let at = (0..row.len())
+                .max_by(|&a, &b| row[a].total_cmp(&row[b]))
+                .unwrap_or(0);
             cells.push(brief(row[at] * ARCSEC));
             cells.push(brief(map.speeds[at] * 30.0 / std::f64::consts::PI));
         }
         if let Some(marks) = &answer.marks {
             cells.push(match &marks[k] {
                 Mark::Form => "form".to_string(),
-                Mark::Pitch { adjacent, .. } => format!("pitch, {} from tooth to tooth", brief(adjacent * slow.norm() * ARCSEC)),
+                Mark::Pitch { adjacent, .. } => format!(
+                    "pitch, {} from tooth to tooth",
+                    brief(adjacent * slow.norm() * ARCSEC)
+                ),
             });
         }
         if !answer.coincidences.is_empty() {
@@ -190,7 +195,11 @@ fn sums(answer: &Answer) -> String {
         arc(budget.rss)
     );
     let range = &budget.range;
-    let turns = if range.window == 1.0 { "one turn".to_string() } else { format!("{} turns", range.window) };
+    let turns = if range.window == 1.0 {
+        "one turn".to_string()
+    } else {
+        format!("{} turns", range.window)
+    };
     let each = range.percentiles.iter().map(|(p, value, error)| {
         let value = super::number::with_deviation(value * ARCSEC, error * ARCSEC);
         format!("{p} % {value}")
@@ -203,11 +212,18 @@ fn sums(answer: &Answer) -> String {
         text += &format!("wind-up under the mean loads {}\n", arc(answer.wind_up));
     }
     if answer.second_order > 0.0 {
-        text += &format!("second order of offsets, left out of the lines: {} at most\n", arc(answer.second_order));
+        text += &format!(
+            "second order of offsets, left out of the lines: {} at most\n",
+            arc(answer.second_order)
+        );
     }
     if let Some(period) = &answer.period {
         let exact = period.to_string();
-        let shown = if exact.len() > 20 { format!("{:.3e}", period.value()) } else { exact };
+        let shown = if exact.len() > 20 {
+            format!("{:.3e}", period.value())
+        } else {
+            exact
+        };
         text += &format!("everything repeats after {shown} turns of the output\n");
     }
     text += &elements(answer);
@@ -218,12 +234,19 @@ fn sums(answer: &Answer) -> String {
 /// What each element counts for, and what could be left out.
 fn elements(answer: &Answer) -> String {
     let mut order: Vec<usize> = (0..answer.elements.len()).collect();
-    order.sort_by(|&a, &b| answer.budget.elements[b].share.total_cmp(&answer.budget.elements[a].share));
+    order.sort_by(|&a, &b| {
+        answer.budget.elements[b]
+            .share
+            .total_cmp(&answer.budget.elements[a].share)
+    });
     order.truncate(ELEMENTS);
     let mut table = plain();
     table.add_row(vec!["element", "share", "one grade better", "without it"]);
     table.add_row(vec!["", "%", "% off", "% off"]);
-    for &e in order.iter().filter(|&&e| answer.budget.elements[e].share > 0.0) {
+    for &e in order
+        .iter()
+        .filter(|&&e| answer.budget.elements[e].share > 0.0)
+    {
         let found = &answer.budget.elements[e];
         table.add_row(vec![
             answer.elements[e].clone(),
@@ -233,7 +256,10 @@ fn elements(answer: &Answer) -> String {
         ]);
     }
     super::table::right_but_first(&mut table);
-    let mut text = format!("\nOff the root of the sum of squares (one grade: amplitudes 1/√2 of what they are):\n{}", finish(&table));
+    let mut text = format!(
+        "\nOff the root of the sum of squares (one grade: amplitudes 1/√2 of what they are):\n{}",
+        finish(&table)
+    );
     let (out, off, worst) = &answer.negligible;
     if !out.is_empty() {
         let names: Vec<&str> = out.iter().map(|&e| answer.elements[e].as_str()).collect();
@@ -260,7 +286,12 @@ fn record(answer: &Answer) -> String {
         arc(made.by_turn)
     );
     if let (Some([tooth, long, short]), Some(teeth)) = (made.by_tooth, made.teeth) {
-        text += &format!("; by {teeth} teeth f_i′ {}, long wave {}, short wave {}", arc(tooth), arc(long), arc(short));
+        text += &format!(
+            "; by {teeth} teeth f_i′ {}, long wave {}, short wave {}",
+            arc(tooth),
+            arc(long),
+            arc(short)
+        );
     }
     text + "\n"
 }

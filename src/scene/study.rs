@@ -77,13 +77,20 @@ impl IndexStudy {
     /// What is not of that form.
     pub fn parse(text: &str, subject: &str) -> Result<IndexStudy, Error> {
         let parts = text.rsplit_once(':');
-        let read = parts.and_then(|(behind, teeth)| Some((behind, teeth.trim().parse().ok().filter(|z| *z >= 2)?)));
+        let read = parts.and_then(|(behind, teeth)| {
+            Some((behind, teeth.trim().parse().ok().filter(|z| *z >= 2)?))
+        });
         let Some((behind, teeth)) = read else {
             let message = format!("\"{}\" is no indexing", units::shortened(text));
-            let hint = format!("{subject} takes the element behind which the work moves on, and the teeth of the work, such as differential:37");
+            let hint = format!(
+                "{subject} takes the element behind which the work moves on, and the teeth of the work, such as differential:37"
+            );
             return Err(Error::new(Code::OutOfRange, message).hint(hint));
         };
-        Ok(IndexStudy { behind: behind.trim().to_string(), teeth })
+        Ok(IndexStudy {
+            behind: behind.trim().to_string(),
+            teeth,
+        })
     }
 }
 

@@ -134,7 +134,13 @@ pub fn negligible(elements: &[Sensitivity], threshold: f64) -> (Vec<usize>, f64,
 }
 
 /// The distribution of the range.
-fn range(terms: &[Term], sources: &[Source], window: f64, points: usize, worst: f64) -> Distribution {
+fn range(
+    terms: &[Term],
+    sources: &[Source],
+    window: f64,
+    points: usize,
+    worst: f64,
+) -> Distribution {
     let mut order: Vec<usize> = (0..terms.len()).collect();
     order.sort_by(|&a, &b| terms[a].value.norm().total_cmp(&terms[b].value.norm()));
     let (mut kept, mut added, mut small) = (Vec::new(), 0.0, 0.0);
@@ -152,7 +158,11 @@ fn range(terms: &[Term], sources: &[Source], window: f64, points: usize, worst: 
     // Cosine and sine of every line over the window, once.
     let waves: Vec<Vec<Complex>> = kept
         .iter()
-        .map(|t| (0..grid).map(|i| Complex::cis(TAU * t.order * window * i as f64 / grid as f64)).collect())
+        .map(|t| {
+            (0..grid)
+                .map(|i| Complex::cis(TAU * t.order * window * i as f64 / grid as f64))
+                .collect()
+        })
         .collect();
     let lattice = Lattice::new(2 * sources.len(), points, SHIFTS);
     let mut record = vec![0.0; grid];
@@ -170,9 +180,16 @@ fn range(terms: &[Term], sources: &[Source], window: f64, points: usize, worst: 
                     };
                     let factor = 1.0 + source.tolerance * (2.0 * u[2 * term.source + 1] - 1.0);
                     let z = term.value * Complex::cis(turned) * factor;
-                    record.iter_mut().zip(wave).for_each(|(r, w)| *r += z.re * w.re - z.im * w.im);
+                    record
+                        .iter_mut()
+                        .zip(wave)
+                        .for_each(|(r, w)| *r += z.re * w.re - z.im * w.im);
                 }
-                let (low, high) = record.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| (l.min(x), h.max(x)));
+                let (low, high) = record
+                    .iter()
+                    .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| {
+                        (l.min(x), h.max(x))
+                    });
                 high - low + added
             })
             .collect();
@@ -180,7 +197,10 @@ fn range(terms: &[Term], sources: &[Source], window: f64, points: usize, worst: 
         shifted.push(found);
     }
     let percentile = |p: u32| {
-        let each: Vec<f64> = shifted.iter().map(|found| quantile(found, f64::from(p) / 100.0)).collect();
+        let each: Vec<f64> = shifted
+            .iter()
+            .map(|found| quantile(found, f64::from(p) / 100.0))
+            .collect();
         let n = each.len() as f64;
         let mean = each.iter().sum::<f64>() / n;
         let variance = each.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0);
@@ -207,21 +227,38 @@ mod tests {
     use super::*;
 
     fn term(source: usize, order: f64, value: f64) -> Term {
-        Term { source, order, harmonic: 1, value: Complex::new(value, 0.0) }
+        Term {
+            source,
+            order,
+            harmonic: 1,
+            value: Complex::new(value, 0.0),
+        }
     }
 
     fn unknown(element: usize) -> Source {
-        Source { element, phase_known: false, tolerance: 0.0 }
+        Source {
+            element,
+            phase_known: false,
+            tolerance: 0.0,
+        }
     }
 
     /// Two sources of one order, amplitudes 1 and phases uniform: the resultant is 2 |cos(Δ/2)|, whose quantile p is
     /// 2 sin(πp/2), and the range twice that.
     #[test]
     fn exact_two_unknown_phases() {
-        let found = budget(&[term(0, 1.0, 1.0), term(1, 1.0, 1.0)], &[0, 1].map(unknown), 1.0, 1000);
+        let found = budget(
+            &[term(0, 1.0, 1.0), term(1, 1.0, 1.0)],
+            &[0, 1].map(unknown),
+            1.0,
+            1000,
+        );
         for (p, value, error) in &found.range.percentiles {
             let exact = 4.0 * (std::f64::consts::FRAC_PI_2 * f64::from(*p) / 100.0).sin();
-            assert!((value - exact).abs() < 0.01 && *error < 0.01, "{p}: {value} {exact} {error}");
+            assert!(
+                (value - exact).abs() < 0.01 && *error < 0.01,
+                "{p}: {value} {exact} {error}"
+            );
         }
         assert_eq!((found.worst_case, found.rss), (2.0, 2f64.sqrt()));
         assert!((found.elements[0].share - 0.5).abs() < 1e-15);
@@ -231,10 +268,17 @@ mod tests {
     /// One line whose amplitude lies anywhere within a half of it: the range is uniform between 1 and 3.
     #[test]
     fn exact_tolerance() {
-        let source = Source { element: 0, phase_known: true, tolerance: 0.5 };
+        let source = Source {
+            element: 0,
+            phase_known: true,
+            tolerance: 0.5,
+        };
         let found = budget(&[term(0, 3.0, 1.0)], &[source], 1.0, 1000);
         for (p, value, _) in &found.range.percentiles {
-            assert!((value - (1.0 + 2.0 * f64::from(*p) / 100.0)).abs() < 0.02, "{p}: {value}");
+            assert!(
+                (value - (1.0 + 2.0 * f64::from(*p) / 100.0)).abs() < 0.02,
+                "{p}: {value}"
+            );
         }
         assert_eq!(found.worst_case, 1.5);
     }

@@ -46,14 +46,21 @@ pub enum Test {
 const WORTH: f64 = 0.02;
 
 /// Every order that several of the lines share whose amplitudes count.
-pub fn coincidences(machine: &Machine, chain: &Chain, lines: &[Line], counts: &[bool]) -> Vec<Coincidence> {
+pub fn coincidences(
+    machine: &Machine,
+    chain: &Chain,
+    lines: &[Line],
+    counts: &[bool],
+) -> Vec<Coincidence> {
     let mut all = Vec::new();
     let counted: Vec<usize> = (0..lines.len()).filter(|&k| counts[k]).collect();
     for group in counted.chunk_by(|&a, &b| lines[a].order == lines[b].order) {
         if let [first, others @ ..] = group
             && !others.is_empty()
         {
-            let tests = others.iter().map(|&other| test(machine, chain, &lines[*first], &lines[other]));
+            let tests = others
+                .iter()
+                .map(|&other| test(machine, chain, &lines[*first], &lines[other]));
             all.push(Coincidence {
                 lines: group.to_vec(),
                 tests: tests.collect(),

@@ -29,12 +29,23 @@ impl EccentricPair {
     /// # Errors
     /// Base circles that touch or overlap at the least distance: no line of action is left.
     pub fn new(base: [f64; 2], distance: f64, offset: f64) -> Result<EccentricPair, Error> {
-        let sizes = base.iter().chain([&distance]).all(|x| x.is_finite() && *x > 0.0);
+        let sizes = base
+            .iter()
+            .chain([&distance])
+            .all(|x| x.is_finite() && *x > 0.0);
         if sizes && offset >= 0.0 && base[0] + base[1] < distance - offset {
-            return Ok(EccentricPair { base, distance, offset });
+            return Ok(EccentricPair {
+                base,
+                distance,
+                offset,
+            });
         }
-        let message = format!("base radii of {} and {} m have no line of action at {distance} m less {offset} m", base[0], base[1]);
-        Err(Error::new(Code::OutOfRange, message).hint("the centres must be farther apart than the base circles reach"))
+        let message = format!(
+            "base radii of {} and {} m have no line of action at {distance} m less {offset} m",
+            base[0], base[1]
+        );
+        Err(Error::new(Code::OutOfRange, message)
+            .hint("the centres must be farther apart than the base circles reach"))
     }
 
     /// φ₂ less that of a true gear, rad, where a true gear would stand at `nominal`, rad.
@@ -62,7 +73,8 @@ impl EccentricPair {
             let along = (centre.0 * slope.0 + centre.1 * slope.1) / d;
             let across = (centre.0 * slope.1 - centre.1 * slope.0) / (d * d);
             let cosine = sum / d;
-            let value = r1 * (driver - psi) + r2 * (angle - psi) + sum * involute(cosine) - constant;
+            let value =
+                r1 * (driver - psi) + r2 * (angle - psi) + sum * involute(cosine) - constant;
             // d inv α = tan² α dα, dα = cot α dd / d.
             let tan = (1.0 - cosine * cosine).sqrt() / cosine;
             let derivative = r2 - sum * across + sum * tan * along / d;
@@ -72,7 +84,10 @@ impl EccentricPair {
                 return Ok(angle - nominal);
             }
         }
-        Err(Error::new(Code::NoConvergence, "the exact eccentric pair did not converge"))
+        Err(Error::new(
+            Code::NoConvergence,
+            "the exact eccentric pair did not converge",
+        ))
     }
 
     /// Harmonics of the deviation along the line of action over one turn, m: order 1 first.
@@ -86,7 +101,10 @@ impl EccentricPair {
         let mut transform = RealFft::new(SAMPLES);
         let mut spectrum = vec![Complex::ZERO; transform.lines()];
         transform.forward(&mut samples, &mut spectrum);
-        Ok(spectrum[1..SAMPLES / 4].iter().map(|z| *z * (2.0 / SAMPLES as f64)).collect())
+        Ok(spectrum[1..SAMPLES / 4]
+            .iter()
+            .map(|z| *z * (2.0 / SAMPLES as f64))
+            .collect())
     }
 }
 
@@ -94,7 +112,11 @@ impl EccentricPair {
 /// output, rad. Other pairs have one of the same size.
 pub fn second_order(machine: &Machine, chain: &Chain) -> f64 {
     let mut sum = 0.0;
-    for error in machine.errors.iter().filter(|error| error.cause.is_offset()) {
+    for error in machine
+        .errors
+        .iter()
+        .filter(|error| error.cause.is_offset())
+    {
         let offset: f64 = error.shape.harmonics().iter().map(|h| h.1).sum();
         for act in &error.acts {
             let pair = |gear: &&Gear| gear.branches.contains(&act.branch) && gear.teeth.is_some();
@@ -105,11 +127,17 @@ pub fn second_order(machine: &Machine, chain: &Chain) -> f64 {
                 let term = direction.terms.iter().find(|t| t.0 == gear.turning);
                 term.map_or(0.0, |t| direction.scale * t.1)
             };
-            let (own, mate) = if one.turning == error.turning { (one, other) } else { (other, one) };
+            let (own, mate) = if one.turning == error.turning {
+                (one, other)
+            } else {
+                (other, one)
+            };
             let base = [arm(mate), arm(own)];
             let lever = own.seats.first().map_or(1.0, |seat| seat.lever);
             let pair = EccentricPair::new(base, (base[0] + base[1]) / lever, offset);
-            let second = pair.and_then(|pair| pair.harmonics()).map_or(0.0, |h| h[1].norm());
+            let second = pair
+                .and_then(|pair| pair.harmonics())
+                .map_or(0.0, |h| h[1].norm());
             sum += second * chain.transmission(act.branch).abs();
         }
     }
@@ -127,10 +155,21 @@ mod tests {
         let cos = (std::f64::consts::PI / 9.0).cos();
         let pair = EccentricPair::new([0.02 * cos, 0.04 * cos], 0.06004, 2e-5).unwrap();
         let harmonics = pair.harmonics().unwrap();
-        assert!((harmonics[0].norm() - 19.9999969e-6).abs() < 5e-14, "{:e}", harmonics[0].norm());
-        assert!((harmonics[1].norm() - 7.1966e-9).abs() < 5e-14, "{:e}", harmonics[1].norm());
-        let all: Vec<f64> = (0..7200).map(|k| pair.deviation(TAU * f64::from(k) / 7200.0).unwrap()).collect();
-        let range = all.iter().fold(f64::NEG_INFINITY, |m, x| m.max(*x)) - all.iter().fold(f64::INFINITY, |m, x| m.min(*x));
+        assert!(
+            (harmonics[0].norm() - 19.9999969e-6).abs() < 5e-14,
+            "{:e}",
+            harmonics[0].norm()
+        );
+        assert!(
+            (harmonics[1].norm() - 7.1966e-9).abs() < 5e-14,
+            "{:e}",
+            harmonics[1].norm()
+        );
+        let all: Vec<f64> = (0..7200)
+            .map(|k| pair.deviation(TAU * f64::from(k) / 7200.0).unwrap())
+            .collect();
+        let range = all.iter().fold(f64::NEG_INFINITY, |m, x| m.max(*x))
+            - all.iter().fold(f64::INFINITY, |m, x| m.min(*x));
         assert!((range - 0.001064176).abs() < 5e-10, "{range}");
         assert!((range * pair.base[1] - 4e-5).abs() < 1e-9);
         // On the pitch circle 2e/cos α_w, and so the cumulative pitch such a gear shows.
@@ -142,7 +181,13 @@ mod tests {
     /// A tenth of the offset leaves a hundredth of the second order, and no offset nothing.
     #[test]
     fn order_second_of_the_offset() {
-        let second = |e: f64| EccentricPair::new([0.03, 0.05], 0.086, e).unwrap().harmonics().unwrap()[1].norm();
+        let second = |e: f64| {
+            EccentricPair::new([0.03, 0.05], 0.086, e)
+                .unwrap()
+                .harmonics()
+                .unwrap()[1]
+                .norm()
+        };
         assert!((second(1e-4) / second(1e-5) - 100.0).abs() < 0.5);
         assert!(second(0.0) < 1e-17);
         assert!(EccentricPair::new([0.03, 0.05], 0.0801, 2e-4).is_err());

@@ -24,18 +24,28 @@ pub enum Mark {
 }
 
 /// Of every line; `indexed` says of every freedom whether it moves on with the work, `teeth` are those of the work.
-pub fn marks(machine: &Machine, chain: &Chain, lines: &[Line], indexed: &[bool], teeth: u32) -> Vec<Mark> {
+pub fn marks(
+    machine: &Machine,
+    chain: &Chain,
+    lines: &[Line],
+    indexed: &[bool],
+    teeth: u32,
+) -> Vec<Mark> {
     let z = Fraction::new(i64::from(teeth), 1);
     let mark = |line: &Line| {
         let turning = match line.declared(machine) {
             Some(error) => Some(error.turning),
             None => {
                 let branch = line.displacements.first().map(|d| d.0);
-                let gear = machine.gears.iter().find(|g| branch.is_some_and(|b| g.branches.contains(&b)));
+                let gear = machine
+                    .gears
+                    .iter()
+                    .find(|g| branch.is_some_and(|b| g.branches.contains(&b)));
                 gear.map(|g| g.turning)
             }
         };
-        let moves = turning.is_some_and(|freedom| indexed[freedom] && chain.turns(freedom).is_some());
+        let moves =
+            turning.is_some_and(|freedom| indexed[freedom] && chain.turns(freedom).is_some());
         let advance = (&line.order / &z).fract();
         match moves && !advance.is_zero() {
             false => Mark::Form,

@@ -28,7 +28,11 @@ pub struct Synthetic {
 ///
 /// # Errors
 /// A common period that no record holds.
-pub fn turns(asked: Option<u32>, period: Option<&Fraction>, fastest: f64) -> Result<(usize, bool), Error> {
+pub fn turns(
+    asked: Option<u32>,
+    period: Option<&Fraction>,
+    fastest: f64,
+) -> Result<(usize, bool), Error> {
     let whole = |turns: f64| (turns * fastest.max(1.0) * PER_CYCLE).ceil();
     let period = period.map_or(Fraction::one(), |period| {
         // A period of part of a turn is gone through so often that a turn is whole.
@@ -37,8 +41,13 @@ pub fn turns(asked: Option<u32>, period: Option<&Fraction>, fastest: f64) -> Res
     });
     let turns = asked.map_or(period.value(), f64::from);
     if whole(turns) > MOST as f64 {
-        let message = format!("{turns} turns of the output with {fastest:.0} cycles in each need {:.1e} samples, and {MOST} are the most", whole(turns));
-        return Err(Error::new(Code::Hopeless, message).hint("state a shorter --window, in whole turns"));
+        let message = format!(
+            "{turns} turns of the output with {fastest:.0} cycles in each need {:.1e} samples, and {MOST} are the most",
+            whole(turns)
+        );
+        return Err(
+            Error::new(Code::Hopeless, message).hint("state a shorter --window, in whole turns")
+        );
     }
     let closed = (&Fraction::new(turns as i64, 1) / &period).is_whole();
     Ok((turns as usize, closed))
@@ -63,7 +72,11 @@ pub fn synthetic(lines: &[(f64, Complex)], turns: usize, closed: bool) -> Synthe
             }
         }
     }
-    Synthetic { turns, closed, values }
+    Synthetic {
+        turns,
+        closed,
+        values,
+    }
 }
 
 #[cfg(test)]
@@ -73,11 +86,18 @@ mod tests {
     /// Samples are those of the formula, a million of them on.
     #[test]
     fn exact_samples() {
-        let lines = [(1.0, Complex::new(1.0, 0.5)), (112.5, Complex::new(-0.2, 0.1)), (6750.0, Complex::new(0.0, 0.1))];
+        let lines = [
+            (1.0, Complex::new(1.0, 0.5)),
+            (112.5, Complex::new(-0.2, 0.1)),
+            (6750.0, Complex::new(0.0, 0.1)),
+        ];
         let made = synthetic(&lines, 20, true);
         for i in [0, 1, 17, 54_321, made.values.len() - 1] {
             let phi = 20.0 * i as f64 / made.values.len() as f64;
-            let exact: f64 = lines.iter().map(|(o, z)| (*z * Complex::cis(TAU * (o * phi).fract())).re).sum();
+            let exact: f64 = lines
+                .iter()
+                .map(|(o, z)| (*z * Complex::cis(TAU * (o * phi).fract())).re)
+                .sum();
             assert!((made.values[i] - exact).abs() < 1e-10, "{i}");
         }
     }
@@ -85,9 +105,18 @@ mod tests {
     /// The common period where nothing is asked, in whole turns; beyond what a record holds it is refused.
     #[test]
     fn refuses_periods_beyond_a_record() {
-        assert_eq!(turns(None, Some(&Fraction::new(4, 1)), 100.0).unwrap(), (4, true));
-        assert_eq!(turns(None, Some(&Fraction::new(3, 2)), 100.0).unwrap(), (3, true));
-        assert_eq!(turns(Some(2), Some(&Fraction::new(4, 1)), 100.0).unwrap(), (2, false));
+        assert_eq!(
+            turns(None, Some(&Fraction::new(4, 1)), 100.0).unwrap(),
+            (4, true)
+        );
+        assert_eq!(
+            turns(None, Some(&Fraction::new(3, 2)), 100.0).unwrap(),
+            (3, true)
+        );
+        assert_eq!(
+            turns(Some(2), Some(&Fraction::new(4, 1)), 100.0).unwrap(),
+            (2, false)
+        );
         let error = turns(None, Some(&Fraction::new(1_000_000_007, 1)), 100.0).unwrap_err();
         assert_eq!(error.code, Code::Hopeless);
     }

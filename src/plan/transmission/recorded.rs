@@ -42,16 +42,26 @@ pub fn recorded(
     study: &TransmissionStudy,
 ) -> Result<Recorded, Error> {
     let drawn = drawn(machine, lines, values);
-    let fastest = lines.iter().fold(1.0f64, |m, line| m.max(line.order.value()));
+    let fastest = lines
+        .iter()
+        .fold(1.0f64, |m, line| m.max(line.order.value()));
     let (turns, closed) = record::turns(study.window, period, fastest)?;
-    let added: Vec<(f64, Complex)> = lines.iter().zip(&drawn).map(|(line, z)| (line.order.value(), *z)).collect();
+    let added: Vec<(f64, Complex)> = lines
+        .iter()
+        .zip(&drawn)
+        .map(|(line, z)| (line.order.value(), *z))
+        .collect();
     let made = record::synthetic(&added, turns, closed);
     let teeth = study.teeth.or_else(|| teeth(machine, chain));
     let record = Record::new(&made.values, turns, teeth.unwrap_or(1) as usize, closed)?;
     let (total, by_turn) = (record.total(), record.by_turn().sliding);
     let by_tooth = teeth.map(|_| {
         let split = record.split_by_order();
-        [record.by_pitch().sliding, split.long_range, split.short_ranges.sliding]
+        [
+            record.by_pitch().sliding,
+            split.long_range,
+            split.short_ranges.sliding,
+        ]
     });
     Ok(Recorded {
         lines: drawn,
@@ -77,7 +87,14 @@ fn drawn(machine: &Machine, lines: &[Line], values: &[Complex]) -> Vec<Complex> 
 
 /// Teeth of a gear that turns with the output.
 fn teeth(machine: &Machine, chain: &Chain) -> Option<u32> {
-    let with_output = |freedom: usize| chain.turns(freedom).is_some_and(|t| t.abs() == Fraction::one());
-    let gears = machine.gears.iter().filter(|gear| gear.carrier.is_none() && with_output(gear.turning));
+    let with_output = |freedom: usize| {
+        chain
+            .turns(freedom)
+            .is_some_and(|t| t.abs() == Fraction::one())
+    };
+    let gears = machine
+        .gears
+        .iter()
+        .filter(|gear| gear.carrier.is_none() && with_output(gear.turning));
     gears.filter_map(|gear| gear.teeth).max()
 }

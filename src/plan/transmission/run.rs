@@ -386,18 +386,29 @@ fn doubts(machine: &Machine, answer: &Answer) -> Vec<Warning> {
     }
     // What lies on the far side of a friction belt, and still has a line.
     let slips = |at: usize| {
-        let pulley = machine.gears.iter().any(|g| g.element == at && g.teeth.is_none());
+        let pulley = machine
+            .gears
+            .iter()
+            .any(|g| g.element == at && g.teeth.is_none());
         let near = coincidence::side(machine, at, answer.chain.ends.output);
         let across = answer.rows.iter().any(|row| {
-            let far = row.line.declared(machine).is_some_and(|error| !near[error.turning]);
+            let far = row
+                .line
+                .declared(machine)
+                .is_some_and(|error| !near[error.turning]);
             far && row.share > 0.0
         });
         machine.elements[at].kind == "belt" && pulley && across
     };
     if let Some(at) = (0..machine.elements.len()).find(|&at| slips(at)) {
         let name = &machine.elements[at].name;
-        let message = format!("{name} is no gear: if it slips, the orders of what lies beyond it wander");
-        warn("belt", message, "orders across a belt hold to its slip; a timing belt does not slip");
+        let message =
+            format!("{name} is no gear: if it slips, the orders of what lies beyond it wander");
+        warn(
+            "belt",
+            message,
+            "orders across a belt hold to its slip; a timing belt does not slip",
+        );
     }
     all
 }
