@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::te_args::TeArgs;
-use super::{diagnostic, output};
+use super::{diagnostic, output, te_log};
 use crate::base::error::{Error, Errors};
 use crate::base::kind::Kind;
 use crate::base::units;
@@ -19,6 +19,10 @@ use crate::scene::{self, Scene};
 /// # Errors
 /// Whatever is wrong with the file, the flags or the chain.
 pub fn run(args: &TeArgs) -> Result<u8, Errors> {
+    if te_log::is_log(&args.file, &args.record) {
+        return te_log::run(args);
+    }
+    te_log::refuse_of_model(args)?;
     let scene = scene::read(&args.file)?;
     let study = asked(args, &scene)?;
     let outputs = outputs(args)?;
@@ -32,7 +36,7 @@ pub fn run(args: &TeArgs) -> Result<u8, Errors> {
     if let Some(path) = &args.csv {
         output::write(path, report::transmission::csv(machine, answer).as_bytes())?;
     }
-    if let Some(path) = &args.record {
+    if let Some(path) = &args.written {
         output::write_with(path, |to| report::transmission::record(answer, to))?;
     }
     if let Some(path) = &args.svg {
@@ -57,7 +61,7 @@ pub fn run(args: &TeArgs) -> Result<u8, Errors> {
 
 /// Every file that is to be written.
 fn outputs(args: &TeArgs) -> Result<Vec<PathBuf>, Error> {
-    let mut all: Vec<PathBuf> = args.csv.iter().chain(&args.record).cloned().collect();
+    let mut all: Vec<PathBuf> = args.csv.iter().chain(&args.written).cloned().collect();
     if let Some(path) = &args.svg {
         output::ends(path, &["svg"])?;
         let words: &[&str] = match args.speeds {
@@ -150,11 +154,11 @@ fn asked(args: &TeArgs, scene: &Scene) -> Result<TransmissionStudy, Error> {
             .transpose()?
             .or(listed.speeds),
         window: args.window.or(listed.window),
-        teeth: args.teeth.or(listed.teeth),
+        teeth: args.output_teeth.or(listed.teeth),
         index: (args.index.as_deref())
             .map(|text| IndexStudy::parse(text, "--index"))
             .transpose()?
             .or(listed.index),
-        record: args.record.is_some(),
+        record: args.written.is_some(),
     })
 }

@@ -4,12 +4,15 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::encoder_args::EncoderArgs;
+use super::log_args::LogArgs;
+
 /// Arguments of `te`.
 #[derive(Debug, Args)]
 pub struct TeArgs {
-    /// A model or a scene with declared errors
+    /// A model or a scene with declared errors, or the log of two encoders
     pub file: PathBuf,
-    /// The node whose error is wanted
+    /// The node whose error is wanted; of a log the column of its encoder, or its two tracks
     #[arg(long, value_name = "NODE")]
     pub output: Option<String>,
     /// The node whose angle is prescribed; the first of `[speed]` where left out
@@ -33,12 +36,12 @@ pub struct TeArgs {
     /// The work is indexed tooth by tooth: the element behind which it moves on, and its teeth, such as differential:37
     #[arg(long, value_name = "ELEMENT:TEETH")]
     pub index: Option<String>,
-    /// Teeth by which a record is told tooth by tooth; those of the gear on the output where left out
+    /// Teeth of the output, by which --record is told tooth by tooth; those of the gear that turns with it where left out
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
-    pub teeth: Option<u32>,
+    pub output_teeth: Option<u32>,
     /// Write the error over the angle; unknown phases are drawn, the same at every call
-    #[arg(long, value_name = "FILE")]
-    pub record: Option<PathBuf>,
+    #[arg(long = "record", value_name = "FILE")]
+    pub written: Option<PathBuf>,
     /// Every line of the table, not only the largest
     #[arg(long)]
     pub all: bool,
@@ -48,10 +51,17 @@ pub struct TeArgs {
     /// Write every line
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
-    /// Draw the lines by order, the budget beside (FILE-budget.svg), with --speeds the map (FILE-speeds.svg)
+    /// Draw the lines by order, the budget beside (FILE-budget.svg), with --speeds the map (FILE-speeds.svg); of a log the error over the
+    /// angle, and its orders with their sources
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
     /// No warnings, no word about what was done
     #[arg(long)]
     pub quiet: bool,
+    /// What is said of a record of two encoders.
+    #[command(flatten)]
+    pub record: EncoderArgs,
+    /// What may be said of the log.
+    #[command(flatten)]
+    pub log: LogArgs,
 }
