@@ -367,10 +367,8 @@ impl Train {
                     friction.slope(slip, rate),
                 ),
                 _ => {
-                    let step = 1e-3 * friction.creep;
-                    let slope = (friction.smoothed(rate + step) - friction.smoothed(rate - step))
-                        / (2.0 * step);
-                    (friction.smoothed(rate), 0.0, slope)
+                    let (force, slope) = friction.smoothed(rate);
+                    (force, 0.0, slope)
                 }
             },
             Law::Curve(curve) => (-curve.torque(rate), 0.0, -curve.slope(rate)),

@@ -20,3 +20,6 @@ pub mod frequency;
 
 /// Peaks of a response.
 pub mod peaks;
+
+/// Strongly nonlinear steady motions over speed.
+pub mod harmonic;
