@@ -13,6 +13,7 @@ use crate::modes::reduction::{Advice, advise};
 use crate::plan::motion::choice;
 use crate::plan::motion::scene::MotionScene;
 use crate::plan::prepared::Prepared;
+use crate::plan::response::harmonic_balance;
 use crate::plan::stages::{Plan, Verdict, solver};
 use crate::report;
 use crate::scene::study::StudyKind;
@@ -84,6 +85,13 @@ fn motions(scene: &Scene, prepared: &Prepared) -> Result<Vec<(&'static str, Rows
                 all.push((
                     "response",
                     crate::plan::response::choice::plan(prepared, response),
+                ));
+                continue;
+            }
+            StudyKind::HarmonicBalance(balance) => {
+                all.push((
+                    "harmonic_balance",
+                    harmonic_balance::plan(prepared, balance)?,
                 ));
                 continue;
             }

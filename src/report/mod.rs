@@ -54,6 +54,12 @@ pub mod motion;
 /// Steady answers to steady excitation.
 pub mod response;
 
+/// Amplitude over speed, as a picture.
+mod jump_curve;
+
+/// Periodic motions over speed.
+pub mod harmonic_balance;
+
 /// Error over run time, as a picture.
 mod work_precision;
 
@@ -77,6 +83,10 @@ pub mod motion_table;
 /// Tables of steady answers.
 #[cfg(feature = "cli")]
 pub mod response_table;
+
+/// Tables of periodic motions over speed.
+#[cfg(feature = "cli")]
+pub mod harmonic_balance_table;
 
 /// Tables of error against run time.
 #[cfg(feature = "cli")]

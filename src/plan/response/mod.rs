@@ -5,3 +5,6 @@ pub mod choice;
 
 /// The run.
 pub mod run;
+
+/// Periodic motions over speed.
+pub mod harmonic_balance;
