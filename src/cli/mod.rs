@@ -54,6 +54,9 @@ pub mod stability;
 /// `response`.
 pub mod response;
 
+/// `response --run-up`.
+pub mod run_up;
+
 /// `response --harmonic-balance`.
 pub mod harmonic_balance;
 
@@ -132,6 +135,7 @@ fn carry_out(command: &Command) -> Result<u8, Errors> {
         Command::Accuracy(args) => accuracy::run(args)?,
         Command::Stability(args) => stability::run(args)?,
         Command::Response(args) if args.harmonic_balance.is_some() => harmonic_balance::run(args)?,
+        Command::Response(args) if args.run_up.is_some() => run_up::run(args)?,
         Command::Response(args) => response::run(args)?,
         Command::Run(args) => run_scene::run(args)?,
         Command::Identify(args) => identify::run(args)?,

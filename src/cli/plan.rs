@@ -13,7 +13,7 @@ use crate::modes::reduction::{Advice, advise};
 use crate::plan::motion::choice;
 use crate::plan::motion::scene::MotionScene;
 use crate::plan::prepared::Prepared;
-use crate::plan::response::harmonic_balance;
+use crate::plan::response::{harmonic_balance, run_up};
 use crate::plan::stages::{Plan, Verdict, solver};
 use crate::report;
 use crate::scene::study::StudyKind;
@@ -93,6 +93,10 @@ fn motions(scene: &Scene, prepared: &Prepared) -> Result<Vec<(&'static str, Rows
                     "harmonic_balance",
                     harmonic_balance::plan(prepared, balance)?,
                 ));
+                continue;
+            }
+            StudyKind::RunUp(study) => {
+                all.push(("run_up", run_up::plan(prepared, study)?));
                 continue;
             }
             StudyKind::Simulate(motion) => ("simulate", motion),

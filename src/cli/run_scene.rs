@@ -6,6 +6,7 @@ use super::accuracy::Measured;
 use super::args::RunArgs;
 use super::harmonic_balance::Balanced;
 use super::response::Linear;
+use super::run_up::Raised;
 use super::simulate::Moved;
 use super::{interrupt, modes, output, stability};
 use crate::base::code::Code;
@@ -37,7 +38,7 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
             Code::MissingKey,
             format!("{} lists no [[study]]", args.scene.display()),
         );
-        return Err(error.hint("write [[study]] and below it kind = \"modes\", \"simulate\", \"accuracy\", \"stability\", \"response\" or \"harmonic_balance\"; or call the command of the analysis").into());
+        return Err(error.hint("write [[study]] and below it kind = \"modes\", \"simulate\", \"accuracy\", \"stability\", \"response\", \"run_up\" or \"harmonic_balance\"; or call the command of the analysis").into());
     }
     let stop = interrupt::flag();
     let mut documents = Vec::new();
@@ -75,6 +76,15 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
             StudyKind::HarmonicBalance(study) => (
                 "harmonic_balance",
                 Balanced::new(&scene, study, args.quiet || args.json).map(|found| Done {
+                    text: found.text(),
+                    json: found.json(&scene),
+                    epilogue: found.epilogue(),
+                    exit: 0,
+                }),
+            ),
+            StudyKind::RunUp(study) => (
+                "run_up",
+                Raised::new(&scene, study).map(|found| Done {
                     text: found.text(),
                     json: found.json(&scene),
                     epilogue: found.epilogue(),

@@ -60,6 +60,9 @@ mod jump_curve;
 /// Periodic motions over speed.
 pub mod harmonic_balance;
 
+/// Run-up maps.
+pub mod run_up;
+
 /// Error over run time, as a picture.
 mod work_precision;
 
@@ -83,6 +86,10 @@ pub mod motion_table;
 /// Tables of steady answers.
 #[cfg(feature = "cli")]
 pub mod response_table;
+
+/// Tables of run-ups.
+#[cfg(feature = "cli")]
+pub mod run_up_table;
 
 /// Tables of periodic motions over speed.
 #[cfg(feature = "cli")]

@@ -23,3 +23,6 @@ pub mod peaks;
 
 /// Strongly nonlinear steady motions over speed.
 pub mod harmonic;
+
+/// What excites a running machine.
+pub mod excitation;

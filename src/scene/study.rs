@@ -34,6 +34,19 @@ pub enum StudyKind {
     Response(ResponseStudy),
     /// Periodic motions over speed, play and all.
     HarmonicBalance(HarmonicBalanceStudy),
+    /// Answers to all orders of a running machine over speed.
+    RunUp(RunUpStudy),
+}
+
+/// Answers to all orders of a running machine over speed, as the command has them.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct RunUpStudy {
+    /// Speeds of the first node of `[speed]`.
+    pub speeds: Option<SpeedRange>,
+    /// What is measured, as of a frequency response; forces in all meshes where left out.
+    pub outputs: Vec<String>,
+    /// Freedoms held still.
+    pub held: Vec<String>,
 }
 
 /// Periodic motions over speed, as the command has them.
@@ -391,6 +404,7 @@ enum Word {
     Stability,
     Response,
     HarmonicBalance,
+    RunUp,
 }
 
 /// A study; absent where its kind is missing or unknown, which is then noted.
@@ -402,6 +416,7 @@ pub fn read(f: &mut Fields) -> Option<Study> {
         ("stability", Word::Stability),
         ("response", Word::Response),
         ("harmonic_balance", Word::HarmonicBalance),
+        ("run_up", Word::RunUp),
     ];
     let known = f.choice("kind", &words);
     f.need("kind");
@@ -416,6 +431,11 @@ pub fn read(f: &mut Fields) -> Option<Study> {
             over: parsed(f, "over", Over::parse),
         }),
         Word::Response => StudyKind::Response(response(f)),
+        Word::RunUp => StudyKind::RunUp(RunUpStudy {
+            speeds: speeds(f, "speeds"),
+            outputs: texts(f, "outputs"),
+            held: texts(f, "hold"),
+        }),
         Word::HarmonicBalance => StudyKind::HarmonicBalance(HarmonicBalanceStudy {
             speeds: speeds(f, "speeds"),
             outputs: texts(f, "outputs"),

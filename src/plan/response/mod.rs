@@ -8,3 +8,6 @@ pub mod run;
 
 /// Periodic motions over speed.
 pub mod harmonic_balance;
+
+/// Run-up maps.
+pub mod run_up;
