@@ -708,11 +708,11 @@ pub struct ResponseArgs {
     pub method: Option<ResponseWayWord>,
     /// Answers to all orders over speed instead: meshes with sidebands, eccentricities, declared errors; speeds of the first node of
     /// `[speed]` (rpm where bare). Where no amplitude is declared, 1 µm is taken
-    #[arg(long, value_name = "A:B:POINTS", conflicts_with_all = ["input", "band", "lines", "kind", "speed", "method", "harmonic_balance"])]
+    #[arg(long, value_name = "A:B:POINTS", allow_hyphen_values = true, conflicts_with_all = ["input", "band", "lines", "kind", "speed", "method", "harmonic_balance"])]
     pub run_up: Option<String>,
     /// Periodic motions over speed instead, with play, friction and varying stiffness: a balance of orders followed by arc length;
     /// speeds of the first node of `[speed]` (rpm where bare), POINTS bounds the steps. --output takes what `simulate` takes
-    #[arg(long, value_name = "A:B:POINTS", conflicts_with_all = ["input", "hold", "band", "lines", "kind", "speed", "method"])]
+    #[arg(long, value_name = "A:B:POINTS", allow_hyphen_values = true, conflicts_with_all = ["input", "hold", "band", "lines", "kind", "speed", "method"])]
     pub harmonic_balance: Option<String>,
     /// What higher orders may add to the balance, of the size of the deflections; 1e-6 where left out
     #[arg(long, value_name = "SHARE", requires = "harmonic_balance")]

@@ -178,10 +178,8 @@ pub fn picture(title: &str, answer: &Answer) -> String {
         title: title.to_string(),
         across: format!("speed of {}, rpm", answer.node),
         up: format!("{name}, half of peak to peak, {unit}"),
-        points: answer
-            .curve
-            .points
-            .iter()
+        points: along(answer)
+            .into_iter()
             .map(|p| {
                 let (x, y) = at(p);
                 (x, y, p.unstable() == 0)
@@ -197,6 +195,23 @@ pub fn picture(title: &str, answer: &Answer) -> String {
             .collect(),
         bands: tongues,
     })
+}
+
+/// Points with the folds among them, so that the line goes through these.
+fn along(answer: &Answer) -> Vec<&Point> {
+    let curve = &answer.curve;
+    let mut all = Vec::with_capacity(curve.points.len() + curve.specials.len());
+    for (at, p) in curve.points.iter().enumerate() {
+        all.push(p);
+        all.extend(
+            curve
+                .specials
+                .iter()
+                .filter(|s| s.after == at)
+                .map(|s| &s.point),
+        );
+    }
+    all
 }
 
 /// A unit in which the largest value is easily read.

@@ -59,6 +59,12 @@ const SHORTEST: f64 = 1e-7;
 /// Where the curve bends by more than this between two points (cosine), the step is halved, unless it is short already.
 const BEND: f64 = 0.9;
 
+/// A solution further from where the tangent pointed than this share of the step is on another part of the curve.
+const ASTRAY: f64 = 0.5;
+
+/// The same of steps so short that a corner of the curve (contact begins to open) may lie in them.
+const ASTRAY_SHORT: f64 = 4.0;
+
 pub(super) struct Follower<'a> {
     pub family: &'a Family,
     pub lines: &'a Lines,
@@ -173,7 +179,9 @@ impl<'a> Follower<'a> {
                             .sum(),
                         false => 1.0,
                     };
-                    if turn < BEND && length > 1e-3 * longest {
+                    let short = length <= 1e-3 * longest;
+                    let off = self.off(&here, &next, length);
+                    if (turn < BEND && !short) || off > if short { ASTRAY_SHORT } else { ASTRAY } {
                         length *= 0.5;
                         continue;
                     }
@@ -239,7 +247,32 @@ impl<'a> Follower<'a> {
         let sense = (self.course.to - self.course.from).signum();
         still.iter_mut().for_each(|t| *t *= sense);
         let tangent = balance.tangent(&x, &still)?;
-        self.adapted(Place { x, tangent, orders })
+        let mut place = self.adapted(Place { x, tangent, orders })?;
+        // More orders have moved it along the curve: back to the first speed.
+        let last = place.x.len() - 1;
+        let mut still = vec![0.0; place.x.len()];
+        still[last] = sense;
+        place.x[last] = self.course.from / self.span;
+        let mut balance = self.balance(place.orders);
+        place.x = balance.corrected(&place.x, &still)?.0;
+        place.tangent = balance.tangent(&place.x, &still)?;
+        Ok(place)
+    }
+
+    /// How far the next place is from where the tangent pointed, in steps.
+    fn off(&self, here: &Place, next: &Place, length: f64) -> f64 {
+        let active = self.sizes.len();
+        let alike = |x: &[f64]| more_of(x, next.orders, here.orders, active);
+        let ahead = here
+            .x
+            .iter()
+            .zip(&here.tangent)
+            .map(|(x, t)| x + length * t);
+        let square: f64 = ahead
+            .zip(alike(&next.x))
+            .map(|(a, b)| (a - b).powi(2))
+            .sum();
+        square.sqrt() / length
     }
 
     /// One step along the tangent.
