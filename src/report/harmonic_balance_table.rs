@@ -70,11 +70,11 @@ pub fn table(answer: &Answer) -> String {
     if let Ok(tongues) = &answer.tongues {
         for t in tongues {
             text += &format!(
-                "parametric resonance {}: closed contacts are unstable from {} to {} rpm, growth {} a period at {} rpm\n",
+                "parametric resonance {}: closed contacts are unstable from {} to {} rpm, growth {} % a period at {} rpm\n",
                 t.name,
                 significant(rpm(answer.speed(t.from))),
                 significant(rpm(answer.speed(t.to))),
-                brief(t.growth),
+                brief(100.0 * (t.growth - 1.0)),
                 significant(rpm(answer.speed(t.worst))),
             );
         }

@@ -102,10 +102,16 @@ pub fn picture(title: &str, answer: &Answer) -> String {
     let step = top / LINES as f64;
     let row = |at: usize| {
         let mut row = vec![0.0; LINES];
+        // An order passes all frequencies between the speeds half way to the neighbours.
+        let [before, after] = [at.saturating_sub(1), (at + 1).min(answer.speeds.len() - 1)];
+        let ends =
+            [before, after].map(|other| 0.5 * (answer.speeds[at] + answer.speeds[other]).abs());
         for (number, e) in answer.excitations.iter().enumerate() {
-            let line = (e.order * answer.speeds[at].abs() / TAU / step) as usize;
-            if let (Some(cell), Some(table)) = (row.get_mut(line), answer.amplitudes.first()) {
-                *cell += table[number][at].powi(2);
+            let line = |speed: f64| (e.order * speed / TAU / step) as usize;
+            let (low, high) = (line(ends[0].min(ends[1])), line(ends[0].max(ends[1])));
+            if let Some(table) = answer.amplitudes.first() {
+                let cells = row.iter_mut().take(high + 1).skip(low);
+                cells.for_each(|cell| *cell += table[number][at].powi(2));
             }
         }
         row
