@@ -19,6 +19,9 @@ pub mod spectrum;
 /// From measured responses to transfer functions and modes.
 pub mod identify;
 
+/// Gears by themselves: knows neither files nor dynamics.
+pub mod gear;
+
 /// Model and scene files as written.
 pub mod scene;
 
@@ -33,6 +36,9 @@ pub mod motion;
 
 /// Steady answers to steady excitation, by frequency.
 pub mod response;
+
+/// Transmission error.
+pub mod transmission;
 
 /// What a study needs, and running it.
 pub mod plan;
