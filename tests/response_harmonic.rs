@@ -9,6 +9,7 @@ mod support;
 use std::f64::consts::TAU;
 
 use geardyn::base::code::Code;
+use geardyn::machine::characteristic::Characteristic;
 use geardyn::motion::contact::Losses;
 use geardyn::motion::floquet::chart::tongues;
 use geardyn::motion::floquet::orbit::orbit;
@@ -232,9 +233,12 @@ fn law_smooth_laws_agree_with_integration() {
         ("friction", Law::Friction(friction), 0.0),
         (
             "power",
-            Law::Power {
-                stiffness: 1.0,
-                exponent: 1.5,
+            Law::Nonlinear {
+                characteristic: Characteristic::Power {
+                    factor: 1.0,
+                    exponent: 1.5,
+                    rated: 1.0,
+                },
                 damping: 0.05,
             },
             1.0,

@@ -252,7 +252,11 @@ fn varies(train: &Train) -> bool {
 /// The machine in motion with its waves at imposed speed, and the outputs.
 fn scene(prepared: &Prepared, study: &HarmonicBalanceStudy) -> Result<MotionScene, Error> {
     let machine = &prepared.machine;
-    let varies = |b: usize| machine.branches[b].play > 0.0 || machine.branches[b].wave.is_some();
+    let varies = |b: usize| {
+        machine.branches[b].play > 0.0
+            || machine.branches[b].wave.is_some()
+            || machine.branches[b].characteristic.is_some()
+    };
     let usual = (0..machine.branches.len())
         .filter(|&b| varies(b))
         .map(|b| format!("{}.deflection", machine.branch_name(b)));

@@ -215,18 +215,14 @@ fn of(law: &Law, delta: f64, rate: f64, factor: f64) -> (f64, f64, f64) {
             let (force, slope) = friction.smoothed(rate);
             (force, 0.0, slope)
         }
-        Law::Power {
-            stiffness,
-            exponent,
+        Law::Nonlinear {
+            characteristic,
             damping,
-        } => {
-            let size = delta.abs();
-            (
-                delta.signum() * stiffness * size.powf(*exponent) + damping * rate,
-                stiffness * exponent * size.powf(exponent - 1.0),
-                *damping,
-            )
-        }
+        } => (
+            characteristic.force(delta) + damping * rate,
+            characteristic.tangent(delta),
+            *damping,
+        ),
         Law::Curve(curve) => (-curve.torque(rate), 0.0, -curve.slope(rate)),
         Law::Linear { stiffness, damping } => {
             (stiffness * delta + damping * rate, *stiffness, *damping)

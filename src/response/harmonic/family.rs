@@ -147,7 +147,7 @@ fn refuse(train: &Train, rates: &[f64]) -> Result<(), Error> {
                 Error::new(Code::Conflict, message).hint("write mesh_phase = \"speed\" in [start]")
             );
         }
-        if rate != 0.0 && matches!(b.law, Law::Contact(_) | Law::Power { .. }) {
+        if rate != 0.0 && matches!(b.law, Law::Contact(_) | Law::Nonlinear { .. }) {
             let message = format!("the two sides of {} do not run at one speed", b.name);
             return Err(Error::new(Code::Conflict, message)
                 .hint("state speeds in [speed] that fit the ratios of the gears"));

@@ -186,7 +186,7 @@ impl Lines {
                     });
                     (0.0, 0.0, -curve.torque(rate))
                 }
-                (Law::Friction(_) | Law::Power { .. }, None) => (0.0, 0.0, 0.0),
+                (Law::Friction(_) | Law::Nonlinear { .. }, None) => (0.0, 0.0, 0.0),
             };
             for (i, u) in acts.iter().enumerate() {
                 for (j, w) in sees.iter().enumerate() {
@@ -397,9 +397,8 @@ fn straight(train: &Train, branch: usize) -> Option<Active> {
             (k, contact.damping.max(2.0 * STRAIGHT * (k * mass).sqrt()))
         }
         Law::Friction(_) => (0.0, 0.0),
-        Law::Power {
-            stiffness,
-            exponent,
+        Law::Nonlinear {
+            characteristic,
             damping,
         } => {
             let load: f64 = train
@@ -407,11 +406,12 @@ fn straight(train: &Train, branch: usize) -> Option<Active> {
                 .iter()
                 .map(|d| d.signal.value(0.0, d.signal.knots.len()).abs())
                 .sum();
-            let deflection = (load / stiffness).powf(exponent.recip());
-            (
-                stiffness * exponent * deflection.powf(exponent - 1.0),
-                *damping,
-            )
+            // Where nothing loads it a power has no tangent.
+            let stiffness = match load {
+                0.0 => characteristic.rated(),
+                load => characteristic.secant(load),
+            };
+            (stiffness, *damping)
         }
         Law::Curve(curve) | Law::Lagged { curve, .. }
             if !matches!(curve, crate::motion::curve::Curve::Straight { .. }) =>

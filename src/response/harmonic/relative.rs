@@ -116,7 +116,8 @@ fn is_prescribed(train: &Train, j: usize) -> bool {
 
 fn is_elastic(law: &Law) -> bool {
     match law {
-        Law::Linear { stiffness, .. } | Law::Power { stiffness, .. } => *stiffness != 0.0,
+        Law::Linear { stiffness, .. } => *stiffness != 0.0,
+        Law::Nonlinear { .. } => true,
         Law::Contact(contact) => contact.stiffness != 0.0,
         _ => false,
     }
