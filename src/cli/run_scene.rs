@@ -8,6 +8,7 @@ use super::harmonic_balance::Balanced;
 use super::response::Linear;
 use super::run_up::Raised;
 use super::simulate::Moved;
+use super::te::Traced;
 use super::{interrupt, modes, output, stability};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
@@ -38,7 +39,7 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
             Code::MissingKey,
             format!("{} lists no [[study]]", args.scene.display()),
         );
-        return Err(error.hint("write [[study]] and below it kind = \"modes\", \"simulate\", \"accuracy\", \"stability\", \"response\", \"run_up\" or \"harmonic_balance\"; or call the command of the analysis").into());
+        return Err(error.hint("write [[study]] and below it kind = \"modes\", \"simulate\", \"accuracy\", \"stability\", \"response\", \"run_up\", \"te\" or \"harmonic_balance\"; or call the command of the analysis").into());
     }
     let stop = interrupt::flag();
     let mut documents = Vec::new();
@@ -88,6 +89,15 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
                     text: found.text(),
                     json: found.json(&scene),
                     epilogue: found.epilogue(),
+                    exit: 0,
+                }),
+            ),
+            StudyKind::Transmission(study) => (
+                "te",
+                Traced::new(&scene, study).map(|traced| Done {
+                    text: traced.text(),
+                    json: traced.json(&scene),
+                    epilogue: traced.epilogue(),
                     exit: 0,
                 }),
             ),

@@ -63,6 +63,9 @@ pub mod harmonic_balance;
 /// Run-up maps.
 pub mod run_up;
 
+/// Transmission error of a chain.
+pub mod transmission;
+
 /// Error over run time, as a picture.
 mod work_precision;
 
@@ -94,6 +97,10 @@ pub mod run_up_table;
 /// Tables of periodic motions over speed.
 #[cfg(feature = "cli")]
 pub mod harmonic_balance_table;
+
+/// Tables of transmission error.
+#[cfg(feature = "cli")]
+pub mod transmission_table;
 
 /// Tables of error against run time.
 #[cfg(feature = "cli")]

@@ -35,7 +35,7 @@ pub fn json(sources: &[Arc<Source>], machine: &Machine, answer: &Answer) -> Valu
         "speed_rpm": answer.speeds.iter().map(|&s| rpm(s)).collect::<Vec<_>>(),
         "excitations": answer.excitations.iter().map(|e| json!({
             "order": e.fraction, "value": e.order, "source": e.source, "amplitude": e.amplitude, "declared": e.declared,
-            "branches": e.branches.iter().map(|&b| machine.branch_name(b)).collect::<Vec<_>>(),
+            "branches": e.branches.iter().map(|b| machine.branch_name(b.0)).collect::<Vec<_>>(),
         })).collect::<Vec<_>>(),
         "outputs": answer.outputs.iter().enumerate().map(output).collect::<Vec<_>>(),
         "critical": answer.critical.iter().map(|c| json!({

@@ -5,8 +5,10 @@ use std::f64::consts::TAU;
 
 use crate::base::error::Error;
 use crate::machine::kinematics::{Kinematics, mean_speeds};
-use crate::machine::parts::Machine;
-use crate::modes::orders::{Cause, OrderOptions, orders};
+use crate::machine::operating::{ContactState, Operating};
+use crate::machine::parts::{Acting, Machine};
+use crate::modes::orders::{Cause, Order, OrderOptions, Source, orders};
+use crate::numeric::Complex;
 use crate::scene::laws::Shape;
 
 /// One order of one source.
@@ -18,8 +20,8 @@ pub struct Excitation {
     pub fraction: String,
     /// What excites, in words.
     pub source: String,
-    /// The branches it acts in, all in phase.
-    pub branches: Vec<usize>,
+    /// The branches it acts in, each with its share of the amplitude and its phase.
+    pub branches: Vec<(usize, Complex)>,
     /// Of the displacement, m or rad.
     pub amplitude: f64,
     /// The amplitude is declared, not assumed.
@@ -39,26 +41,33 @@ const SAME: f64 = 1e-9;
 ///
 /// # Errors
 /// Those of the mean speeds.
-pub fn excitations(machine: &Machine, kinematics: &Kinematics) -> Result<Vec<Excitation>, Error> {
+pub fn excitations(
+    machine: &Machine,
+    kinematics: &Kinematics,
+    operating: &Operating,
+) -> Result<Vec<Excitation>, Error> {
     let options = OrderOptions {
         rotation_multiples: 1,
         mesh_multiples: MESH,
     };
     let unit = mean_speeds(machine, kinematics, Some(1.0))?;
     let known = orders(machine, kinematics, &options)?;
-    let mut all = declared(machine, &unit, &known);
+    let mut all = declared(machine, operating, &unit, &known);
     let first = all.len();
     let mut put = |order: f64, fraction: String, source: String, branches: &[usize]| {
         let same = |e: &Excitation| {
             (e.order - order).abs() <= SAME * order
-                && e.branches.iter().any(|b| branches.contains(b))
+                && e.branches.iter().any(|b| branches.contains(&b.0))
         };
         if order > 0.0 && !branches.is_empty() && !all[..first].iter().any(same) {
             all.push(Excitation {
                 order,
                 fraction,
                 source,
-                branches: branches.to_vec(),
+                branches: branches
+                    .iter()
+                    .map(|&b| (b, Complex::new(1.0, 0.0)))
+                    .collect(),
                 amplitude: UNIT,
                 declared: false,
             });
@@ -113,38 +122,50 @@ pub fn excitations(machine: &Machine, kinematics: &Kinematics) -> Result<Vec<Exc
     Ok(all)
 }
 
-/// The errors a scene declares, harmonic by harmonic.
+/// The errors a scene declares, harmonic by harmonic, on the flanks that carry.
 fn declared(
     machine: &Machine,
+    operating: &Operating,
     unit: &[f64],
-    known: &[crate::modes::orders::Order],
+    known: &[Order],
 ) -> Vec<Excitation> {
+    let flank = |branch: usize| {
+        let state = operating.contacts.iter().find(|c| c.0 == branch);
+        usize::from(state.is_some_and(|c| c.1 == ContactState::Coast))
+    };
     let mut all = Vec::new();
     for error in &machine.errors {
         let carried = error.carrier.map_or(0.0, |c| unit[c]);
         let turns = (unit[error.turning] - carried).abs();
         let node = machine.freedoms[error.turning].node;
-        let fraction = known.iter().find(|o| {
-            error.carrier.is_none()
-                && o.sources
-                    .iter()
-                    .any(|s| s.cause == Cause::Rotation && s.node == node)
+        let rotation = known.iter().find(|o| {
+            let turns = |s: &Source| s.cause == Cause::Rotation && s.node == node;
+            error.carrier.is_none() && o.sources.iter().any(turns)
         });
         for (n, amplitude) in harmonics(&error.shape) {
-            let order = f64::from(n) * turns;
-            let text = fraction
-                .and_then(|o| times(&o.fraction, n))
+            let order = f64::from(n) * turns * error.pace.0 as f64 / error.pace.1 as f64;
+            let text = rotation
+                .and_then(|o| times(&o.fraction, n, error.pace))
                 .unwrap_or_else(|| format!("{order:.9}"));
-            if order > 0.0 && amplitude != 0.0 {
-                all.push(Excitation {
-                    order,
-                    fraction: text,
-                    source: format!("{}: {}", machine.nodes[node].name, error.cause),
-                    branches: error.branches.clone(),
-                    amplitude: amplitude.abs(),
-                    declared: true,
-                });
+            if order == 0.0 || amplitude == 0.0 {
+                continue;
             }
+            let share = |act: &Acting| {
+                let reach = act.flanks[flank(act.branch)];
+                let phase = f64::from(n) * reach.turn;
+                (
+                    act.branch,
+                    Complex::new(phase.cos(), phase.sin()) * reach.gain,
+                )
+            };
+            all.push(Excitation {
+                order,
+                fraction: text,
+                source: format!("{}: {}", error.on, error.cause.name()),
+                branches: error.acts.iter().map(share).collect(),
+                amplitude: amplitude.abs(),
+                declared: true,
+            });
         }
     }
     all
@@ -208,7 +229,10 @@ fn sum(one: &str, other: &str, sign: f64) -> Option<String> {
     Some(written(top, b.checked_mul(d)?))
 }
 
-fn times(fraction: &str, n: u32) -> Option<String> {
+fn times(fraction: &str, n: u32, pace: (i64, i64)) -> Option<String> {
     let (a, b) = parts(fraction)?;
-    Some(written(a.checked_mul(i128::from(n))?, b))
+    let top = a
+        .checked_mul(i128::from(n))?
+        .checked_mul(i128::from(pace.0))?;
+    Some(written(top, b.checked_mul(i128::from(pace.1))?))
 }

@@ -36,6 +36,23 @@ pub enum StudyKind {
     HarmonicBalance(HarmonicBalanceStudy),
     /// Answers to all orders of a running machine over speed.
     RunUp(RunUpStudy),
+    /// Transmission error of a chain.
+    Transmission(TransmissionStudy),
+}
+
+/// Transmission error of a chain, as the command has it.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct TransmissionStudy {
+    /// The node whose error is wanted.
+    pub output: Option<String>,
+    /// The node whose angle is prescribed; that of the first stated speed where absent.
+    pub driver: Option<String>,
+    /// The node the output should turn with.
+    pub against: Option<String>,
+    /// Where on the output the error is also told as an arc, m.
+    pub radius: Option<f64>,
+    /// Speed of the first node of `[speed]` for the error at speed, rad/s.
+    pub speed: Option<f64>,
 }
 
 /// Answers to all orders of a running machine over speed, as the command has them.
@@ -405,6 +422,7 @@ enum Word {
     Response,
     HarmonicBalance,
     RunUp,
+    Transmission,
 }
 
 /// A study; absent where its kind is missing or unknown, which is then noted.
@@ -417,6 +435,7 @@ pub fn read(f: &mut Fields) -> Option<Study> {
         ("response", Word::Response),
         ("harmonic_balance", Word::HarmonicBalance),
         ("run_up", Word::RunUp),
+        ("te", Word::Transmission),
     ];
     let known = f.choice("kind", &words);
     f.need("kind");
@@ -444,6 +463,7 @@ pub fn read(f: &mut Fields) -> Option<Study> {
             orders: f.optional_count("orders", 1, MOST_ORDERS),
             orders_alone: f.flag("orders_alone"),
         }),
+        Word::Transmission => StudyKind::Transmission(transmission(f)),
     };
     Some(Study {
         kind,
@@ -516,6 +536,17 @@ fn response(f: &mut Fields) -> ResponseStudy {
         lines: f.optional_count("lines", 2, MOST_LINES),
         speed: f.optional_quantity("speed", Kind::Speed, Range::Any),
         way: f.choice("method", &ways),
+    }
+}
+
+fn transmission(f: &mut Fields) -> TransmissionStudy {
+    let text = |f: &mut Fields, key: &str| f.optional_text(key).map(str::to_string);
+    TransmissionStudy {
+        output: text(f, "output"),
+        driver: text(f, "driver"),
+        against: text(f, "against"),
+        radius: f.optional_quantity("radius", Kind::Length, Range::Positive),
+        speed: f.optional_quantity("speed", Kind::Speed, Range::Any),
     }
 }
 

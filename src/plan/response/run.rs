@@ -272,7 +272,7 @@ impl<'a> Strain<'a> {
     /// The element with most of the strain energy.
     fn mostly(&self, omega: f64, input: usize) -> Result<Option<(usize, f64)>, Error> {
         let mut energy = vec![0.0; self.setting.machine.elements.len()];
-        for (element, share) in self.energies(omega, &[(input, 1.0)])? {
+        for (element, share) in self.energies(omega, &[(input, Complex::new(1.0, 0.0))])? {
             energy[element] += share;
         }
         let total: f64 = energy.iter().sum();
@@ -282,11 +282,11 @@ impl<'a> Strain<'a> {
             .map(|element| (element, energy[element] / total)))
     }
 
-    /// Of every spring its element and twice the energy that inputs of these sizes, in phase, put into it, J.
+    /// Of every spring its element and twice the energy that inputs of these amplitudes put into it, J.
     pub fn energies(
         &self,
         omega: f64,
-        inputs: &[(usize, f64)],
+        inputs: &[(usize, Complex)],
     ) -> Result<Vec<(usize, f64)>, Error> {
         let deflections = self.direct.at(omega)?;
         let of = |(row, &(element, stiffness)): (usize, &(usize, f64))| {

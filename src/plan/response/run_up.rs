@@ -99,13 +99,13 @@ impl Ready {
             return Err(error.hint("add --run-up 0:3000:301, or `speeds` to the study"));
         };
         let node = reference(machine)?;
-        let all = excitations(machine, kinematics)?;
+        let all = excitations(machine, kinematics, &prepared.operating)?;
         let count = all.len();
         // A branch that is open or joins what moves as one carries no error.
         let carries = |e: &Excitation| {
             e.branches
                 .iter()
-                .all(|b| linear.branches.iter().any(|l| l.index == *b))
+                .all(|b| linear.branches.iter().any(|l| l.index == b.0))
         };
         let excitations: Vec<Excitation> = all.into_iter().filter(carries).collect();
         if excitations.is_empty() {
@@ -113,11 +113,11 @@ impl Ready {
             return Err(Error::new(Code::Conflict, message)
                 .hint("add gears, or state the torques in [[load]] that close their contacts"));
         }
-        let meshes = linear
-            .branches
-            .iter()
-            .map(|l| l.index)
-            .filter(|b| excitations.iter().any(|e| e.branches.contains(b)));
+        let meshes = linear.branches.iter().map(|l| l.index).filter(|b| {
+            excitations
+                .iter()
+                .any(|e| e.branches.iter().any(|own| own.0 == *b))
+        });
         let outputs: Vec<String> = match study.outputs.is_empty() {
             true => meshes
                 .map(|b| format!("{}.force", machine.branch_name(b)))
@@ -127,7 +127,7 @@ impl Ready {
         let mut ports = Ports::read(machine, &[], &outputs, &study.held)?;
         let mut driven: Vec<usize> = excitations
             .iter()
-            .flat_map(|e| e.branches.iter().copied())
+            .flat_map(|e| e.branches.iter().map(|b| b.0))
             .collect();
         driven.sort_unstable();
         driven.dedup();
@@ -255,7 +255,7 @@ pub fn run(prepared: &Prepared, study: &RunUpStudy) -> Result<Answer, Error> {
     };
     let all: Vec<f64> = ready.speeds.iter().flat_map(frequencies).collect();
     solver.check(&all)?;
-    let weights: Vec<Vec<(usize, f64)>> = ready
+    let weights: Vec<Vec<(usize, Complex)>> = ready
         .excitations
         .iter()
         .map(|e| weights(e, ports))
@@ -303,7 +303,7 @@ fn critical(
     prepared: &Prepared,
     ready: &Ready,
     solver: &Solver,
-    weights: &[Vec<(usize, f64)>],
+    weights: &[Vec<(usize, Complex)>],
     damped: bool,
 ) -> Result<Vec<Critical>, Error> {
     let size = |s: &f64| s.abs();
@@ -386,22 +386,19 @@ fn critical(
     Ok(all)
 }
 
-/// Inputs of an excitation, with its amplitude.
-fn weights(e: &Excitation, ports: &Ports) -> Vec<(usize, f64)> {
-    let number = |b: &usize| {
-        ports
+/// Inputs of an excitation, with their complex amplitudes.
+fn weights(e: &Excitation, ports: &Ports) -> Vec<(usize, Complex)> {
+    let input = |(branch, share): &(usize, Complex)| {
+        let number = ports
             .inputs
             .iter()
-            .position(|p| p.what == Input::Displacement(*b))
+            .position(|p| p.what == Input::Displacement(*branch))?;
+        Some((number, share * e.amplitude))
     };
-    e.branches
-        .iter()
-        .filter_map(number)
-        .map(|i| (i, e.amplitude))
-        .collect()
+    e.branches.iter().filter_map(input).collect()
 }
 
-fn together(h: impl Fn(usize) -> Complex, weights: &[(usize, f64)]) -> f64 {
+fn together(h: impl Fn(usize) -> Complex, weights: &[(usize, Complex)]) -> f64 {
     weights
         .iter()
         .fold(Complex::new(0.0, 0.0), |sum, &(i, a)| sum + h(i) * a)
