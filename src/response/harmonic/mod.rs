@@ -10,6 +10,9 @@ pub mod family;
 /// The linear part.
 pub mod lines;
 
+/// Putting it together.
+mod setup;
+
 /// Forces from time to orders.
 mod alternating;
 
@@ -22,8 +25,11 @@ mod multipliers;
 /// One solution with all that is known of it.
 pub mod point;
 
-/// The curve.
-pub mod curve;
+/// Steps along the curve.
+mod follower;
 
 /// Folds and bifurcations.
 pub mod special;
+
+/// The curve.
+pub mod curve;

@@ -1,7 +1,7 @@
 //! Folds, where the curve turns back and the motion jumps; and where a motion loses its stability without a fold: a multiplier
 //! leaves the unit circle at −1 (period doubling), in a pair (Neimark–Sacker), or at +1 (branching).
 
-use super::curve::{Follower, Place};
+use super::follower::{Follower, Place};
 use super::point::{Found, Point, point};
 use crate::motion::floquet::fold::{Course, fold};
 use crate::motion::floquet::orbit::Orbit;
