@@ -338,4 +338,15 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         Warning,
         "A branch of the Campbell diagram could not be followed with certainty.",
     ),
+    // Measured gears.
+    (
+        "outside-standard",
+        Warning,
+        "The gear lies outside the range of sizes for which the standard states its formulas, so there is no limit to hold the value against. None is made up by extending the formulas.",
+    ),
+    (
+        "limit-in-doubt",
+        Warning,
+        "The value lies nearer to its limit than twice its standard uncertainty: whether the gear keeps the limit is not certain either way.",
+    ),
 ];

@@ -82,6 +82,14 @@ pub enum Command {
   geardyn response models/y2250.toml --run-up 50:3000:120 --svg run_up.svg
   geardyn response examples/backlash_jumps.toml --harmonic-balance 2000:7000:60 --svg jumps.svg")]
     Response(ResponseArgs),
+    /// Gear charts and readings: deviations, uncertainty, grades
+    #[command(after_help = "Exit code 1 where a value is out of what was asked.
+
+Examples:
+  geardyn measure data/index_gear.toml
+  geardyn measure data/index_gear.toml --json
+  geardyn measure data/index_gear.toml --svg charts.svg")]
+    Measure(MeasureArgs),
     /// Transmission error of a chain: which element makes which line at the output, how large, and what cannot be told apart
     #[command(after_help = "Examples:
   geardyn te models/three_stage_chain.toml --output spindle
@@ -739,6 +747,25 @@ pub struct ResponseArgs {
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
     /// No warnings, no word about what was done
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+/// Arguments of `measure`.
+#[derive(Debug, Args)]
+pub struct MeasureArgs {
+    /// A TOML file with [measured_gear], which names the CSV files of its charts
+    pub file: PathBuf,
+    /// One JSON document on standard output, nothing else there
+    #[arg(long)]
+    pub json: bool,
+    /// Write the values, one row each
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
+    /// Draw the charts unrolled, and those that go round beside (FILE-polar.svg)
+    #[arg(long, value_name = "FILE")]
+    pub svg: Option<PathBuf>,
+    /// No warnings, no word about what was left out
     #[arg(long)]
     pub quiet: bool,
 }

@@ -63,6 +63,9 @@ pub mod run_up;
 /// `response --harmonic-balance`.
 pub mod harmonic_balance;
 
+/// `measure`.
+pub mod measure;
+
 /// `te`.
 pub mod te;
 
@@ -143,6 +146,7 @@ fn carry_out(command: &Command) -> Result<u8, Errors> {
         Command::Response(args) if args.harmonic_balance.is_some() => harmonic_balance::run(args)?,
         Command::Response(args) if args.run_up.is_some() => run_up::run(args)?,
         Command::Response(args) => response::run(args)?,
+        Command::Measure(args) => measure::run(args)?,
         Command::Te(args) => te::run(args)?,
         Command::Run(args) => run_scene::run(args)?,
         Command::Identify(args) => identify::run(args)?,
@@ -162,6 +166,7 @@ fn wants_json(command: &Command) -> bool {
         Command::Accuracy(args) => args.json,
         Command::Stability(args) => args.json,
         Command::Response(args) => args.json,
+        Command::Measure(args) => args.json,
         Command::Te(args) => args.json,
         Command::Run(args) => args.json,
         Command::Identify(args) => args.json,

@@ -1,6 +1,6 @@
 //! `geardyn stability`: where methods and machine break.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use super::args::StabilityArgs;
 use super::{motion_flags, output};
@@ -57,7 +57,7 @@ pub fn run(args: &StabilityArgs) -> Result<u8, Errors> {
     let mut outputs: Vec<PathBuf> = args.svg.iter().cloned().collect();
     if let Some(path) = &args.svg {
         output::ends(path, &["svg"])?;
-        outputs.extend(study.over.map(|_| chart_beside(path)));
+        outputs.extend(study.over.map(|_| output::beside(path, "chart")));
     }
     output::check(&outputs, &inputs)?;
     let found = study_of(&scene, &study)?;
@@ -78,7 +78,7 @@ pub fn run(args: &StabilityArgs) -> Result<u8, Errors> {
             && chart.over.is_some()
         {
             let picture = report::stability::chart(&scene.model.title, chart, speed);
-            output::write(&chart_beside(path), picture.as_bytes())?;
+            output::write(&output::beside(path, "chart"), picture.as_bytes())?;
         }
     }
     match args.json {
@@ -89,13 +89,6 @@ pub fn run(args: &StabilityArgs) -> Result<u8, Errors> {
         false => output::print(&report::stability_table::table(&found))?,
     }
     Ok(exit(&found))
-}
-
-/// Where the chart goes beside the picture of regions.
-fn chart_beside(path: &Path) -> PathBuf {
-    let mut name = path.file_stem().unwrap_or_default().to_os_string();
-    name.push("-chart.svg");
-    path.with_file_name(name)
 }
 
 /// The exit code of what was found: 1 where a case failed.

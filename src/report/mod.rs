@@ -78,6 +78,9 @@ pub mod ways;
 /// Where methods and machine break.
 pub mod stability;
 
+/// Measured gears.
+pub mod measure;
+
 /// Tables for a terminal.
 #[cfg(feature = "cli")]
 pub mod table;
@@ -114,6 +117,10 @@ pub mod ways_table;
 #[cfg(feature = "cli")]
 pub mod stability_table;
 
+/// Tables of measured gears.
+#[cfg(feature = "cli")]
+pub mod measure_table;
+
 /// Tables of logs.
 #[cfg(feature = "cli")]
 pub mod log_tables;
@@ -125,6 +132,12 @@ pub mod spectrum_table;
 /// Tables of state-space forms and reduced machines.
 #[cfg(feature = "cli")]
 pub mod system_tables;
+
+/// Charts of a gear, unrolled.
+pub mod measure_picture;
+
+/// Charts of a gear, round its axis.
+pub mod measure_polar;
 
 /// The order of nodes along a train.
 pub mod train;
