@@ -47,7 +47,7 @@ fn deflection() -> Outputs {
             quantity: Quantity::Deflection(0),
             unit: "m",
         }],
-        rows: Vec::new(),
+        ..Outputs::default()
     }
 }
 
