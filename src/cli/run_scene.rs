@@ -4,7 +4,9 @@ use serde_json::{Value, json};
 
 use super::accuracy::Measured;
 use super::args::RunArgs;
+use super::harmonic_balance::Balanced;
 use super::response::Linear;
+use super::run_up::Raised;
 use super::simulate::Moved;
 use super::te::Traced;
 use super::{interrupt, modes, output, stability};
@@ -37,7 +39,7 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
             Code::MissingKey,
             format!("{} lists no [[study]]", args.scene.display()),
         );
-        return Err(error.hint("write [[study]] and below it kind = \"modes\", \"simulate\", \"accuracy\", \"stability\", \"response\" or \"te\"; or call the command of the analysis").into());
+        return Err(error.hint("write [[study]] and below it kind = \"modes\", \"simulate\", \"accuracy\", \"stability\", \"response\", \"run_up\", \"te\" or \"harmonic_balance\"; or call the command of the analysis").into());
     }
     let stop = interrupt::flag();
     let mut documents = Vec::new();
@@ -66,6 +68,24 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
             StudyKind::Response(study) => (
                 "response",
                 Linear::new(&scene, study).map(|found| Done {
+                    text: found.text(),
+                    json: found.json(&scene),
+                    epilogue: found.epilogue(),
+                    exit: 0,
+                }),
+            ),
+            StudyKind::HarmonicBalance(study) => (
+                "harmonic_balance",
+                Balanced::new(&scene, study, args.quiet || args.json).map(|found| Done {
+                    text: found.text(),
+                    json: found.json(&scene),
+                    epilogue: found.epilogue(),
+                    exit: 0,
+                }),
+            ),
+            StudyKind::RunUp(study) => (
+                "run_up",
+                Raised::new(&scene, study).map(|found| Done {
                     text: found.text(),
                     json: found.json(&scene),
                     epilogue: found.epilogue(),
