@@ -241,10 +241,15 @@ impl Evaluation<'_> {
     fn column_of_both(&mut self, chart: &Chart, lever: &Lever) -> Result<Column, Errors> {
         let found = self.one(chart, Side::Both, lever)?;
         let found = found.filter(|column| !column.values.is_empty());
-        found.ok_or_else(|| {
-            Error::new(Code::MissingKey, "this chart has no `column` with readings")
+        let of_sides = chart.columns[1..].iter().any(|names| !names.is_empty());
+        let message = match of_sides {
+            true => "this chart belongs to neither side of the teeth, and names `left` or `right`",
+            false => "the `column` of this chart holds no reading",
+        };
+        found.filter(|_| !of_sides).ok_or_else(|| {
+            Error::new(Code::Conflict, message)
                 .at(&chart.place)
-                .hint("it belongs to both sides of the teeth: name its column in `column`")
+                .hint("name the column of its readings in `column`")
                 .into()
         })
     }
