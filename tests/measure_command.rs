@@ -340,7 +340,7 @@ fn refuses_bad_gears() {
         ),
         (
             format!("{GEAR}[[chart]]\nkind = \"runout\"\nfile = \"p.csv\"\nleft = \"left\"\n"),
-            "no `column`",
+            "neither side",
         ),
         ("title = \"t\"\n".to_string(), "no [measured_gear]"),
         (format!("{GEAR}teeth = 3\n"), "duplicate"),

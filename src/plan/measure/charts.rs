@@ -165,6 +165,7 @@ impl Evaluation<'_> {
             let pitches = Pitches::new(&column.values, method, teeth, chart.std)
                 .map_err(|e| e.at(&chart.place))?;
             let span = |found: &Found| match found.end - found.first {
+                0 => "all alike".to_string(),
                 1 => format!("pitch {}", found.first + 1),
                 _ => format!(
                     "pitches {} to {}",
