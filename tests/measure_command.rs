@@ -404,6 +404,18 @@ fn survives_sizes_outside_the_standard() {
     assert_eq!(found["warnings"][0]["code"], "outside-standard");
 }
 
+/// Commands of machines say which command a measured gear belongs to.
+#[test]
+fn refuses_to_take_a_gear_for_a_machine() {
+    let output = geardyn(&["modes", "data/index_gear.toml"]);
+    assert_eq!(output.status.code(), Some(2));
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        told.contains("geardyn measure data/index_gear.toml"),
+        "{told}"
+    );
+}
+
 /// The examples of its help run, and end it.
 #[test]
 fn law_examples_of_help_run() {

@@ -323,11 +323,12 @@ impl Evaluation<'_> {
     /// The worst of the traces of a side, and the mean slope, in which the mounting shows.
     fn worst_lines(&mut self, side: Side, is_profile: bool, traces: &[(String, Vec<f64>, Line)]) {
         use Quantity::*;
+        type Reading = fn(&Line) -> Estimate;
         let [total, form, slope] = match is_profile {
             true => [ProfileTotal, ProfileForm, ProfileSlope],
             false => [HelixTotal, HelixForm, HelixSlope],
         };
-        let of: [(Quantity, fn(&Line) -> Estimate); 3] = [
+        let of: [(Quantity, Reading); 3] = [
             (total, |line| line.total),
             (form, |line| line.form),
             (slope, |line| line.slope),
