@@ -161,6 +161,17 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         Warning,
         "Pulses of the tacho are missing, doubled or uneven, or their number a turn seems to be another than stated with --pulses.",
     ),
+    // Encoder records.
+    (
+        "mesh-above-band",
+        Warning,
+        "A mesh lies above the highest order that the rows hold, and was not looked for. Read the encoders more often, or turn more slowly.",
+    ),
+    (
+        "counts-repaired",
+        Warning,
+        "An encoder lost counts or counted too many; the step this makes was taken out, because --repair was given.",
+    ),
     // Identification.
     (
         "one-stretch",

@@ -91,7 +91,8 @@ Examples:
     /// Transmission error of a chain: which element makes which line at the output, how large, and what cannot be told apart
     #[command(after_help = "Examples:
   geardyn te models/three_stage_chain.toml --output spindle
-  geardyn te models/three_stage_chain.toml --output spindle --radius 270mm --speed 1400 --all")]
+  geardyn te models/three_stage_chain.toml --output spindle --radius 270mm --speed 1400 --all
+  geardyn te data/y2250_te.csv --input index_gear_1 --output work_spindle --teeth 30:37,54:36,1:90 --lines 10000,36000")]
     Te(TeArgs),
     /// Every study a scene lists
     #[command(after_help = "Example:\n  geardyn run examples/linear_chain.toml")]

@@ -3,6 +3,9 @@
 /// Flags of every command that reads a log.
 pub mod log_args;
 
+/// Flags of records of two encoders.
+pub mod encoder_args;
+
 /// Flags of `te`.
 pub mod te_args;
 
@@ -59,6 +62,9 @@ pub mod response;
 
 /// `measure`.
 pub mod measure;
+
+/// `te` of a log.
+pub mod te_log;
 
 /// `te`.
 pub mod te;

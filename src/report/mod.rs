@@ -45,6 +45,12 @@ pub mod identified;
 /// Spectra of a log.
 pub mod spectra;
 
+/// Encoder records.
+pub mod encoders;
+
+/// Encoder records as pictures.
+pub mod encoders_picture;
+
 /// CSV files.
 pub mod csv;
 
@@ -111,6 +117,10 @@ pub mod log_tables;
 /// Tables of spectra.
 #[cfg(feature = "cli")]
 pub mod spectrum_table;
+
+/// Tables of encoder records.
+#[cfg(feature = "cli")]
+pub mod encoders_table;
 
 /// Tables of state-space forms and reduced machines.
 #[cfg(feature = "cli")]

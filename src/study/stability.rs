@@ -367,9 +367,9 @@ fn rerun(name: &str, method: &'static Method, extreme: &Extreme, study: &Simulat
     let begin = Instant::now();
     let ran = (method.run)(&extreme.train, &ask, &mut |t, y| {
         finite &= y.iter().all(|x| x.is_finite());
-        meters[0].sample(&extreme.train, t, y);
+        meters[0].sample(&extreme.train, t, y, 0.0);
         if count % 2 == 0 {
-            meters[1].sample(&extreme.train, t, y);
+            meters[1].sample(&extreme.train, t, y, 0.0);
         }
         count += 1;
         reached = t;
