@@ -14,6 +14,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use beside::{Took, best, best_on_processor, peers, row};
+use geardyn::base::stop::Stop;
 use geardyn::machine::direction::Direction;
 use geardyn::motion::contact::{Contact, Flanks, Losses};
 use geardyn::motion::methods::{self, Ladder, Method};
@@ -294,6 +295,7 @@ impl Moved {
             samples: self.samples,
             effort: wanted,
             budget: BUDGET,
+            stop: Stop::default(),
         };
         let mut states = Vec::with_capacity((self.samples + 1) * self.start.len());
         let run = (method.run)(&self.train, &ask, &mut |_, y| {

@@ -6,6 +6,7 @@ use std::ops::ControlFlow;
 
 use geardyn::base::code::Code;
 use geardyn::base::error::Error;
+use geardyn::base::stop::Stop;
 use geardyn::machine::direction::Direction;
 use geardyn::motion::contact::{Contact, Flanks, Losses};
 use geardyn::motion::curve::Curve;
@@ -95,6 +96,7 @@ fn ask(start: &[f64], to: f64, samples: usize) -> Ask {
         samples,
         effort: Wanted::Step(1.0),
         budget: 100_000_000,
+        stop: Stop::default(),
     }
 }
 

@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 
 use geardyn::base::code::Code;
 use geardyn::base::error::Error;
+use geardyn::base::stop::Stop;
 use geardyn::machine::direction::Direction;
 use geardyn::motion::contact::{Contact, Flanks, Losses};
 use geardyn::motion::friction::Friction;
@@ -46,6 +47,7 @@ fn ask(to: f64, start: &[f64], samples: usize, effort: Wanted) -> Ask {
         samples,
         effort,
         budget: 5_000_000,
+        stop: Stop::default(),
     }
 }
 

@@ -19,7 +19,7 @@ impl<'a, 's> Samples<'a, 's> {
 
     /// The instant of the next sample, s; absent where all are handed over or no more are wanted.
     pub fn due(&self) -> Option<f64> {
-        (self.next <= self.ask.samples).then(|| self.ask.time(self.next))
+        (self.next <= self.ask.samples && !self.ask.stop.is_due()).then(|| self.ask.time(self.next))
     }
 
     /// Whether a sample is due at or before `t`.

@@ -197,7 +197,7 @@ fn part<P: Problem>(
 ) -> Result<(), Error> {
     let n = sizes.len();
     let failed = Cell::new(false);
-    while *t < end {
+    while *t < end && !ask.stop.is_due() {
         let left = end - *t;
         let system = Clocked {
             problem,

@@ -17,6 +17,9 @@ use crate::motion::train::{BranchStand, Law, Regime, Train};
 /// Switches within a few rounding errors of one instant beyond which they will not end.
 const CHATTER: u32 = 200;
 
+/// Segments between two looks at whether the run is to end.
+const LOOK: u64 = 16;
+
 /// Runs a machine that is linear between switches.
 ///
 /// # Errors
@@ -50,6 +53,9 @@ pub fn run(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
     let mut ticks = Vec::new();
     let mut crossed: Option<(usize, usize)> = None;
     loop {
+        if journey.effort.steps.is_multiple_of(LOOK) && ask.stop.is_due() {
+            return Ok(journey.effort);
+        }
         let place = match places.get(&journey.regime.stands[..]) {
             Some(&place) => place,
             None => {
@@ -73,11 +79,17 @@ pub fn run(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
             span,
             from,
         );
-        let budget = (&mut journey.effort, ask.budget);
-        let outcome = search.next(&shared, machine, &mut flight, span, budget);
+        let outcome = search.next(
+            &shared,
+            machine,
+            &mut flight,
+            span,
+            (&mut journey.effort, ask),
+        );
         let reached = match outcome {
             Outcome::Clear => None,
             Outcome::Reached(reached) => Some(reached),
+            Outcome::Spent(_) if ask.stop.is_due() => return Ok(journey.effort),
             Outcome::Spent(tau) => return Err(journey.spent(journey.now.high + tau)),
         };
         let tau = reached.map_or(span, |reached| reached.tau);
@@ -140,6 +152,9 @@ impl Journey<'_> {
         sink: &mut Sink,
     ) -> bool {
         while self.sample <= self.ask.samples {
+            if self.sample.is_multiple_of(64) && self.ask.stop.is_due() {
+                return true;
+            }
             let t = self.ask.time(self.sample);
             let ahead = self.now.until(t).max(0.0);
             if ahead >= tau && !last {

@@ -62,6 +62,9 @@ fn run(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
     loop {
         let leg = walk.leg(end);
         let last = leg.limit.is_none() && leg.to >= walk.place_of(end);
+        if walk.effort.steps.is_multiple_of(16) && ask.stop.is_due() {
+            return Ok(finished(walk));
+        }
         while sample <= ask.samples {
             let place = walk.place_of(next);
             if place > leg.to && !(last && sample == ask.samples) {
