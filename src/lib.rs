@@ -19,6 +19,9 @@ pub mod spectrum;
 /// From measured responses to transfer functions and modes.
 pub mod identify;
 
+/// Gears by themselves: knows neither files nor dynamics.
+pub mod gear;
+
 /// Model and scene files as written.
 pub mod scene;
 

@@ -162,7 +162,7 @@ fn plain(ports: &Ports) -> Option<Plain> {
     });
     let outputs = ports.outputs.iter().map(|port| match &port.what {
         Output::Sum(terms, times) => match terms[..] {
-            [(freedom, factor)] if factor == 1.0 => Some((freedom, *times)),
+            [(freedom, 1.0)] => Some((freedom, *times)),
             _ => None,
         },
         _ => None,

@@ -1,0 +1,226 @@
+//! One transmission error e(φ) over whole turns of a gear: F_i′, f_i′, long and short waves, harmonics.
+//!
+//! `e(φ) = Σ a_k cos(kφ/T + ψ_k)` over T turns; orders below z/2 are the long wave (eccentricity, cumulative pitch), the others the
+//! short wave (single pitch, profile), after VDI/VDE 2608. Every result is in the unit of the samples.
+
+use super::ranges::{self, Ranges};
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::numeric::Complex;
+use crate::numeric::fft::RealFft;
+
+/// Fewest samples in a tooth pitch: with fewer the mesh order itself is beyond half the sampling.
+const LEAST_PER_PITCH: usize = 2;
+
+/// A transmission error sampled at even steps of angle.
+#[derive(Debug, Clone, Copy)]
+pub struct Record<'a> {
+    values: &'a [f64],
+    turns: usize,
+    teeth: usize,
+    closed: bool,
+}
+
+/// A record parted in two; the parts add up to it.
+#[derive(Debug, Clone)]
+pub struct Split {
+    /// What repeats over many teeth, the mean with it.
+    pub long: Vec<f64>,
+    /// What is left.
+    pub short: Vec<f64>,
+    /// f_l′: range of the long wave over the record.
+    pub long_range: f64,
+    /// f_k′: ranges of the short wave inside one pitch.
+    pub short_ranges: Ranges,
+}
+
+/// One line: `amplitude · cos(order · φ + phase)`, φ the angle of the gear from the first sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Harmonic {
+    /// Periods in the record; the order per turn is `line / turns`.
+    pub line: usize,
+    /// Turns of the record.
+    pub turns: usize,
+    /// Zero to peak; of line 0 the mean, with its sign.
+    pub amplitude: f64,
+    /// Rad, in (−π, π].
+    pub phase: f64,
+}
+
+impl Harmonic {
+    /// Periods per turn of the gear.
+    pub fn order(&self) -> f64 {
+        self.line as f64 / self.turns as f64
+    }
+}
+
+impl<'a> Record<'a> {
+    /// `values` cover exactly `turns` turns of a gear of `teeth` teeth; sample i stands at `2π turns i / n`, so the end of the last
+    /// turn is not sampled again. `closed`: after the last sample the first follows, as after one turn of a gear against a master
+    /// that does not err, or after the full hunting cycle of a pair.
+    ///
+    /// # Errors
+    /// `OutOfRange`: no turn, no tooth. `NotANumber`: a sample that is not finite. `TooShort`: fewer than two samples a pitch.
+    pub fn new(
+        values: &'a [f64],
+        turns: usize,
+        teeth: usize,
+        closed: bool,
+    ) -> Result<Record<'a>, Error> {
+        let pitches = turns.checked_mul(teeth).filter(|&n| n > 0);
+        let Some(pitches) = pitches else {
+            let message = format!("a record over {turns} turns of {teeth} teeth has no pitch");
+            return Err(Error::new(Code::OutOfRange, message));
+        };
+        if let Some(i) = values.iter().position(|x| !x.is_finite()) {
+            let message = format!(
+                "sample {} of the transmission error is {}",
+                i + 1,
+                values[i]
+            );
+            return Err(Error::new(Code::NotANumber, message));
+        }
+        if values.len() / LEAST_PER_PITCH < pitches {
+            let per_pitch = values.len() as f64 / pitches as f64;
+            let message = format!(
+                "{} samples over {pitches} pitches are {per_pitch:.2} a pitch",
+                values.len()
+            );
+            return Err(Error::new(Code::TooShort, message).hint(
+                "at least 2 are needed to tell the mesh order from what folds onto it, 20 or more for the form of a tooth",
+            ));
+        }
+        Ok(Record {
+            values,
+            turns,
+            teeth,
+            closed,
+        })
+    }
+
+    /// Turns until a gear of `teeth` teeth meets its mate of `mate` teeth as at first: the full hunting cycle.
+    pub fn hunting_turns(teeth: usize, mate: usize) -> usize {
+        mate / gcd(teeth, mate).max(1)
+    }
+
+    /// F_i′ over the whole record.
+    pub fn total(&self) -> f64 {
+        ranges::range(self.values)
+    }
+
+    /// F_i′ over one turn, wherever it begins, and turn by turn.
+    pub fn by_turn(&self) -> Ranges {
+        ranges::ranges(self.values, self.turns, self.closed)
+    }
+
+    /// f_i′ of the raw record, as ISO 1328-1:1995 reads it: the window of one pitch slid freely, and tooth by tooth.
+    pub fn by_pitch(&self) -> Ranges {
+        self.pitches_of(self.values)
+    }
+
+    fn pitches_of(&self, values: &[f64]) -> Ranges {
+        ranges::ranges(values, self.turns * self.teeth, self.closed)
+    }
+
+    /// Long wave: orders below z/2 by Fourier's sum, exactly. An open record is mirrored at its ends first, so that the step from
+    /// its end to its start is no part of either wave.
+    pub fn split_by_order(&self) -> Split {
+        let n = self.values.len();
+        let mut samples = self.values.to_vec();
+        if !self.closed {
+            samples.extend(self.values.iter().rev());
+        }
+        let mut fft = RealFft::new(samples.len());
+        let mut spectrum = vec![Complex::new(0.0, 0.0); fft.lines()];
+        fft.forward(&mut samples, &mut spectrum);
+        // A line of the record itself has order line/turns; mirrored, it is twice as long.
+        let length = if self.closed { 1 } else { 2 };
+        let first_short = (self.turns * self.teeth * length).div_ceil(2);
+        let cut = first_short.min(spectrum.len());
+        spectrum[cut..].fill(Complex::new(0.0, 0.0));
+        fft.inverse(&mut spectrum, &mut samples);
+        samples.truncate(n);
+        self.parted(samples)
+    }
+
+    /// Long wave: the mean over one pitch about each place. Near the ends of an open record the pitch is the first or last whole
+    /// one. Passes the order z/2 by 64 %; tooth meshing it stops.
+    pub fn split_by_pitch_average(&self) -> Split {
+        let n = self.values.len();
+        let width = n as f64 / (self.turns * self.teeth) as f64;
+        let mean = self.values.iter().sum::<f64>() / n as f64;
+        let next = |i: usize| match self.closed {
+            true => self.values[(i + 1) % n],
+            false => self.values[(i + 1).min(n - 1)],
+        };
+        // The integral of the record less its mean, by trapezia, from the first sample to each.
+        let mut integral = Vec::with_capacity(n + 1);
+        let mut sum = 0.0;
+        for i in 0..n {
+            integral.push(sum);
+            sum += 0.5 * (self.values[i] + next(i)) - mean;
+        }
+        integral.push(sum);
+        let up_to = |t: f64| {
+            let (laps, t) = match self.closed {
+                true => ((t / n as f64).floor(), t.rem_euclid(n as f64)),
+                false => (0.0, t),
+            };
+            let i = (t as usize).min(n - 1);
+            let part = t - i as f64;
+            let here = self.values[i] - mean;
+            let slope = next(i) - self.values[i];
+            laps * sum + integral[i] + part * (here + 0.5 * part * slope)
+        };
+        let half = 0.5 * width;
+        let about = |i: usize| {
+            let centre = match self.closed {
+                true => i as f64,
+                false => (i as f64).clamp(half, ((n - 1) as f64 - half).max(half)),
+            };
+            mean + (up_to(centre + half) - up_to(centre - half)) / width
+        };
+        self.parted((0..n).map(about).collect())
+    }
+
+    fn parted(&self, long: Vec<f64>) -> Split {
+        let short: Vec<f64> = self.values.iter().zip(&long).map(|(e, l)| e - l).collect();
+        Split {
+            long_range: ranges::range(&long),
+            short_ranges: self.pitches_of(&short),
+            long,
+            short,
+        }
+    }
+
+    /// Lines up to an order per turn, the mean first. Of an open record, orders that are no whole number of periods in it spread over
+    /// their neighbours.
+    pub fn harmonics(&self, highest_order: f64) -> Vec<Harmonic> {
+        let n = self.values.len();
+        let mut samples = self.values.to_vec();
+        let mut fft = RealFft::new(n);
+        let mut spectrum = vec![Complex::new(0.0, 0.0); fft.lines()];
+        fft.forward(&mut samples, &mut spectrum);
+        let harmonic = |(line, z): (usize, &Complex)| {
+            // The mean and the line at half the sampling have no mirror image to share with.
+            let alone = line == 0 || 2 * line == n;
+            let scale = if alone { 1.0 } else { 2.0 } / n as f64;
+            Harmonic {
+                line,
+                turns: self.turns,
+                amplitude: scale * if line == 0 { z.re } else { z.norm() },
+                phase: if line == 0 { 0.0 } else { z.im.atan2(z.re) },
+            }
+        };
+        spectrum
+            .iter()
+            .enumerate()
+            .take_while(|(line, _)| *line as f64 <= highest_order * self.turns as f64)
+            .map(harmonic)
+            .collect()
+    }
+}
+
+fn gcd(a: usize, b: usize) -> usize {
+    if b == 0 { a } else { gcd(b, a % b) }
+}

@@ -1,0 +1,143 @@
+//! Ranges inside windows of an evenly sampled record: `max − min` where the window slides freely, and where windows lie end to end.
+//!
+//! Between samples the record is taken as straight, so that a window need not be a whole number of samples wide.
+
+use std::collections::VecDeque;
+
+/// Ranges of a record inside windows of one width.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ranges {
+    /// The largest over every place the window can be slid to.
+    pub sliding: f64,
+    /// The largest over windows end to end, the first beginning at the first sample.
+    pub fixed: f64,
+    /// Those windows one by one.
+    pub each: Vec<f64>,
+}
+
+/// `max − min`; zero of nothing.
+pub fn range(values: &[f64]) -> f64 {
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for &x in values {
+        low = low.min(x);
+        high = high.max(x);
+    }
+    if low > high { 0.0 } else { high - low }
+}
+
+/// Ranges in windows of which `count` end to end make the record; a `closed` record goes on at its start after its end.
+///
+/// An open record ends with its last sample, so its last window is one sample step short.
+///
+/// # Panics
+/// No windows at all: a mistake of the caller.
+pub fn ranges(values: &[f64], count: usize, closed: bool) -> Ranges {
+    assert!(count > 0, "at least one window");
+    let each = end_to_end(values, count, closed);
+    let fixed = each.iter().fold(0.0, |m: f64, &r| m.max(r));
+    let sliding = match count == 1 {
+        true => range(values),
+        false => sliding(values, count, closed).max(fixed),
+    };
+    Ranges {
+        sliding,
+        fixed,
+        each,
+    }
+}
+
+/// The record at `whole + part/of` samples.
+fn between(values: &[f64], whole: usize, part: usize, of: usize, closed: bool) -> f64 {
+    let n = values.len();
+    let at = |i: usize| match closed {
+        true => values[i % n],
+        false => values[i.min(n - 1)],
+    };
+    let share = part as f64 / of as f64;
+    match part {
+        0 => at(whole),
+        _ => at(whole) + share * (at(whole + 1) - at(whole)),
+    }
+}
+
+fn end_to_end(values: &[f64], count: usize, closed: bool) -> Vec<f64> {
+    let n = values.len();
+    if n == 0 {
+        return vec![0.0; count];
+    }
+    // The border before window j lies at j·n/count samples; whole and broken part apart, so that nothing is rounded.
+    let border = |j: usize| {
+        let exact = j as u128 * n as u128;
+        let (whole, part) = (exact / count as u128, exact % count as u128);
+        (whole as usize, part as usize)
+    };
+    let window = |j: usize| {
+        let ((from, from_part), (to, to_part)) = (border(j), border(j + 1));
+        let ends = [
+            between(values, from, from_part, count, closed),
+            between(values, to, to_part, count, closed),
+        ];
+        let inside = &values[(from + usize::from(from_part > 0)).min(n)..(to + 1).min(n)];
+        let (low, high) = ends
+            .iter()
+            .chain(inside)
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| {
+                (l.min(x), h.max(x))
+            });
+        high - low
+    };
+    (0..count).map(window).collect()
+}
+
+/// The largest difference between two places at most one window apart. The record is straight between samples, so such a pair has
+/// both places on samples, or one on a sample and the other a whole window away.
+fn sliding(values: &[f64], count: usize, closed: bool) -> f64 {
+    let n = values.len();
+    let (whole, part) = (n / count, n % count);
+    let share = part as f64 / count as f64;
+    let last = if closed { n + whole } else { n };
+    let at = |i: usize| values[if i < n { i } else { i - n }];
+    let (mut highs, mut lows) = (VecDeque::new(), VecDeque::new());
+    let mut largest = 0.0f64;
+    for i in 0..last {
+        let x = at(i);
+        push(&mut highs, i, x, whole, |old, new| old <= new);
+        push(&mut lows, i, x, whole, |old, new| old >= new);
+        if let (Some((_, high)), Some((_, low))) = (highs.front(), lows.front()) {
+            largest = largest.max(high - low);
+        }
+    }
+    if part > 0 {
+        let starts = if closed {
+            n
+        } else {
+            n.saturating_sub(whole + 1)
+        };
+        let wrapped = |i: usize| values[i % n];
+        for i in 0..starts {
+            let (near, far) = (wrapped(i + whole), wrapped(i + whole + 1));
+            // From sample i a window on, and from the sample beyond a window back.
+            largest = largest.max((near + share * (far - near) - values[i]).abs());
+            let back = wrapped(i + 1) + share * (values[i] - wrapped(i + 1));
+            largest = largest.max((far - back).abs());
+        }
+    }
+    largest
+}
+
+/// Keeps in `queue` the samples of the last `width` steps that no later one outdoes.
+fn push(
+    queue: &mut VecDeque<(usize, f64)>,
+    i: usize,
+    x: f64,
+    width: usize,
+    outdone: impl Fn(f64, f64) -> bool,
+) {
+    while queue.back().is_some_and(|&(_, old)| outdone(old, x)) {
+        queue.pop_back();
+    }
+    queue.push_back((i, x));
+    while queue.front().is_some_and(|&(first, _)| first + width < i) {
+        queue.pop_front();
+    }
+}
