@@ -472,16 +472,7 @@ fn law_interrupted_between_samples() {
 #[test]
 fn law_interrupted_studies_are_whole() {
     let chain = "examples/linear_chain.toml";
-    let found = interrupted(
-        &[
-            "accuracy",
-            chain,
-            "--json",
-            "--until",
-            "0.05",
-        ],
-        3000,
-    );
+    let found = interrupted(&["accuracy", chain, "--json", "--until", "0.05"], 3000);
     let runs = found["runs"].as_array().unwrap();
     assert!(runs.iter().any(|run| run["method"] == "exact"));
     assert_eq!(found["interrupted"], true);
