@@ -37,6 +37,9 @@ pub mod motion;
 /// Steady answers to steady excitation, by frequency.
 pub mod response;
 
+/// Transmission error.
+pub mod transmission;
+
 /// What a study needs, and running it.
 pub mod plan;
 

@@ -7,6 +7,7 @@ use std::ops::ControlFlow;
 use geardyn::base::code::Code;
 use geardyn::base::error::Error;
 use geardyn::base::stop::Stop;
+use geardyn::machine::characteristic::Characteristic;
 use geardyn::machine::direction::Direction;
 use geardyn::motion::contact::{Contact, Flanks, Losses};
 use geardyn::motion::curve::Curve;
@@ -1046,9 +1047,12 @@ fn refuses_what_is_not_linear() {
     assert!((exact.refuses)(&gear_pair(1.0)).is_some());
     let power = branch(
         &[(0, 1.0)],
-        Law::Power {
-            stiffness: 1.0,
-            exponent: 1.5,
+        Law::Nonlinear {
+            characteristic: Characteristic::Power {
+                factor: 1.0,
+                exponent: 1.5,
+                rated: 1.0,
+            },
             damping: 0.0,
         },
     );

@@ -6,6 +6,7 @@ use std::ops::ControlFlow;
 use geardyn::base::code::Code;
 use geardyn::base::error::Error;
 use geardyn::base::stop::Stop;
+use geardyn::machine::characteristic::Characteristic;
 use geardyn::machine::direction::Direction;
 use geardyn::motion::contact::{Contact, Flanks, Losses};
 use geardyn::motion::friction::Friction;
@@ -136,9 +137,12 @@ fn numbers(value: &Value) -> Vec<f64> {
 
 /// `q̈ + q³ = (cos 3t − cos t)/4` with q = cos t.
 fn cubic() -> Train {
-    let law = Law::Power {
-        stiffness: 1.0,
-        exponent: 3.0,
+    let law = Law::Nonlinear {
+        characteristic: Characteristic::Power {
+            factor: 1.0,
+            exponent: 3.0,
+            rated: 1.0,
+        },
         damping: 0.0,
     };
     let part = |amplitude, omega| Harmonic {

@@ -180,7 +180,7 @@ fn exact_one_of_each_element() {
     assert_eq!(stage.ring_contact.loss, Loss::Viscous(1000.0));
     close(stage.pressure_angles[1], 21.0 * PI / 180.0);
     assert_eq!(m.belts[0].exact, [50_000_000, 125_000_000]);
-    assert_eq!(m.couplings[0].stiffness, Some(-5.0));
+    assert_eq!(m.couplings[0].contact.stiffness, Some(-5.0));
     assert_eq!(m.bearings[0].stiffness.len(), 4);
     assert_eq!(m.bearings[0].damping.len(), 1);
     close(m.speeds[0].speed, 1450.0 * PI / 30.0);

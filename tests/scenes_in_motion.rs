@@ -384,7 +384,7 @@ fn law_shipped_scenes_start() {
                         .train
                         .branches
                         .iter()
-                        .any(|b| matches!(b.law, Law::Power { .. }))
+                        .any(|b| matches!(b.law, Law::Nonlinear { .. }))
                 );
                 count += 1;
             }

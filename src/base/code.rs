@@ -63,6 +63,9 @@ codes! {
     NoChannel "no-channel" 2 "The log has no channel of that name. `geardyn check LOG` lists the channels."
     NoSignal "no-signal" 2 "The channel holds nothing to analyse: all zero, constant, or no number at all."
     TooShort "too-short" 2 "The record has fewer samples than the analysis needs."
+    RatioMismatch "ratio-mismatch" 2 "The two encoders show another ratio than the tooth numbers make. The message says the measured one. Look at --teeth (driver first), at the lines of both encoders, and whether input and output are interchanged."
+    Slip "slip" 2 "Between the two encoders something slips: their ratio holds for most of the record and then does not. Look at couplings, clamps and belts, and take a stretch in which nothing slips."
+    LostCounts "lost-counts" 2 "An encoder lost counts or counted too many, so that its angle is wrong from there on. The message says where and how many. Take a stretch without such a place, or have the steps taken out with --repair."
     Usage "usage" 2 "The command was called in a way it does not take. See its --help."
     OutputFailed "output-failed" 2 "The output file could not be written. Nothing half-written is left behind."
     // numbers

@@ -289,6 +289,11 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "Mass-proportional damping brakes the rigid-body motion as well.",
     ),
     (
+        "linearised",
+        Warning,
+        "A coupling or a mesh with a characteristic is taken by its tangent where the mean loads put it; motion in time takes the whole curve.",
+    ),
+    (
         "idle-damping",
         Warning,
         "A damping ratio stands on a branch without mass at one end, and damps nothing.",

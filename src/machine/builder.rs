@@ -109,6 +109,7 @@ impl Builder {
             play: 0.0,
             losses: None,
             wave: None,
+            characteristic: None,
         });
     }
 
@@ -132,6 +133,7 @@ impl Builder {
             play: contact.backlash,
             losses: contact.losses,
             wave: contact.wave.clone(),
+            characteristic: contact.characteristic.clone(),
         };
         self.machine.branches.push(branch);
     }

@@ -85,6 +85,7 @@ impl Linear {
             let Law::Linear { stiffness, loss } = branch.law else {
                 continue;
             };
+            let stiffness = operating.tangent(index).unwrap_or(stiffness);
             let state = operating.state(index);
             if state == ContactState::Open {
                 continue;

@@ -6,6 +6,9 @@ pub mod direction;
 /// The machine: elements, nodes, freedoms, masses, branches.
 pub mod parts;
 
+/// Force over deflection that is not linear.
+pub mod characteristic;
+
 /// Nodes first, then the terms elements put on them.
 pub mod builder;
 

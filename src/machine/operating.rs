@@ -2,11 +2,13 @@
 //!
 //! A free train under loads that do not balance accelerates; its inertia forces are put against them first (inertia relief).
 //! Then `Σ w F(δ) = f` with `F = k (δ ∓ play/2)` beyond the play and zero inside: the minimum of a convex energy, found by
-//! changing the flank of the worst contact until none is wrong.
+//! changing the flank of the worst contact until none is wrong. What is not linear is taken by its secant `F/δ(F)`, again until
+//! its force stays; about that point it resists small motions by its tangent.
 
+use super::characteristic::Characteristic;
 use super::direction::Direction;
 use super::kinematics::Kinematics;
-use super::parts::{Law, Machine};
+use super::parts::{Branch, Law, Machine};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::Matrix;
@@ -34,11 +36,24 @@ impl ContactState {
     }
 }
 
-/// The state of every contact that has play.
+/// The state of every contact that has play, and of what is not linear.
 #[derive(Debug, Clone, Default)]
 pub struct Operating {
     /// Branch, state, and the static force in it, N or N·m (none where no load was stated).
     pub contacts: Vec<(usize, ContactState, Option<f64>)>,
+    /// What is not linear.
+    pub tangents: Vec<Tangent>,
+}
+
+/// A branch with a characteristic, at its operating point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tangent {
+    /// The branch.
+    pub branch: usize,
+    /// The static force in it, N or N·m.
+    pub force: f64,
+    /// dF/dδ there, N/m or N·m/rad.
+    pub stiffness: f64,
 }
 
 impl Operating {
@@ -50,50 +65,79 @@ impl Operating {
             .map_or(ContactState::Drive, |c| c.1)
     }
 
-    /// Finds the state of every contact with play. Without loads all stand closed on the drive flank.
+    /// The stiffness that small motions find in a branch, where it is not linear.
+    pub fn tangent(&self, branch: usize) -> Option<f64> {
+        let found = self.tangents.iter().find(|t| t.branch == branch);
+        found.map(|t| t.stiffness)
+    }
+
+    /// Finds the state of every contact with play and the force in what is not linear. Without loads all contacts stand closed
+    /// on the drive flank, and characteristics at rest.
     ///
     /// # Errors
-    /// No state of the contacts balances the loads.
+    /// No state of the contacts balances the loads; forces in what is not linear that do not settle.
     pub fn find(machine: &Machine, kinematics: &Kinematics) -> Result<Operating, Error> {
         let playing: Vec<usize> = (0..machine.branches.len())
             .filter(|&b| machine.branches[b].play > 0.0 && machine.branches[b].law != Law::Rigid)
             .collect();
-        if playing.is_empty() || machine.loads.is_empty() {
+        let curved = |b: &&Branch| b.characteristic.is_some();
+        let is_linear = !machine.branches.iter().any(|b| curved(&b));
+        if machine.loads.is_empty() || (playing.is_empty() && is_linear) {
             let contacts = playing
                 .into_iter()
                 .map(|b| (b, ContactState::Drive, None))
                 .collect();
-            return Ok(Operating { contacts });
+            let at_rest = machine.branches.iter().enumerate();
+            let tangents = at_rest.filter_map(|(at, b)| tangent(at, b, 0.0)).collect();
+            return Ok(Operating { contacts, tangents });
         }
         let mut search = Search::new(machine, kinematics, playing)?;
-        search.run()
+        let forces = search.balance()?;
+        Ok(search.at(&forces))
     }
+}
+
+fn tangent(branch: usize, part: &Branch, force: f64) -> Option<Tangent> {
+    let law = part.characteristic.as_ref()?;
+    let stiffness = law.tangent(law.deflection(force));
+    Some(Tangent {
+        branch,
+        force,
+        stiffness,
+    })
 }
 
 /// Share of its stiffness that an open contact keeps in the search: it stands in the middle of its play where nothing pushes it,
 /// and is pushed out of it where something does.
 const WEAK: f64 = 1e-9;
 
-struct Spring {
+/// Secants that move less than this, relative, have settled: a few roundings of a dense solve.
+const STAYS: f64 = 1e-12;
+
+/// Rounds after which secants that still move never settle.
+const MOST_ROUNDS: usize = 500;
+
+struct Spring<'a> {
     branch: usize,
+    part: &'a Branch,
     direction: Direction,
     stiffness: f64,
     play: f64,
     state: ContactState,
 }
 
-struct Search {
+struct Search<'a> {
     n: usize,
-    springs: Vec<Spring>,
+    springs: Vec<Spring<'a>>,
     load: Vec<f64>,
 }
 
-impl Search {
+impl<'a> Search<'a> {
     fn new(
-        machine: &Machine,
+        machine: &'a Machine,
         kinematics: &Kinematics,
         playing: Vec<usize>,
-    ) -> Result<Search, Error> {
+    ) -> Result<Search<'a>, Error> {
         let n = kinematics.free.len();
         if n > 2000 {
             let message = format!(
@@ -119,6 +163,7 @@ impl Search {
                 };
                 springs.push(Spring {
                     branch,
+                    part: b,
                     direction,
                     stiffness,
                     play,
@@ -158,7 +203,49 @@ impl Search {
         Ok(Search { n, springs, load })
     }
 
-    fn run(&mut self) -> Result<Operating, Error> {
+    /// Forces that balance the loads: secants of what is not linear are taken again until they stay.
+    fn balance(&mut self) -> Result<Vec<f64>, Error> {
+        // On a tree forces do not depend on stiffness, and the second round is the last; loops take more.
+        for _ in 0..MOST_ROUNDS {
+            let forces = self.run()?;
+            let mut moved = 0.0f64;
+            for (spring, &force) in self.springs.iter_mut().zip(&forces) {
+                let law = spring.part.characteristic.as_ref();
+                let secant = law.map(|law| Characteristic::secant(law, force));
+                // What carries nothing rests wherever its secant puts it.
+                if let Some(secant) = secant.filter(|&k| k > 0.0) {
+                    moved = moved.max((secant / spring.stiffness - 1.0).abs());
+                    spring.stiffness = secant;
+                }
+            }
+            if moved <= STAYS {
+                return Ok(forces);
+            }
+        }
+        let message = "the forces in couplings and teeth that are not linear do not settle under the mean loads";
+        Err(Error::new(Code::NoConvergence, message)
+            .hint("change a load slightly, or give the stiffness that is meant as k"))
+    }
+
+    /// The operating point of such forces.
+    fn at(&self, forces: &[f64]) -> Operating {
+        let contact = |(s, &f): (&Spring, &f64)| {
+            let force = match s.state {
+                ContactState::Open => 0.0,
+                _ => f,
+            };
+            (s.play > 0.0).then_some((s.branch, s.state, Some(force)))
+        };
+        let springs = || self.springs.iter().zip(forces);
+        Operating {
+            contacts: springs().filter_map(contact).collect(),
+            tangents: springs()
+                .filter_map(|(s, &f)| tangent(s.branch, s.part, f))
+                .collect(),
+        }
+    }
+
+    fn run(&mut self) -> Result<Vec<f64>, Error> {
         // The first answer, all closed and centred, decides the flanks of a tree once and for all.
         let forces = self.forces(true)?;
         let largest = forces.iter().fold(0.0f64, |m, f| m.max(f.abs()));
@@ -185,25 +272,7 @@ impl Search {
                 })
                 .max_by(|a, b| a.1.total_cmp(&b.1));
             let Some((at, _, state)) = wrong else {
-                let contact = |(s, &f): (&Spring, &f64)| {
-                    (s.play > 0.0).then_some((
-                        s.branch,
-                        s.state,
-                        Some(if s.state == ContactState::Open {
-                            0.0
-                        } else {
-                            f
-                        }),
-                    ))
-                };
-                return Ok(Operating {
-                    contacts: self
-                        .springs
-                        .iter()
-                        .zip(&forces)
-                        .filter_map(contact)
-                        .collect(),
-                });
+                return Ok(forces);
             };
             self.springs[at].state = state;
         }

@@ -2,7 +2,7 @@
 
 use super::direction::Direction;
 use crate::base::place::Place;
-use crate::scene::laws::{Drive, Friction, History, Losses, Shape};
+use crate::scene::laws::{Characteristic, Drive, Friction, History, Losses, Shape};
 use crate::scene::model::{Axis, GlobalDamping, Loss, StiffnessWave};
 
 /// A whole machine before anything is eliminated or linearised.
@@ -101,6 +101,8 @@ pub struct Branch {
     pub losses: Option<Losses>,
     /// Stiffness over the mesh cycle.
     pub wave: Option<StiffnessWave>,
+    /// Force over deflection, where it is not linear; the stiffness of `law` is then its secant at the rated deflection.
+    pub characteristic: Option<Characteristic>,
 }
 
 /// What drives a freedom by its speed.

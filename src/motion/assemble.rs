@@ -234,6 +234,13 @@ impl Site<'_> {
             scale: d.scale,
             terms: self.kinematics.reduced(&d.terms),
         };
+        if let Some(characteristic) = part.characteristic.clone() {
+            let law = Law::Nonlinear {
+                characteristic,
+                damping,
+            };
+            return Ok(vec![make(lb.direction.clone(), law)]);
+        }
         if part.play == 0.0 && part.wave.is_none() {
             let law = Law::Linear {
                 stiffness: lb.stiffness,

@@ -34,14 +34,7 @@ impl Train {
                 (Law::Contact(contact), BranchStand::Contact(stand, piece)) => {
                     contact.stored(stand, b.factor(t, q, piece).0, delta)
                 }
-                (
-                    Law::Power {
-                        stiffness,
-                        exponent,
-                        ..
-                    },
-                    _,
-                ) => stiffness * delta.abs().powf(exponent + 1.0) / (exponent + 1.0),
+                (Law::Nonlinear { characteristic, .. }, _) => characteristic.stored(delta),
                 (Law::Maxwell { stiffness, .. }, _) => 0.5 * y[inner] * y[inner] / stiffness,
                 _ => 0.0,
             };
@@ -94,7 +87,7 @@ impl Train {
                             0.5 * contact.stiffness * slope * wave.phase.rate(v) * beyond * beyond;
                     }
                 }
-                Law::Power { damping, .. } => powers.lost += damping * rate * rate,
+                Law::Nonlinear { damping, .. } => powers.lost += damping * rate * rate,
                 Law::Friction(_) => powers.lost += force * rate,
                 Law::Curve(_) | Law::Lagged { .. } => powers.put_in -= force * rate,
                 Law::Maxwell { damping, .. } => powers.lost += z * z / damping,

@@ -40,17 +40,68 @@ pub fn state(
     }
     prescribe(moving, &mut y, t);
     lag(train, &mut y);
+    let q = settle(train, linear, t, &y)?;
+    y[..n].copy_from_slice(&q);
+    Ok(y)
+}
+
+/// Secants that move less than this, relative, have settled: a few roundings of a dense solve.
+const STAYS: f64 = 1e-12;
+
+/// Rounds after which secants that still move never settle.
+const MOST_ROUNDS: usize = 500;
+
+/// The winding up, characteristics by their secants, taken again until they stay.
+fn settle(train: &Train, linear: &Linear, t: f64, y: &[f64]) -> Result<Vec<f64>, Error> {
+    let mut straight = train.clone();
+    for b in &mut straight.branches {
+        if let Law::Nonlinear { characteristic, .. } = &b.law {
+            b.law = Law::Linear {
+                stiffness: characteristic.rated(),
+                damping: 0.0,
+            };
+        }
+    }
+    for _ in 0..MOST_ROUNDS {
+        let q = wound(&straight, linear, t, y)?;
+        let mut moved = 0.0f64;
+        for (b, straight) in train.branches.iter().zip(&mut straight.branches) {
+            let (Law::Nonlinear { characteristic, .. }, Law::Linear { stiffness, .. }) =
+                (&b.law, &mut straight.law)
+            else {
+                continue;
+            };
+            let piece = b.imposed.as_ref().map_or(0, |e| e.piece(t) as u32);
+            let (delta, _) = b.deflection(t, &q, &vec![0.0; q.len()], piece);
+            let secant = characteristic.secant(*stiffness * delta);
+            // What carries nothing rests wherever its secant puts it.
+            if secant > 0.0 {
+                moved = moved.max((secant / *stiffness - 1.0).abs());
+                *stiffness = secant;
+            }
+        }
+        if moved <= STAYS {
+            return Ok(q);
+        }
+    }
+    let message = "the forces in couplings and teeth that are not linear do not settle under the loads at the start";
+    Err(Error::new(Code::NoConvergence, message).hint("start from rest, or change a load slightly"))
+}
+
+/// Coordinates under the loads of the instant.
+fn wound(train: &Train, linear: &Linear, t: f64, y: &[f64]) -> Result<Vec<f64>, Error> {
+    let n = train.n();
     let mut tight = train.clone();
     for b in &mut tight.branches {
         if let Law::Contact(contact) = &mut b.law {
             contact.half = 0.0;
         }
     }
-    let mut push = tight.pushed(None, t, &y);
+    let mut push = tight.pushed(None, t, y);
     relieve(train, &linear.rigid, &mut push);
     let mut k = Matrix::zeros(n, n);
     for (at, b) in tight.branches.iter().enumerate() {
-        let stiffness = tight.force(at, None, t, &y, 0.0).1;
+        let stiffness = tight.force(at, None, t, y, 0.0).1;
         for (i, a) in b.direction.scaled() {
             for (j, c) in b.direction.scaled() {
                 k[(i, j)] += stiffness * a * c;
@@ -62,7 +113,7 @@ pub fn state(
         let Law::Contact(Contact { half, .. }) = &b.law else {
             continue;
         };
-        let stiffness = tight.force(at, None, t, &y, 0.0).1;
+        let stiffness = tight.force(at, None, t, y, 0.0).1;
         let piece = b.imposed.as_ref().map_or(0, |e| e.piece(t) as u32);
         let still = vec![0.0; n];
         let force = stiffness * b.deflection(t, &tight_q, &still, piece).0;
@@ -75,9 +126,7 @@ pub fn state(
                 .for_each(|(i, a)| push[i] += a * offset);
         }
     }
-    let q = definite::solve_semidefinite(&k, &push)?;
-    y[..n].copy_from_slice(&q);
-    Ok(y)
+    definite::solve_semidefinite(&k, &push)
 }
 
 /// Coordinates of prescribed speed have it.

@@ -10,6 +10,7 @@ use super::friction::{Friction, Slip};
 use super::problem::Problem;
 use super::signal::Signal;
 use super::wave::{Phase, Shape, Wave};
+use crate::machine::characteristic::Characteristic;
 use crate::machine::direction::Direction;
 use crate::numeric::{Matrix, definite};
 
@@ -104,12 +105,10 @@ pub enum Law {
         /// c.
         damping: f64,
     },
-    /// `F = sign(δ) k |δ|ⁿ + c δ̇` with n > 1: a Hertzian contact without play.
-    Power {
-        /// k, N/mⁿ or N·m/radⁿ.
-        stiffness: f64,
-        /// n.
-        exponent: f64,
+    /// `F = T(δ) + c δ̇`, T smooth and odd: a progressive coupling, a Hertzian contact.
+    Nonlinear {
+        /// T.
+        characteristic: Characteristic,
         /// c.
         damping: f64,
     },
@@ -221,7 +220,7 @@ impl Train {
                     Law::Curve(curve) | Law::Lagged { curve, .. } => {
                         matches!(curve, Curve::Straight { .. })
                     }
-                    Law::Friction(_) | Law::Power { .. } => false,
+                    Law::Friction(_) | Law::Nonlinear { .. } => false,
                 };
                 linear && b.followed.is_none()
             })
@@ -237,7 +236,7 @@ impl Train {
                     Law::Curve(curve) | Law::Lagged { curve, .. } => {
                         matches!(curve, Curve::Straight { .. })
                     }
-                    Law::Power { .. } => false,
+                    Law::Nonlinear { .. } => false,
                 };
                 let steps = b
                     .variation
@@ -376,19 +375,14 @@ impl Train {
             Law::Curve(curve) => (-curve.torque(rate), 0.0, -curve.slope(rate)),
             Law::Lagged { .. } => (-z, 0.0, 0.0),
             Law::Maxwell { .. } => (z, 0.0, 0.0),
-            Law::Power {
-                stiffness,
-                exponent,
+            Law::Nonlinear {
+                characteristic,
                 damping,
-            } => {
-                let size = delta.abs();
-                let force = delta.signum() * stiffness * size.powf(*exponent);
-                (
-                    force + damping * rate,
-                    stiffness * exponent * size.powf(exponent - 1.0),
-                    *damping,
-                )
-            }
+            } => (
+                characteristic.force(delta) + damping * rate,
+                characteristic.tangent(delta),
+                *damping,
+            ),
         }
     }
 

@@ -21,6 +21,9 @@ pub mod band_limited;
 /// Distributions.
 pub mod statistics;
 
+/// Exact fractions.
+pub mod fraction;
+
 /// Constraints in exact fractions.
 pub mod exact;
 

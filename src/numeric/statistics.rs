@@ -7,6 +7,11 @@ pub fn normal_quantile(p: f64) -> f64 {
     Normal::standard().inverse_cdf(p)
 }
 
+/// The probability that a standard normal variable stays below `x`.
+pub fn normal_below(x: f64) -> f64 {
+    Normal::standard().cdf(x)
+}
+
 /// The value a χ² variable of `freedoms` stays below with probability `p`; infinite where `freedoms` is not positive.
 pub fn chi_squared_quantile(p: f64, freedoms: f64) -> f64 {
     ChiSquared::new(freedoms).map_or(f64::INFINITY, |d| d.inverse_cdf(p))

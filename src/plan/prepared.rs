@@ -67,6 +67,19 @@ impl Prepared {
                 );
             }
         }
+        for tangent in &self.operating.tangents {
+            let name = self.machine.branch_name(tangent.branch);
+            let message = format!(
+                "{name} is not linear: small motions about a force of {:.4e} (SI) find its tangent stiffness {:.4e} (SI)",
+                tangent.force, tangent.stiffness
+            );
+            let flat = "it has no stiffness there: state the mean torque in [[load]]";
+            warn(
+                "linearised",
+                message,
+                (tangent.stiffness == 0.0).then_some(flat),
+            );
+        }
         let playing = self.operating.contacts.len();
         if playing > 0 && self.machine.loads.is_empty() {
             let hint = "state mean torques in [[load]] to find the flanks that carry";

@@ -195,7 +195,12 @@ fn joints(prepared: &Prepared, _: &ModesStudy) -> Verdict {
 fn operating_point(prepared: &Prepared, _: &ModesStudy) -> Verdict {
     let contacts = prepared.operating.contacts.len();
     match (contacts, prepared.machine.loads.is_empty()) {
-        (0, _) => Verdict::LeftOut("no contact has play".to_string()),
+        (0, _) => match prepared.operating.tangents.len() {
+            0 => Verdict::LeftOut("no contact has play".to_string()),
+            n => Verdict::Runs(format!(
+                "{n} characteristics by their tangents under the mean loads"
+            )),
+        },
         (_, true) => Verdict::LeftOut(format!(
             "no load is stated: {contacts} contacts with play stand on their drive flanks"
         )),

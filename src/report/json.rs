@@ -7,7 +7,7 @@ use serde_json::{Map, Value, json};
 use super::{campbell, systems};
 use crate::base::error::Warning;
 use crate::base::place::Source;
-use crate::machine::operating::ContactState;
+use crate::machine::operating::{ContactState, Tangent};
 use crate::machine::parts::Machine;
 use crate::modes::mode::{Mode, modulus};
 use crate::modes::sensitivity::{Parameter, Sensitivity};
@@ -59,6 +59,7 @@ pub fn modes(
         "geardyn": header(sources, &trace),
         "modes": list,
         "contacts": contacts(prepared),
+        "tangents": tangents(prepared),
         "campbell": answer.campbell.as_ref().map(campbell::json),
         "state_space": answer.state_space.as_ref().map(|(space, parts)| systems::state_space_json(space, parts)),
         "reduction": answer.reduction.as_ref().map(systems::reduction_json),
@@ -77,6 +78,18 @@ fn contacts(prepared: &Prepared) -> Value {
         })
     };
     prepared.operating.contacts.iter().map(contact).collect()
+}
+
+/// What is not linear: the force it carries, N or N·m, and its tangent stiffness there, N/m or N·m/rad.
+fn tangents(prepared: &Prepared) -> Value {
+    let tangent = |t: &Tangent| {
+        json!({
+            "branch": prepared.machine.branch_name(t.branch),
+            "force_si": t.force,
+            "stiffness_si": t.stiffness,
+        })
+    };
+    prepared.operating.tangents.iter().map(tangent).collect()
 }
 
 /// A plan.

@@ -67,6 +67,7 @@ impl Coordinates {
                     play: 0.0,
                     losses: None,
                     wave: None,
+                    characteristic: None,
                 }),
             }
         }

@@ -2,7 +2,8 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use super::laws::Losses;
+use super::characteristic;
+use super::laws::{Characteristic, Losses};
 use super::model::{Contact, End, Hand, Loss, Name};
 use super::tables::one;
 use super::waves;
@@ -212,22 +213,74 @@ pub fn loss(f: &mut Fields, suffix: &str, damping: Kind, stiffness: &str, rigid:
 
 /// Stiffness, losses and play between teeth; keys end in `suffix`.
 pub fn contact(f: &mut Fields, suffix: &str) -> Contact {
-    let key = format!("k{suffix}");
-    let stiffness = f.optional_quantity(&key, Kind::Stiffness, Range::NotNegative);
-    let rigid = !f.has(&key);
-    Contact {
-        stiffness,
-        loss: loss(f, suffix, Kind::Damping, &format!("`{key}`"), rigid),
+    const UNITS: Units = Units {
+        stiffness: Kind::Stiffness,
+        range: Range::NotNegative,
+        damping: Kind::Damping,
+        deflection: Kind::Length,
+        characteristic: characteristic::along_tooth,
+    };
+    let contact = resisting(f, suffix, UNITS);
+    let wave = one(f, &format!("k_wave{suffix}"), waves::stiffness).flatten();
+    if contact.characteristic.is_some() && wave.is_some() {
+        let [wave, curve] = ["k_wave", "characteristic"].map(|key| format!("{key}{suffix}"));
+        f.exclusive(&curve, &wave);
+    }
+    Contact { wave, ..contact }
+}
+
+/// Stiffness, losses and lost motion of a coupling.
+pub fn coupled(f: &mut Fields) -> Contact {
+    const UNITS: Units = Units {
+        stiffness: Kind::TorsionalStiffness,
+        range: Range::Any,
+        damping: Kind::TorsionalDamping,
+        deflection: Kind::Angle,
+        characteristic: characteristic::torsional,
+    };
+    resisting(f, "", UNITS)
+}
+
+/// What an element measures its resistance in.
+struct Units {
+    stiffness: Kind,
+    range: Range,
+    damping: Kind,
+    deflection: Kind,
+    characteristic: fn(&mut Fields) -> Option<Characteristic>,
+}
+
+fn resisting(f: &mut Fields, suffix: &str, units: Units) -> Contact {
+    let [k, curve, backlash] =
+        ["k", "characteristic", "backlash"].map(|key| format!("{key}{suffix}"));
+    let stiffness = f.optional_quantity(&k, units.stiffness, units.range);
+    let characteristic = one(f, &curve, units.characteristic).flatten();
+    f.exclusive(&k, &curve);
+    let rigid = !f.has(&k) && !f.has(&curve);
+    let contact = Contact {
+        stiffness: stiffness.or(characteristic.as_ref().map(Characteristic::rated)),
+        loss: loss(f, suffix, units.damping, &format!("`{k}`"), rigid),
         backlash: f
-            .optional_quantity(
-                &format!("backlash{suffix}"),
-                Kind::Length,
-                Range::NotNegative,
-            )
+            .optional_quantity(&backlash, units.deflection, Range::NotNegative)
             .unwrap_or(0.0),
         losses: losses(f, suffix),
-        wave: one(f, &format!("k_wave{suffix}"), waves::stiffness).flatten(),
+        wave: None,
+        characteristic,
+    };
+    if f.has(&curve) {
+        for key in ["damping_ratio", "loss_factor"].map(|key| format!("{key}{suffix}")) {
+            if f.has(&key) {
+                let message = format!("`{key}` goes with one stiffness, and `{curve}` has many");
+                f.refuse_key(Code::Conflict, &key, message, "give `c` instead");
+            }
+        }
+        if contact.backlash > 0.0 {
+            let message = format!("`{backlash}` and `{curve}` both say what happens about rest");
+            let hint = "put the play into the curve: a table whose second point still has no force";
+            f.refuse_key(Code::Conflict, &backlash, message, hint);
+        }
     }
+    contact
 }
 
 /// What the damper of a contact does where it opens.

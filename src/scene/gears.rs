@@ -19,8 +19,12 @@ fn teeth(f: &mut Fields) -> [u32; 2] {
 /// The module, which a stiffness along the tooth needs for its lever.
 fn module(f: &mut Fields) -> Option<f64> {
     let module = f.optional_quantity("module", Kind::Length, Range::Positive);
-    if f.has("k") && !f.has("module") {
-        f.missing("module", ", from which the lever of `k` follows");
+    if let (Some(key), false) = (
+        ["k", "characteristic"].into_iter().find(|key| f.has(key)),
+        f.has("module"),
+    ) {
+        let why = format!(", from which the lever of `{key}` follows");
+        f.missing("module", &why);
     }
     module
 }

@@ -23,6 +23,22 @@ impl Losses {
     ];
 }
 
+/// Force over deflection of an elastic element that is not linear; the same backward.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Characteristic {
+    /// `F = sign(δ) K |δ|ⁿ`, n ≥ 1: 3/2 for Hertz's contact at a point (Hertz 1881).
+    Power {
+        /// K, N/mⁿ or N·m/radⁿ.
+        factor: f64,
+        /// n.
+        exponent: f64,
+        /// The deflection at which it is rated, m or rad.
+        rated: f64,
+    },
+    /// A smooth curve through points by rising deflection, the first at rest: m or rad, N or N·m.
+    Table(Vec<(f64, f64)>),
+}
+
 /// One period of a wave, over the phase ψ in turns of the period: ψ from 0 to 1.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Shape {

@@ -12,6 +12,9 @@ mod tables;
 /// Waves over a period.
 mod waves;
 
+/// Force over deflection that is not linear.
+mod characteristic;
+
 /// What many tables share.
 mod common;
 

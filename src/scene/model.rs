@@ -1,6 +1,6 @@
 //! A machine as its file describes it: parameters in SI units, each with the place it was written at.
 
-use super::laws::{Drive, Friction, History, Losses, Shape};
+use super::laws::{Characteristic, Drive, Friction, History, Losses, Shape};
 use crate::base::place::Place;
 
 /// A whole model file, read and checked value by value. Nothing is assembled yet.
@@ -156,19 +156,21 @@ pub struct Chain {
     pub loss: Loss,
 }
 
-/// A contact between teeth: its stiffness along the tooth normal, its losses, its play.
+/// How teeth or the halves of a coupling resist: along the tooth normal, in N and m, or the twist, in N·m and rad.
 #[derive(Debug, Clone)]
 pub struct Contact {
-    /// Stiffness along the tooth normal, N/m; absent: rigid.
+    /// Stiffness; absent: rigid.
     pub stiffness: Option<f64>,
     /// Losses.
     pub loss: Loss,
-    /// Play along the tooth normal, flank to flank, m.
+    /// Play, flank to flank.
     pub backlash: f64,
     /// What the damper does where the contact opens.
     pub losses: Option<Losses>,
     /// The stiffness over one mesh cycle, as a factor.
     pub wave: Option<StiffnessWave>,
+    /// Force over deflection, where it is not linear; `stiffness` is then its secant at the rated deflection.
+    pub characteristic: Option<Characteristic>,
 }
 
 /// Which way the helix or spiral of the first gear of a pair winds; its mate follows.
@@ -320,14 +322,8 @@ pub struct Coupling {
     pub name: Name,
     /// Both ends.
     pub between: [End; 2],
-    /// Torsional stiffness, N·m/rad; absent: rigid; negative values leave the factored form.
-    pub stiffness: Option<f64>,
-    /// Losses.
-    pub loss: Loss,
-    /// Lost motion, end to end, rad.
-    pub backlash: f64,
-    /// What the damper does where the coupling runs through its lost motion.
-    pub losses: Option<Losses>,
+    /// Along the twist, N·m/rad and rad; a negative stiffness leaves the factored form.
+    pub contact: Contact,
 }
 
 /// Axes of a node.

@@ -91,10 +91,10 @@ fn bar(f: &mut Fields) -> Option<ShaftBody> {
 pub fn coupling(f: &mut Fields) -> Coupling {
     let name = common::name(f);
     let between = common::ends(f);
-    let stiffness = f.optional_quantity("k", Kind::TorsionalStiffness, Range::Any);
-    let rigid = !f.has("k");
-    let loss = common::loss(f, "", Kind::TorsionalDamping, "`k`", rigid);
-    if stiffness.is_some_and(|k| k < 0.0) && matches!(loss, Loss::Ratio(_) | Loss::Factor(_)) {
+    let contact = common::coupled(f);
+    if contact.stiffness.is_some_and(|k| k < 0.0)
+        && matches!(contact.loss, Loss::Ratio(_) | Loss::Factor(_))
+    {
         let key = if f.has("damping_ratio") {
             "damping_ratio"
         } else {
@@ -106,11 +106,6 @@ pub fn coupling(f: &mut Fields) -> Coupling {
     Coupling {
         name,
         between,
-        stiffness,
-        loss,
-        backlash: f
-            .optional_quantity("backlash", Kind::Angle, Range::NotNegative)
-            .unwrap_or(0.0),
-        losses: common::losses(f, ""),
+        contact,
     }
 }

@@ -149,7 +149,9 @@ fn changed(train: &Train, over: Over, factor: f64) -> Result<Train, Error> {
         Parameter::Damping => {
             for branch in &mut train.branches {
                 match &mut branch.law {
-                    Law::Linear { damping, .. } | Law::Power { damping, .. } => *damping *= factor,
+                    Law::Linear { damping, .. } | Law::Nonlinear { damping, .. } => {
+                        *damping *= factor
+                    }
                     Law::Contact(contact) => contact.damping *= factor,
                     _ => {}
                 }

@@ -432,9 +432,8 @@ fn rerun(
 fn stiffness(train: &mut Train, factor: f64) {
     for b in &mut train.branches {
         match &mut b.law {
-            Law::Linear { stiffness, .. }
-            | Law::Maxwell { stiffness, .. }
-            | Law::Power { stiffness, .. } => *stiffness *= factor,
+            Law::Linear { stiffness, .. } | Law::Maxwell { stiffness, .. } => *stiffness *= factor,
+            Law::Nonlinear { characteristic, .. } => characteristic.scale(factor),
             Law::Contact(contact) => contact.stiffness *= factor,
             Law::Friction(_) | Law::Curve(_) | Law::Lagged { .. } => {}
         }

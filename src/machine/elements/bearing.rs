@@ -52,6 +52,7 @@ pub fn add(builder: &mut Builder, element: usize, bearing: &Bearing) -> Result<(
                 play: 0.0,
                 losses: None,
                 wave: None,
+                characteristic: None,
             });
         }
     };

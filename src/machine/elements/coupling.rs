@@ -2,7 +2,7 @@
 
 use crate::base::error::Error;
 use crate::machine::builder::{Builder, twist};
-use crate::scene::model::{Contact, Coupling};
+use crate::scene::model::Coupling;
 
 /// Puts the coupling between its ends.
 pub fn add(builder: &mut Builder, element: usize, coupling: &Coupling) -> Result<(), Error> {
@@ -10,13 +10,6 @@ pub fn add(builder: &mut Builder, element: usize, coupling: &Coupling) -> Result
         builder.theta_of(&coupling.between[0])?,
         builder.theta_of(&coupling.between[1])?,
     ];
-    let contact = Contact {
-        stiffness: coupling.stiffness,
-        loss: coupling.loss,
-        backlash: coupling.backlash,
-        losses: coupling.losses,
-        wave: None,
-    };
-    builder.contact(element, None, twist(ends), None, &contact);
+    builder.contact(element, None, twist(ends), None, &coupling.contact);
     Ok(())
 }

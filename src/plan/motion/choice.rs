@@ -172,7 +172,7 @@ pub fn structure(train: &Train) -> String {
         "errors that follow angles",
     );
     part(
-        count(&|l| matches!(l, Law::Power { .. })),
+        count(&|l| matches!(l, Law::Nonlinear { .. })),
         "nonlinear spring",
         "nonlinear springs",
     );

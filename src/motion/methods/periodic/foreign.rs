@@ -12,7 +12,9 @@ pub fn foreign(train: &Train) -> Option<String> {
         let turns = |wave: &Wave| wave.phase.angle().is_some();
         match &b.law {
             Law::Friction(_) => return Some(format!("{name} has dry friction")),
-            Law::Power { .. } => return Some(format!("the force of {name} is a power of δ")),
+            Law::Nonlinear { .. } => {
+                return Some(format!("the characteristic of {name} is not linear"));
+            }
             Law::Curve(curve) | Law::Lagged { curve, .. } if !straight(curve) => {
                 return Some(format!("the torque of {name} is not straight over speed"));
             }

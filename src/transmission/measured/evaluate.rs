@@ -1,0 +1,376 @@
+//! The evaluation of a record: checks, even cells for each flank, play between the flanks, speed.
+
+use std::f64::consts::TAU;
+
+use super::cells::{CELLS_PER_ORDER, Cells, ERROR, LEAST_PER_CELL, LOST};
+use super::flank::{Flank, Search, flank};
+use super::jumps::{Jump, Look, jumps};
+use super::rows::{Rows, Scales, each};
+use super::speed::{Paces, Speed};
+use super::survey::{MeasuredRatio, Run, survey};
+use super::teeth::{Member, Teeth};
+use crate::base::code::Code;
+use crate::base::error::{Error, Warning};
+use crate::base::words::counted;
+use crate::numeric::fraction::Fraction;
+use crate::spectrum::rotation::angular::AngularSignal;
+
+/// What is asked.
+#[derive(Debug, Clone)]
+pub struct Ask {
+    /// Teeth between the shafts.
+    pub teeth: Teeth,
+    /// What the readings mean.
+    pub scales: Scales,
+    /// Rows a second, Hz, where the rows are even in time.
+    pub rate_hz: Option<f64>,
+    /// Multiples of the meshes; as many as the rows allow, up to [`MULTIPLES`], where left out.
+    pub multiples: Option<usize>,
+    /// Steps of lost counts are taken out.
+    pub repair: bool,
+    /// Orders that a model names, per turn of the output.
+    pub named: Vec<(Fraction, String)>,
+}
+
+/// Multiples of the meshes looked for where nobody says how many.
+pub const MULTIPLES: usize = 4;
+
+/// Room above the highest mesh multiple for its sidebands, relative.
+const ROOM: f64 = 1.05;
+
+/// What a record says.
+#[derive(Debug)]
+pub struct Measured {
+    /// Turns of the output for one of the input, by tooth numbers.
+    pub declared: Fraction,
+    /// As the encoders have it.
+    pub ratio: MeasuredRatio,
+    /// One or two flanks, the one with more turns first.
+    pub flanks: Vec<Flank>,
+    /// Stretches in which the input turned one way.
+    pub runs: Vec<Run>,
+    /// How far the output is free between the flanks.
+    pub play: Option<Play>,
+    /// Steps that were taken out.
+    pub repaired: Vec<Jump>,
+    /// Multiples of the meshes looked for.
+    pub multiples: usize,
+    /// The highest order kept.
+    pub band: f64,
+    /// What the cells and the steps of the input lose of the highest order, relative.
+    pub error: f64,
+    /// Noise of the encoders' steps at one row, rms, rad of the output.
+    pub quantisation: f64,
+    /// Rows that a tooth of the output passes in.
+    pub rows_per_tooth: f64,
+    /// Speed over the record.
+    pub speed: Option<Speed>,
+    /// Doubts.
+    pub warnings: Vec<Warning>,
+}
+
+/// Play: what the output lags more when driven forward than when driven back.
+#[derive(Debug, Clone)]
+pub struct Play {
+    /// Over the angle of the output, rad.
+    pub signal: AngularSignal,
+    /// Mean, rad.
+    pub mean: f64,
+    /// Least and most, rad.
+    pub range: (f64, f64),
+}
+
+/// Evaluates a record.
+///
+/// # Errors
+/// Readings that are no numbers, nothing that turns, another ratio than the teeth make, slip, lost counts (unless they are to be taken
+/// out), too few rows a tooth, less than one turn, orders above what the rows hold.
+pub fn evaluate(rows: &dyn Rows, ask: &Ask) -> Result<Measured, Error> {
+    let mut scales = ask.scales;
+    let looked = survey(rows, scales)?;
+    let ratio = looked.ratio((scales.input.step, scales.output.step))?;
+    looked.check_ratio(&ask.teeth, ratio, ask.rate_hz)?;
+    // From here on both count up together.
+    scales.output.unit *= ratio.value.signum();
+    let declared = ask.teeth.ratio();
+    let r = declared.value();
+    let looked = match ratio.value < 0.0 {
+        true => survey(rows, scales)?,
+        false => looked,
+    };
+    let pace = looked.pace * r / TAU; // turns of the output in a row
+    let last = ask.teeth.last() as f64;
+    let rows_per_tooth = 1.0 / (pace * last);
+    let (multiples, per_turn) = resolution(ask, pace)?;
+    let mut warnings = Vec::new();
+    let band = per_turn as f64 / CELLS_PER_ORDER as f64;
+    left_out(ask, band, &mut warnings);
+    let runs = looked.settled(r, TAU / last / r);
+    let look = Look {
+        survey: &looked,
+        ratio: r,
+        rows_per_tooth,
+    };
+    let found = jumps(rows, scales, &runs, look)?;
+    if !found.is_empty() && !ask.repair {
+        return Err(lost(&found, ask.rate_hz));
+    }
+    let (mut signals, speed) = gather(rows, scales, &runs, &found, ask, per_turn)?;
+    signals.sort_by_key(|s| std::cmp::Reverse(s.1.values.len()));
+    check_turns(ask, &signals, per_turn)?;
+    let play = play(&signals);
+    let search = Search {
+        teeth: &ask.teeth,
+        multiples,
+        band,
+        named: &ask.named,
+    };
+    let least = turns_needed(ask) * per_turn as f64;
+    let flanks = signals
+        .into_iter()
+        .filter(|s| s.1.values.len() as f64 >= least)
+        .map(|(forward, signal)| flank(signal, forward, &search))
+        .collect::<Result<Vec<Flank>, Error>>()?;
+    let steps = (scales.input.step * r, scales.output.step);
+    // Angles of the input are known to half a step, which rounds off high orders.
+    let blunt = band * steps.0 / TAU;
+    Ok(Measured {
+        declared,
+        ratio,
+        flanks,
+        runs,
+        play,
+        repaired: found,
+        multiples,
+        band,
+        error: ERROR + (0.5 * TAU * blunt).powi(2) / 6.0,
+        quantisation: (steps.0.powi(2) + steps.1.powi(2)).sqrt() / 12f64.sqrt(),
+        rows_per_tooth,
+        speed,
+        warnings,
+    })
+}
+
+/// Multiples of the meshes, and cells a turn.
+fn resolution(ask: &Ask, pace: f64) -> Result<(usize, usize), Error> {
+    let most = 1.0 / (LEAST_PER_CELL * pace); // cells a turn
+    let meshes = ask.teeth.meshes();
+    let values = || meshes.iter().map(|m| m.order.value());
+    let (lowest, highest) = (
+        values().fold(f64::INFINITY, f64::min),
+        values().fold(0.0, f64::max),
+    );
+    let cells = |order: f64| (CELLS_PER_ORDER as f64 * ROOM * order).ceil();
+    if cells(lowest) > most {
+        let per_tooth = 1.0 / (pace * lowest);
+        let message = format!(
+            "{per_tooth:.2} rows a tooth do not show what teeth do: at least {:.1} are needed",
+            LEAST_PER_CELL * CELLS_PER_ORDER as f64 * ROOM
+        );
+        return Err(Error::new(Code::TooShort, message)
+            .hint("read the encoders more often, or turn more slowly"));
+    }
+    let reachable = (1..)
+        .take_while(|&k| cells(k as f64 * highest) <= most)
+        .take(1000);
+    let reachable = reachable.last().unwrap_or(0);
+    if let Some(asked) = ask.multiples
+        && asked > reachable
+    {
+        let message = format!(
+            "order {} (multiple {asked} of {}) is above {:.1}, the highest that these rows hold",
+            asked as f64 * highest,
+            meshes
+                .iter()
+                .max_by(|a, b| a.order.cmp(&b.order))
+                .map_or("", |m| m.name.as_str()),
+            most / CELLS_PER_ORDER as f64
+        );
+        let hint = match reachable {
+            0 => "read the encoders more often, or turn more slowly".to_string(),
+            n => format!("--harmonics {n} at most"),
+        };
+        return Err(Error::new(Code::OutOfRange, message).hint(hint));
+    }
+    let multiples = ask.multiples.unwrap_or(MULTIPLES.min(reachable.max(1)));
+    let named = ask.named.iter().map(|n| n.0.value()).fold(0.0, f64::max);
+    let wanted = cells(multiples as f64 * highest)
+        .max(cells(named))
+        .min(most);
+    // Whole cells in a pitch of the output, as far as the rows allow.
+    let pitch = ask.teeth.last() as f64;
+    let per_pitch = (wanted / pitch).ceil();
+    let per_pitch = if per_pitch * pitch > most {
+        (most / pitch).floor()
+    } else {
+        per_pitch
+    };
+    Ok((multiples, (per_pitch.max(1.0) * pitch) as usize))
+}
+
+/// Says which meshes lie above the band.
+fn left_out(ask: &Ask, band: f64, warnings: &mut Vec<Warning>) {
+    let above: Vec<Member> = ask.teeth.meshes();
+    let above: Vec<String> = above
+        .into_iter()
+        .filter(|m| m.order.value() > band)
+        .map(|m| format!("{} (order {})", m.name, m.order))
+        .collect();
+    if !above.is_empty() {
+        warnings.push(Warning {
+            code: "mesh-above-band",
+            message: format!(
+                "{} above the highest order these rows hold, {band:.1}, and not looked for",
+                match &above[..] {
+                    [one] => format!("{one} lies"),
+                    many => format!("{} lie", many.join(", ")),
+                }
+            ),
+            hint: Some("read the encoders more often, or turn more slowly".into()),
+        });
+    }
+}
+
+fn lost(found: &[Jump], rate_hz: Option<f64>) -> Error {
+    const SHOWN: usize = 4;
+    let one = |j: &Jump| {
+        let place = match rate_hz {
+            Some(rate) => format!("{:.4} s", j.row as f64 / rate),
+            None => format!("row {}", j.row + 1),
+        };
+        let what = if j.counts < 0.0 { "lost" } else { "too many" };
+        format!(
+            "{} {what} on the {} at {place}",
+            counted(j.counts.abs() as usize, "count"),
+            j.whose
+        )
+    };
+    let mut list: Vec<String> = found.iter().take(SHOWN).map(one).collect();
+    if found.len() > SHOWN {
+        list.push(format!("and {} more", found.len() - SHOWN));
+    }
+    Error::new(Code::LostCounts, list.join(", ")).hint(
+        "have the steps taken out with --repair, or take a stretch without them: --after, --before",
+    )
+}
+
+/// Both directions over even cells, and the speed.
+#[allow(clippy::type_complexity)]
+fn gather(
+    rows: &dyn Rows,
+    scales: Scales,
+    runs: &[Run],
+    lost: &[Jump],
+    ask: &Ask,
+    per_turn: usize,
+) -> Result<(Vec<(bool, AngularSignal)>, Option<Speed>), Error> {
+    let r = ask.teeth.ratio().value();
+    let to_turns = r / TAU;
+    let room = |forward: bool| {
+        let ends = runs.iter().filter(|run| run.forward == forward);
+        ends.flat_map(|run| [run.input.0, run.input.1])
+            .map(|x| x * to_turns)
+            .fold(None, |m: Option<(f64, f64)>, x| {
+                Some(m.map_or((x, x), |(a, b)| (a.min(x), b.max(x))))
+            })
+    };
+    // What lies beside the run's ends is no more than rows that dither.
+    let open = |forward| room(forward).map(|(a, b)| Cells::new(per_turn, a, b));
+    let (mut up, mut down) = (open(true), open(false));
+    let mut paces = ask.rate_hz.map(|rate| Paces::new(rate, ask.teeth.last()));
+    let mut values = Vec::new();
+    each(rows, scales, |first, input, output| {
+        let end = first + input.len();
+        for run in runs {
+            let (low, high) = (run.rows.start.max(first), run.rows.end.min(end));
+            if low >= high {
+                continue;
+            }
+            let (a, b) = (
+                &input[low - first..high - first],
+                &output[low - first..high - first],
+            );
+            values.clear();
+            values.extend(a.iter().zip(b).map(|(a, b)| b - r * a));
+            take_out(&mut values, low, lost);
+            let cells = if run.forward { &mut up } else { &mut down };
+            if let Some(cells) = cells {
+                cells.put(a.iter().map(|x| x * to_turns), &values);
+            }
+            if let Some(paces) = &mut paces {
+                paces.see(low, a.iter().map(|x| x * to_turns));
+            }
+        }
+    })?;
+    let mut signals = Vec::new();
+    for (forward, cells) in [(true, up), (false, down)] {
+        match cells.map(Cells::finish) {
+            Some(Ok(signal)) => signals.push((forward, signal)),
+            // A short way back is no flank of its own.
+            Some(Err(e)) if e.code != Code::TooShort => return Err(e),
+            _ => {}
+        }
+    }
+    Ok((signals, paces.and_then(Paces::finish)))
+}
+
+/// Takes the steps out that lie before these rows or among them.
+fn take_out(values: &mut [f64], first: usize, lost: &[Jump]) {
+    for jump in lost {
+        let from = jump.row.saturating_sub(first).min(values.len());
+        values[from..].iter_mut().for_each(|e| *e -= jump.step);
+    }
+}
+
+/// Turns of the output in which every shaft turns once.
+fn turns_needed(ask: &Ask) -> f64 {
+    let shafts = ask.teeth.shafts();
+    shafts
+        .iter()
+        .map(|s| 1.0 / s.order.value())
+        .fold(1.0, f64::max)
+}
+
+fn check_turns(ask: &Ask, signals: &[(bool, AngularSignal)], per_turn: usize) -> Result<(), Error> {
+    let needed = turns_needed(ask);
+    let found = signals
+        .first()
+        .map_or(0.0, |s| s.1.values.len() as f64 / per_turn as f64);
+    if found >= needed {
+        return Ok(());
+    }
+    let message = format!(
+        "the record covers {found:.3} turns of the output in one direction, where {needed:.3} are needed for one turn of every shaft"
+    );
+    Err(Error::new(Code::TooShort, message).hint(format!(
+        "record one turn of the slowest shaft and {:.3} turns of the output more, in one direction without a gap",
+        2.0 * LOST as f64 / per_turn as f64
+    )))
+}
+
+/// The difference of both directions where both passed.
+fn play(signals: &[(bool, AngularSignal)]) -> Option<Play> {
+    let of = |forward| signals.iter().find(|s| s.0 == forward).map(|s| &s.1);
+    let (up, down) = (of(true)?, of(false)?);
+    let end = |s: &AngularSignal| s.first + s.values.len() as i64;
+    let (first, last) = (up.first.max(down.first), end(up).min(end(down)));
+    if last <= first {
+        return None;
+    }
+    let at = |s: &AngularSignal, i: i64| s.values[(i - s.first) as usize];
+    let values: Vec<f64> = (first..last).map(|i| at(down, i) - at(up, i)).collect();
+    let range = values
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| {
+            (l.min(x), h.max(x))
+        });
+    Some(Play {
+        mean: values.iter().sum::<f64>() / values.len() as f64,
+        range,
+        signal: AngularSignal {
+            per_turn: up.per_turn,
+            first,
+            values,
+        },
+    })
+}

@@ -1,0 +1,253 @@
+//! Lost or extra counts: places where the error steps by whole counts of an encoder and stays there.
+//!
+//! `D_i = mean(e_i … e_{i+w}) − mean(e_{i−w} … e_i)` over a tooth on either side, where what the mesh does averages out, stands out of its
+//! own median deviation.
+
+use std::ops::Range;
+
+use super::rows::{Rows, Scales, each};
+use super::survey::{Run, Survey};
+use crate::base::error::Error;
+use crate::numeric::Matrix;
+use crate::numeric::least_squares::solve;
+
+/// A place where counts are missing or too many.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Jump {
+    /// The first row after it.
+    pub row: usize,
+    /// By how much the error steps, rad of the output.
+    pub step: f64,
+    /// Counts the encoder read too many; negative: missing.
+    pub counts: f64,
+    /// Of which encoder; both where a count of either would make the same step.
+    pub whose: &'static str,
+}
+
+/// How the error is looked at.
+#[derive(Debug, Clone, Copy)]
+pub struct Look<'a> {
+    /// What a first look found, the output counting up with the input.
+    pub survey: &'a Survey,
+    /// Turns of the output for one of the input.
+    pub ratio: f64,
+    /// Rows that pass in one tooth of the output.
+    pub rows_per_tooth: f64,
+}
+
+/// Rows on either side of a place: to see where a step is, and that it is one.
+const NARROW: (usize, usize) = (4, 24);
+
+/// See [`NARROW`].
+const WIDE: usize = 4096;
+
+/// A step this many deviations out is one, where the deviation is of noise alone.
+const STANDS_OUT: f64 = 8.0;
+
+/// A step is one where it has this share of a count.
+const SHARE: f64 = 0.6;
+
+/// Counts of both encoders make steps that differ by no more than this share: nothing tells which lost one.
+const SAME: f64 = 0.02;
+
+/// How well the size of a step is known, over the smaller count.
+const FITS: f64 = 0.15;
+
+/// Places that are followed up, the strongest.
+const MOST: usize = 40;
+
+/// Differences looked at to know the noise of all.
+const SAMPLES: usize = 8192;
+
+/// The places, in their order. Encoders without steps have none.
+///
+/// # Errors
+/// Readings that cannot be read.
+pub fn jumps(
+    rows: &dyn Rows,
+    scales: Scales,
+    runs: &[Run],
+    look: Look,
+) -> Result<Vec<Jump>, Error> {
+    let counts = (scales.input.step * look.ratio, scales.output.step);
+    let smallest = [counts.0, counts.1]
+        .into_iter()
+        .filter(|c| *c > 0.0)
+        .fold(f64::INFINITY, f64::min);
+    if !smallest.is_finite() {
+        return Ok(Vec::new());
+    }
+    let narrow = ((look.rows_per_tooth / 8.0) as usize).clamp(NARROW.0, NARROW.1);
+    let wide = (look.rows_per_tooth.round() as usize).clamp(2 * narrow, WIDE);
+    let windows = Windows { narrow, wide };
+    let every = (rows.rows() / SAMPLES).max(1);
+    let mut sizes = Vec::new();
+    windows.slide(rows, scales, look.ratio, runs, |row, _, far| {
+        if row.is_multiple_of(every) {
+            sizes.push(far.abs());
+        }
+    })?;
+    if sizes.is_empty() {
+        return Ok(Vec::new());
+    }
+    sizes.sort_by(f64::total_cmp);
+    // The median of the size of a normal variable is 0.6745 of its deviation.
+    let deviation = sizes[sizes.len() / 2] / 0.6745;
+    let least = (SHARE * smallest).max(STANDS_OUT * deviation);
+    // Over the wide windows a step is told from noise; where it is, the narrow ones say.
+    let mut found: Vec<(usize, f64, f64)> = Vec::new();
+    windows.slide(rows, scales, look.ratio, runs, |row, near, far| {
+        if far.abs() < least || far * near < 0.0 {
+            return;
+        }
+        let height = near.abs() + far.abs();
+        match found.last_mut() {
+            Some(last) if row - last.0 <= 2 * wide => {
+                if height > last.1 {
+                    *last = (row, height, far);
+                }
+            }
+            _ => found.push((row, height, far)),
+        }
+    })?;
+    found.sort_by(|a, b| b.1.total_cmp(&a.1));
+    found.truncate(MOST);
+    found.sort_by_key(|f| f.0);
+    let steps = confirmed(&found, runs, look);
+    let all: Vec<Jump> = found
+        .iter()
+        .zip(steps)
+        .filter(|(_, step)| step.abs() > SHARE * smallest)
+        .map(|(&(row, ..), step)| named(row, step, counts))
+        .collect();
+    Ok(if is_form(&all, runs) { Vec::new() } else { all })
+}
+
+/// How large the steps are over the whole record: with the turning of the shafts and a level for each run they are fitted to points of
+/// it. Beats of two counters look like a step and go back; a lost count stays.
+fn confirmed(found: &[(usize, f64, f64)], runs: &[Run], look: Look) -> Vec<f64> {
+    let claimed = found.iter().map(|f| f.2).collect();
+    let inside = |run: &Run, row: usize| run.rows.contains(&row);
+    let points: Vec<_> = look
+        .survey
+        .points
+        .iter()
+        .filter(|p| runs.iter().any(|r| inside(r, p.0)))
+        .collect();
+    const TURNING: usize = 8;
+    let columns = runs.len() + TURNING + found.len();
+    if found.is_empty() || points.len() < 2 * columns {
+        return claimed;
+    }
+    let a = Matrix::from_fn(points.len(), columns, |i, j| {
+        let &(row, input, _) = points[i];
+        if let Some(run) = runs.get(j) {
+            return f64::from(u8::from(inside(run, row)));
+        }
+        match j - runs.len() {
+            k if k < TURNING => {
+                let angle = [1.0, 2.0][k / 2 % 2] * input * [1.0, look.ratio][k / 4];
+                if k % 2 == 0 { angle.cos() } else { angle.sin() }
+            }
+            k => f64::from(u8::from(row >= found[k - TURNING].0)),
+        }
+    });
+    let error = |p: &(usize, f64, f64)| p.2 - look.ratio * p.1;
+    let b = Matrix::from_fn(points.len(), 1, |i, _| error(points[i]) - error(points[0]));
+    match solve(&a, &b) {
+        Ok(x) => (0..found.len())
+            .map(|k| x[(runs.len() + TURNING + k, 0)])
+            .collect(),
+        Err(_) => claimed, // steps too near each other for the points
+    }
+}
+
+/// A step as whole counts of the encoder they fit better, `counts` being what one of either makes, rad of the output.
+fn named(row: usize, step: f64, counts: (f64, f64)) -> Jump {
+    // Too many counts of the input turn the error back.
+    let fit = |count: f64| {
+        let n = (step / count).round();
+        let n = if n == 0.0 { (step / count).signum() } else { n };
+        (n, (step - n * count).abs())
+    };
+    let (input, output) = (fit(-counts.0), fit(counts.1));
+    // Fewer counts are likelier, as long as they fit as well.
+    let better = |a: (f64, f64), b: (f64, f64)| {
+        let slack = FITS * counts.0.min(counts.1);
+        a.1 + if a.0.abs() < b.0.abs() { -slack } else { slack } < b.1
+    };
+    let alike = (counts.0 - counts.1).abs() < SAME * counts.1;
+    let (counts, whose) = match (counts.0 > 0.0, counts.1 > 0.0) {
+        (true, true) if alike => (output.0, "input or output"),
+        (true, true) if better(input, output) => (input.0, "input"),
+        (_, true) => (output.0, "output"),
+        _ => (input.0, "input"),
+    };
+    Jump {
+        row,
+        step,
+        counts,
+        whose,
+    }
+}
+
+/// Steps that come and go tooth by tooth are the shape of the teeth: many, and their sum is nothing.
+fn is_form(all: &[Jump], runs: &[Run]) -> bool {
+    const MANY: usize = 12;
+    const NOTHING: f64 = 0.2;
+    let sum: f64 = all.iter().map(|j| j.step).sum();
+    let size: f64 = all.iter().map(|j| j.step.abs()).sum();
+    all.len() > MANY * runs.len().max(1) && sum.abs() < NOTHING * size
+}
+
+/// Windows on either side of a row.
+struct Windows {
+    narrow: usize,
+    wide: usize,
+}
+
+impl Windows {
+    /// `see(row, step near, step over the wide windows)` wherever both fit into a run.
+    fn slide(
+        &self,
+        rows: &dyn Rows,
+        scales: Scales,
+        ratio: f64,
+        runs: &[Run],
+        mut see: impl FnMut(usize, f64, f64),
+    ) -> Result<(), Error> {
+        // Running sums of the error, kept as far back as the windows reach.
+        let mut sums: Vec<f64> = vec![0.0];
+        let mut first = 0; // row of sums[0]
+        let mut at = 0; // the next row to be judged
+        let mut origin = None;
+        each(rows, scales, |_, input, output| {
+            let mut sum = sums.last().copied().unwrap_or(0.0);
+            for (a, b) in input.iter().zip(output) {
+                let e = b - ratio * a;
+                sum += e - *origin.get_or_insert(e);
+                sums.push(sum);
+            }
+            let end = first + sums.len() - 1; // rows seen
+            for run in runs {
+                let judged = run_inside(run, self.wide, at..end.saturating_sub(self.wide) + 1);
+                for row in judged {
+                    let s = |r: usize| sums[r - first];
+                    let step = |w: usize| (s(row + w) - 2.0 * s(row) + s(row - w)) / w as f64;
+                    see(row, step(self.narrow), step(self.wide));
+                }
+            }
+            at = at.max((end + 1).saturating_sub(self.wide));
+            let drop = at.saturating_sub(self.wide).saturating_sub(first);
+            sums.drain(..drop);
+            first += drop;
+        })
+    }
+}
+
+/// Rows of a run whose wide windows lie in it, of those wanted.
+fn run_inside(run: &Run, wide: usize, wanted: Range<usize>) -> Range<usize> {
+    let low = (run.rows.start + wide).max(wanted.start);
+    let high = run.rows.end.saturating_sub(wide).min(wanted.end);
+    low..high.max(low)
+}

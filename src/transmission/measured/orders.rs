@@ -1,0 +1,222 @@
+//! Which orders a train can show: its shafts and meshes, their multiples, sidebands; equal ones are one line, by exact fractions.
+//!
+//! A record of T turns tells two orders apart that differ by 1/T or more; of nearer ones the first is fitted for all.
+
+use std::collections::HashMap;
+
+use super::teeth::{Member, Teeth};
+use crate::numeric::fraction::Fraction;
+
+/// An order and what may make it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Order {
+    /// Per turn of the output.
+    pub exact: Fraction,
+    /// The same as a number.
+    pub value: f64,
+    /// What has exactly this order: more than one cannot be told apart by any record of these two shafts at one speed.
+    pub names: Vec<String>,
+    /// What lies too near for this record.
+    pub near: Vec<Near>,
+}
+
+/// An order that this record does not tell from another.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Near {
+    /// Its fraction and what makes it.
+    pub what: String,
+    /// Turns of the output that would tell it.
+    pub turns: f64,
+}
+
+/// What a record can show.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reach {
+    /// The highest order.
+    pub band: f64,
+    /// Turns of the output.
+    pub turns: f64,
+}
+
+/// Share of 1/T by which two orders differ at least to be fitted both.
+const APART: f64 = 0.9;
+
+/// Orders in the order of their weight: those to be fitted, then those to be looked for.
+#[derive(Debug, Default)]
+pub struct OrderList {
+    orders: Vec<Order>,
+    places: HashMap<Fraction, usize>,
+}
+
+impl OrderList {
+    /// Adds an order, or a name to it.
+    pub fn put(&mut self, exact: Fraction, name: String) {
+        let value = exact.value();
+        if exact.is_zero() || exact.is_negative() {
+            return;
+        }
+        match self.places.get(&exact) {
+            Some(&at) => {
+                let names = &mut self.orders[at].names;
+                if !names.contains(&name) {
+                    names.push(name);
+                }
+            }
+            None => {
+                self.places.insert(exact.clone(), self.orders.len());
+                self.orders.push(Order {
+                    exact,
+                    value,
+                    names: vec![name],
+                    near: Vec::new(),
+                });
+            }
+        }
+    }
+
+    /// The shafts with two multiples, the meshes with as many as are asked for, and one sideband on either side.
+    pub fn with_train(&mut self, teeth: &Teeth, multiples: usize) {
+        let (shafts, meshes) = (teeth.shafts(), teeth.meshes());
+        for one in shafts.iter().rev().chain(&meshes) {
+            self.put(one.order.clone(), one.name.clone());
+        }
+        shafts.iter().rev().for_each(|s| self.multiple(s, 2));
+        for k in 2..=multiples {
+            meshes.iter().for_each(|m| self.multiple(m, k));
+        }
+        for k in 1..=multiples {
+            self.sidebands(&shafts, &meshes, k, 1);
+        }
+    }
+
+    /// Also the multiples of each shaft up to half its teeth, and further sidebands.
+    pub fn with_more(&mut self, teeth: &Teeth, multiples: usize) {
+        const SIDES: usize = 4;
+        /// Beyond so many multiples of a shaft an unexplained line is not named after it.
+        const MOST: u32 = 200;
+        let (shafts, meshes) = (teeth.shafts(), teeth.meshes());
+        let pairs = teeth.pairs();
+        for (k, shaft) in shafts.iter().enumerate().rev() {
+            let driven = k.checked_sub(1).map_or(0, |j| pairs[j].1);
+            let driving = pairs.get(k).map_or(0, |p| p.0);
+            for n in 3..=(driven.max(driving) / 2).min(MOST) {
+                self.multiple(shaft, n as usize);
+            }
+        }
+        for side in 2..=SIDES {
+            (1..=multiples).for_each(|k| self.sidebands(&shafts, &meshes, k, side));
+        }
+    }
+
+    fn multiple(&mut self, member: &Member, n: usize) {
+        let order = &member.order * &Fraction::new(n as i64, 1);
+        self.put(order, times(n, &member.name));
+    }
+
+    /// The n-th multiple of each mesh with its own two shafts on either side.
+    fn sidebands(&mut self, shafts: &[Member], meshes: &[Member], n: usize, side: usize) {
+        for (mesh, own) in meshes.iter().zip(shafts.windows(2)) {
+            let carrier = &mesh.order * &Fraction::new(n as i64, 1);
+            for shaft in own {
+                let by = &shaft.order * &Fraction::new(side as i64, 1);
+                for (order, sign) in [(&carrier - &by, '−'), (&carrier + &by, '+')] {
+                    let (a, b) = (times(n, &mesh.name), times(side, &shaft.name));
+                    self.put(order, format!("{a} {sign} {b}"));
+                }
+            }
+        }
+    }
+
+    /// What a record can show of it, beside what is fitted `already`; an order nearer than it resolves to one before it is noted there.
+    pub fn resolved(self, reach: Reach, already: &mut Vec<Order>) -> Vec<Order> {
+        let mut fresh: Vec<Order> = Vec::new();
+        let least = APART / reach.turns;
+        for order in self.orders {
+            // Below this the record is a constant.
+            if order.value > reach.band || order.value < least {
+                continue;
+            }
+            let near = |o: &&mut Order| (o.value - order.value).abs() < least;
+            let known = already.iter_mut().chain(&mut fresh).find(near);
+            match known {
+                Some(known) if known.exact == order.exact => {
+                    let names = order.names.into_iter();
+                    let news: Vec<String> = names.filter(|n| !known.names.contains(n)).collect();
+                    known.names.extend(news);
+                }
+                Some(known) => {
+                    let turns = 1.0 / (known.value - order.value).abs();
+                    known.near.push(Near {
+                        what: format!("{} ({})", order.exact, order.names.join(", ")),
+                        turns,
+                    });
+                }
+                None => fresh.push(order),
+            }
+        }
+        fresh
+    }
+}
+
+fn times(n: usize, name: &str) -> String {
+    match n {
+        1 => name.to_string(),
+        n => format!("{n} × {name}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn resolved(teeth: &str, turns: f64) -> Vec<Order> {
+        let teeth = Teeth::parse(teeth).unwrap();
+        let reach = Reach { band: 400.0, turns };
+        let mut list = OrderList::default();
+        list.with_train(&teeth, 3);
+        list.resolved(reach, &mut Vec::new())
+    }
+
+    /// 21:63: one turn of the pinion is a third of the wheel's: the third multiple of the wheel has its order, exactly.
+    #[test]
+    fn exact_coincidence() {
+        let teeth = Teeth::parse("21:63").unwrap();
+        let reach = Reach {
+            band: 400.0,
+            turns: 5.0,
+        };
+        let mut fitted = resolved("21:63", 5.0);
+        let mut more = OrderList::default();
+        more.with_more(&teeth, 3);
+        let more = more.resolved(reach, &mut fitted);
+        let three = fitted.iter().find(|o| o.exact.to_string() == "3").unwrap();
+        assert_eq!(three.names, ["input", "3 × output"]);
+        assert!(three.near.is_empty());
+        assert!(more.iter().any(|o| o.names == ["4 × output"]));
+    }
+
+    /// 21:64: the pinion's 64/21 lies 1/21 beside the wheel's third multiple: told apart by 21 turns, noted in 5.
+    #[test]
+    fn exact_nearness() {
+        let one = |turns: f64| {
+            let mut fitted = resolved("21:64", turns);
+            let mut more = OrderList::default();
+            more.with_more(&Teeth::parse("21:64").unwrap(), 3);
+            let reach = Reach { band: 400.0, turns };
+            let fresh = more.resolved(reach, &mut fitted);
+            let input = fitted.into_iter().find(|o| o.names[0] == "input").unwrap();
+            (input, fresh)
+        };
+        let (short, fresh) = one(5.0);
+        assert!(
+            short
+                .near
+                .iter()
+                .any(|n| n.what.contains("3 × output") && (n.turns - 21.0).abs() < 1e-9)
+        );
+        assert!(!fresh.iter().any(|o| o.names[0] == "3 × output"));
+        let (long, fresh) = one(21.5);
+        assert!(long.near.is_empty());
+        assert!(fresh.iter().any(|o| o.names[0] == "3 × output"));
+    }
+}

@@ -1,0 +1,233 @@
+//! Readings of two encoders row by row, in blocks, as angles that go on: `θ = unit · (reading + wrap · turns)`.
+
+use crate::base::code::Code;
+use crate::base::error::Error;
+
+/// Rows handed on at a time.
+pub const BLOCK: usize = 1 << 14;
+
+/// Readings of both encoders, taken at the same instants.
+pub trait Rows {
+    /// How many.
+    fn rows(&self) -> usize;
+
+    /// Fills both blocks with the readings from row `from` on.
+    ///
+    /// # Errors
+    /// They cannot be read.
+    fn read(&self, from: usize, input: &mut [f64], output: &mut [f64]) -> Result<(), Error>;
+}
+
+/// Readings in memory, of the input and of the output.
+#[derive(Debug, Clone, Copy)]
+pub struct InMemory<'a>(pub &'a [f64], pub &'a [f64]);
+
+impl Rows for InMemory<'_> {
+    fn rows(&self) -> usize {
+        self.0.len().min(self.1.len())
+    }
+
+    fn read(&self, from: usize, input: &mut [f64], output: &mut [f64]) -> Result<(), Error> {
+        input.copy_from_slice(&self.0[from..from + input.len()]);
+        output.copy_from_slice(&self.1[from..from + output.len()]);
+        Ok(())
+    }
+}
+
+/// What the readings of an encoder mean.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scale {
+    /// Rad a unit of the readings; negative where it counts against the other shaft.
+    pub unit: f64,
+    /// The readings begin again after so many units.
+    pub wrap: Option<f64>,
+    /// From one reading to the next that it can give, rad; 0 where it is not quantised.
+    pub step: f64,
+}
+
+impl Scale {
+    /// Angles in rad without steps.
+    pub const RAD: Scale = Scale {
+        unit: 1.0,
+        wrap: None,
+        step: 0.0,
+    };
+}
+
+/// Both shafts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scales {
+    /// Of the input.
+    pub input: Scale,
+    /// Of the output.
+    pub output: Scale,
+}
+
+/// Hands all rows on as angles in rad, block by block: `see(first row, input, output)`.
+///
+/// # Errors
+/// The readings cannot be read; `NotANumber`.
+pub fn each(
+    rows: &dyn Rows,
+    scales: Scales,
+    mut see: impl FnMut(usize, &[f64], &[f64]),
+) -> Result<(), Error> {
+    let count = rows.rows();
+    let (mut a, mut b) = (vec![0.0; BLOCK.min(count)], vec![0.0; BLOCK.min(count)]);
+    let (mut input, mut output) = (Going::new(scales.input), Going::new(scales.output));
+    let mut from = 0;
+    while from < count {
+        let n = BLOCK.min(count - from);
+        rows.read(from, &mut a[..n], &mut b[..n])?;
+        input.on(&mut a[..n]);
+        output.on(&mut b[..n]);
+        if let Some(at) = (0..n).find(|&i| !(a[i] + b[i]).is_finite()) {
+            let which = if a[at].is_finite() { "output" } else { "input" };
+            let message = format!("row {} of the {which} is no finite number", from + at + 1);
+            return Err(Error::new(Code::NotANumber, message)
+                .hint("take a stretch without it, or bridge it: --fill-gaps"));
+        }
+        see(from, &a[..n], &b[..n]);
+        from += n;
+    }
+    Ok(())
+}
+
+/// Readings made to go on.
+struct Going {
+    scale: Scale,
+    before: Option<f64>,
+    turns: f64,
+}
+
+impl Going {
+    fn new(scale: Scale) -> Going {
+        Going {
+            scale,
+            before: None,
+            turns: 0.0,
+        }
+    }
+
+    fn on(&mut self, block: &mut [f64]) {
+        let unit = self.scale.unit;
+        let Some(wrap) = self.scale.wrap else {
+            block.iter_mut().for_each(|x| *x *= unit);
+            return;
+        };
+        for x in block {
+            let before = self.before.replace(*x).unwrap_or(*x);
+            let step = *x - before;
+            // Far more rows go on than wrap.
+            if step.abs() > 0.5 * wrap {
+                self.turns -= (step / wrap).round();
+            }
+            *x = unit * (*x + self.turns * wrap);
+        }
+    }
+}
+
+/// The period after which readings begin again: jumps of more than half of one of `known`, all of about its size. Nothing where no
+/// reading jumps so far.
+///
+/// # Errors
+/// `OutOfRange`: readings that jump by something else, more than a quarter of the smallest of `known`.
+pub fn wrap(
+    rows: &dyn Rows,
+    is_output: bool,
+    name: &str,
+    known: &[f64],
+) -> Result<Option<f64>, Error> {
+    let count = rows.rows();
+    let (mut a, mut b) = (vec![0.0; BLOCK.min(count)], vec![0.0; BLOCK.min(count)]);
+    let least = 0.25 * known.iter().copied().fold(f64::INFINITY, f64::min);
+    let (mut before, mut from, mut usual) = (None, 0, 0.0_f64);
+    let mut jumps: Vec<(usize, f64)> = Vec::new();
+    while from < count {
+        let n = BLOCK.min(count - from);
+        rows.read(from, &mut a[..n], &mut b[..n])?;
+        let block = if is_output { &b[..n] } else { &a[..n] };
+        for (i, &x) in block.iter().enumerate() {
+            let step: f64 = x - before.replace(x).unwrap_or(x);
+            // A jump is far beyond what the shaft usually does from row to row.
+            if step.abs() > least && step.abs() > 8.0 * usual {
+                jumps.push((from + i, step));
+            } else if step.is_finite() {
+                usual += 0.05 * (step.abs() - usual);
+            }
+        }
+        from += n;
+    }
+    if jumps.is_empty() {
+        return Ok(None);
+    }
+    // The step that the shaft makes meanwhile is taken off the jump or added to it.
+    let slack = (2.0 * usual).max(1e-6 * least);
+    let fits = |w: f64| {
+        jumps
+            .iter()
+            .all(|j| (j.1.abs() - w).abs() <= slack + 0.02 * w)
+    };
+    if let Some(&found) = known.iter().find(|w| fits(**w)) {
+        return Ok(Some(found));
+    }
+    let (row, step) = jumps[0];
+    let message = format!("{name} jumps by {step:.6} at row {}", row + 1);
+    Err(Error::new(Code::LostCounts, message)
+        .hint("no counter or angle begins again after that: take the stretch before or after it (--after, --before), or state what the readings are (--unit, --lines)"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ramp(step: f64, wrap: f64) -> Vec<f64> {
+        (0..40_000)
+            .map(|i| (step * f64::from(i)).rem_euclid(wrap).floor())
+            .collect()
+    }
+
+    /// A counter of 16 bits up, an angle in degrees down, over several blocks.
+    #[test]
+    fn exact_wrapped_readings() {
+        let up = ramp(37.3, 65536.0);
+        let down: Vec<f64> = ramp(0.7, 360.0).iter().map(|x| 359.0 - x).collect();
+        let rows = InMemory(&up, &down);
+        let known = [256.0, 65536.0];
+        assert_eq!(wrap(&rows, false, "a", &known).unwrap(), Some(65536.0));
+        assert_eq!(wrap(&rows, true, "b", &[360.0]).unwrap(), Some(360.0));
+        let scale = |unit, w| Scale {
+            unit,
+            wrap: Some(w),
+            step: 0.0,
+        };
+        let scales = Scales {
+            input: scale(1.0, 65536.0),
+            output: scale(-1.0, 360.0),
+        };
+        let mut last = (0.0, 0.0);
+        each(&rows, scales, |_, a, b| {
+            last = (a[a.len() - 1], b[b.len() - 1]);
+        })
+        .unwrap();
+        assert_eq!(last.0, (37.3_f64 * 39_999.0).floor());
+        assert!((last.1 + 359.0 - (0.7_f64 * 39_999.0).floor()).abs() < 1.5);
+    }
+
+    #[test]
+    fn refuses_jumps_and_gaps() {
+        let mut a = ramp(3.0, 1e9);
+        a[500..].iter_mut().for_each(|x| *x += 5000.0);
+        let rows = InMemory(&a, &a);
+        let error = wrap(&rows, false, "a", &[4096.0]).unwrap_err();
+        assert!(error.message.contains("row 501"), "{error}");
+        let b = [0.0, f64::NAN, 1.0];
+        let scales = Scales {
+            input: Scale::RAD,
+            output: Scale::RAD,
+        };
+        let error = each(&InMemory(&b[..], &[0.0; 3]), scales, |_, _, _| {}).unwrap_err();
+        assert_eq!(error.code, Code::NotANumber);
+        assert!(error.message.contains("row 2 of the input"), "{error}");
+    }
+}

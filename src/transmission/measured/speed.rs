@@ -1,0 +1,89 @@
+//! Speed of the output tooth by tooth: a pitch over the time in which it passed.
+
+use std::f64::consts::TAU;
+
+/// Speed over a record.
+#[derive(Debug, Clone)]
+pub struct Speed {
+    /// Middle of each pitch, turns of the output.
+    pub turns: Vec<f64>,
+    /// Speed of the output over that pitch, rad/s; negative where it turned back.
+    pub speed: Vec<f64>,
+}
+
+impl Speed {
+    /// Mean of the size, least and most, rad/s.
+    pub fn range(&self) -> (f64, f64, f64) {
+        let sizes = || self.speed.iter().map(|s| s.abs());
+        (
+            sizes().sum::<f64>() / self.speed.len().max(1) as f64,
+            sizes().fold(f64::INFINITY, f64::min),
+            sizes().fold(0.0, f64::max),
+        )
+    }
+}
+
+/// Passages of pitches, as rows come.
+pub struct Paces {
+    rate_hz: f64,
+    teeth: f64,
+    before: Option<(usize, f64)>,
+    passed: Option<(f64, f64)>,
+    found: Speed,
+}
+
+impl Paces {
+    /// Rows a second, and pitches a turn.
+    pub fn new(rate_hz: f64, teeth: usize) -> Paces {
+        Paces {
+            rate_hz,
+            teeth: teeth as f64,
+            before: None,
+            passed: None,
+            found: Speed {
+                turns: Vec::new(),
+                speed: Vec::new(),
+            },
+        }
+    }
+
+    /// Rows from `first` on, turns of the output.
+    pub fn see(&mut self, first: usize, turns: impl Iterator<Item = f64>) {
+        for (i, x) in turns.enumerate() {
+            let (row, pitch) = (first + i, x * self.teeth);
+            if let Some((last, before)) = self.before
+                && last + 1 == row
+            {
+                let (low, high) = (before.min(pitch), before.max(pitch));
+                let edge = low.floor() + 1.0;
+                // The border lies between these two rows; of several in one row the first is taken.
+                if edge <= high {
+                    let part = (edge - before) / (pitch - before);
+                    self.pass(edge, last as f64 + part);
+                }
+            } else {
+                self.passed = None;
+            }
+            self.before = Some((row, pitch));
+        }
+    }
+
+    fn pass(&mut self, edge: f64, row: f64) {
+        if let Some((from, at)) = self.passed
+            && from != edge
+            && row > at
+        {
+            let turns = (edge - from) / self.teeth;
+            self.found.turns.push(0.5 * (edge + from) / self.teeth);
+            self.found
+                .speed
+                .push(TAU * turns * self.rate_hz / (row - at));
+        }
+        self.passed = Some((edge, row));
+    }
+
+    /// The speeds; nothing where no pitch passed.
+    pub fn finish(self) -> Option<Speed> {
+        (!self.found.speed.is_empty()).then_some(self.found)
+    }
+}

@@ -1,0 +1,331 @@
+//! A first look at a record: which way it turns and where it turns back, how far from row to row, the ratio it shows.
+
+use std::f64::consts::TAU;
+use std::ops::Range;
+
+use super::rows::{Rows, Scales, each};
+use super::teeth::Teeth;
+use crate::base::code::Code;
+use crate::base::error::Error;
+
+/// Points kept of a record to look at its course.
+const POINTS: usize = 4096;
+
+/// Rows over which the pace is taken.
+const PACE: usize = 16;
+
+/// A shaft has turned back when it went so many steps of its encoder the other way, and so much of a turn.
+const BACK: (f64, f64) = (8.0, 1e-3);
+
+/// A stretch in which the input turns one way.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Run {
+    /// Its rows.
+    pub rows: Range<usize>,
+    /// It turns up.
+    pub forward: bool,
+    /// Angle of the input at its ends, rad.
+    pub input: (f64, f64),
+}
+
+impl Run {
+    /// How far the input turns, rad.
+    pub fn reach(&self) -> f64 {
+        (self.input.1 - self.input.0).abs()
+    }
+}
+
+/// What a record is like.
+#[derive(Debug, Clone)]
+pub struct Survey {
+    /// Stretches one way, in their order.
+    pub runs: Vec<Run>,
+    /// The largest turn of the input in one row, averaged over a few, rad.
+    pub pace: f64,
+    /// Rows, input and output angle, at even distances.
+    pub points: Vec<(usize, f64, f64)>,
+}
+
+/// The ratio of a record.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MeasuredRatio {
+    /// Turns of the output for one of the input; negative where the encoders count against each other.
+    pub value: f64,
+    /// What a drift over the record would have to be to be told from the error itself, relative.
+    pub known_to: f64,
+}
+
+/// Looks at every row once.
+///
+/// # Errors
+/// Readings that cannot be read or are no numbers; `NoSignal` where nothing turns.
+pub fn survey(rows: &dyn Rows, scales: Scales) -> Result<Survey, Error> {
+    let count = rows.rows();
+    let back = (BACK.0 * scales.input.step).max(BACK.1 * TAU);
+    let every = count.div_ceil(POINTS).max(1);
+    let mut found = Survey {
+        runs: Vec::new(),
+        pace: 0.0,
+        points: Vec::with_capacity(POINTS + 1),
+    };
+    // The farthest the run has come, and where it began.
+    let mut run: Option<Turning> = None;
+    let mut recent = [0.0; PACE];
+    each(rows, scales, |first, input, output| {
+        for (i, &angle) in input.iter().enumerate() {
+            let row = first + i;
+            if row.is_multiple_of(every) {
+                found.points.push((row, angle, output[i]));
+            }
+            let slot = row % PACE;
+            if row >= PACE {
+                found.pace = found.pace.max((angle - recent[slot]).abs() / PACE as f64);
+            }
+            recent[slot] = angle;
+            let turning = run.get_or_insert(Turning::at(row, angle));
+            if let Some(done) = turning.see(row, angle, back) {
+                found.runs.push(done);
+            }
+        }
+    })?;
+    if let Some(turning) = run {
+        found.runs.extend(turning.end(count));
+    }
+    if found.runs.is_empty() {
+        let message = "the input does not turn";
+        return Err(Error::new(Code::NoSignal, message)
+            .hint("look whether this is its channel: `geardyn check LOG` shows what each holds"));
+    }
+    Ok(found)
+}
+
+/// A run being followed.
+struct Turning {
+    start: (usize, f64),
+    far: (usize, f64),
+    forward: Option<bool>,
+}
+
+impl Turning {
+    fn at(row: usize, angle: f64) -> Turning {
+        Turning {
+            start: (row, angle),
+            far: (row, angle),
+            forward: None,
+        }
+    }
+
+    /// One more row; the run that it ends, if it does.
+    fn see(&mut self, row: usize, angle: f64, back: f64) -> Option<Run> {
+        let Some(forward) = self.forward else {
+            if (angle - self.start.1).abs() > back {
+                self.forward = Some(angle > self.start.1);
+                self.far = (row, angle);
+            }
+            return None;
+        };
+        let beyond = if forward {
+            angle - self.far.1
+        } else {
+            self.far.1 - angle
+        };
+        if beyond > 0.0 {
+            self.far = (row, angle);
+        } else if -beyond > back {
+            let done = self.run(forward);
+            *self = Turning {
+                start: self.far,
+                far: (row, angle),
+                forward: Some(!forward),
+            };
+            return Some(done);
+        }
+        None
+    }
+
+    fn run(&self, forward: bool) -> Run {
+        Run {
+            rows: self.start.0..self.far.0 + 1,
+            forward,
+            input: (self.start.1, self.far.1),
+        }
+    }
+
+    fn end(mut self, count: usize) -> Option<Run> {
+        let forward = self.forward?;
+        self.far.0 = count.saturating_sub(1);
+        Some(self.run(forward))
+    }
+}
+
+impl Survey {
+    /// Points inside a run.
+    fn of(&self, run: &Run) -> impl Iterator<Item = &(usize, f64, f64)> {
+        self.points.iter().filter(|p| run.rows.contains(&p.0))
+    }
+
+    /// Turns of the output for one of the input, by a straight line through each run, the longer ones counting more.
+    ///
+    /// # Errors
+    /// `NoSignal`: the output does not turn.
+    pub fn ratio(&self, steps: (f64, f64)) -> Result<MeasuredRatio, Error> {
+        let (mut square, mut product, mut rest, mut n) = (0.0, 0.0, 0.0, 0.0);
+        let mut centred: Vec<(f64, f64)> = Vec::new();
+        for run in &self.runs {
+            let count = self.of(run).count() as f64;
+            let sums = self.of(run).fold((0.0, 0.0), |s, p| (s.0 + p.1, s.1 + p.2));
+            let mean = (sums.0 / count.max(1.0), sums.1 / count.max(1.0));
+            centred.extend(self.of(run).map(|p| (p.1 - mean.0, p.2 - mean.1)));
+        }
+        for (x, y) in &centred {
+            square += x * x;
+            product += x * y;
+        }
+        let value = product / square;
+        for (x, y) in &centred {
+            rest += (y - value * x).powi(2);
+            n += 1.0;
+        }
+        if !(value.abs() > 0.0 && value.is_finite()) {
+            let message = "the output does not turn while the input does";
+            return Err(Error::new(Code::NoSignal, message).hint(
+                "look whether this is its channel: `geardyn check LOG` shows what each holds",
+            ));
+        }
+        // Six times what is left beside a straight line: a wave of one period leaves a slope of 4.4 times that.
+        const WAVE: f64 = 6.0;
+        let reach = self.runs.iter().map(Run::reach).fold(0.0, f64::max);
+        let drift =
+            WAVE * (rest / f64::max(n, 1.0)).sqrt() + 2.0 * (steps.1 + steps.0 * value.abs());
+        Ok(MeasuredRatio {
+            value,
+            known_to: drift / (reach * value.abs()),
+        })
+    }
+
+    /// Refuses a record whose ratio is not that of the teeth: other teeth, or slip.
+    ///
+    /// # Errors
+    /// `RatioMismatch`, saying the measured ratio; `Slip`, saying where.
+    pub fn check_ratio(
+        &self,
+        teeth: &Teeth,
+        found: MeasuredRatio,
+        rate_hz: Option<f64>,
+    ) -> Result<(), Error> {
+        let declared = teeth.ratio().value();
+        let off = found.value.abs() / declared - 1.0;
+        if off.abs() <= found.known_to {
+            return Ok(());
+        }
+        let pairs: Vec<String> = teeth
+            .pairs()
+            .iter()
+            .map(|p| format!("{}:{}", p.0, p.1))
+            .collect();
+        let pairs = pairs.join(",");
+        let said = format!(
+            "the output turns {:.9} times for one turn of the input, and {pairs} makes {declared:.9} ({:+.2e} relative)",
+            found.value.abs(),
+            off
+        );
+        if let Some((row, share)) = self.slip(declared, found.value, off) {
+            let place = match rate_hz {
+                Some(rate) => format!("{:.4} s", row as f64 / rate),
+                None => format!("row {}", row + 1),
+            };
+            let message = format!(
+                "something slips: {said}; {share:.0} % of the difference arises near {place}"
+            );
+            return Err(Error::new(Code::Slip, message)
+                .hint("look at couplings, clamps and belts; take a stretch in which nothing slips: --after, --before"));
+        }
+        let largest = teeth
+            .pairs()
+            .iter()
+            .map(|p| p.0.max(p.1))
+            .max()
+            .unwrap_or(1);
+        let near = near_teeth(
+            found.value.abs(),
+            found.known_to,
+            u64::from(largest.max(100)) * 2,
+        );
+        let near = near.map_or(String::new(), |(a, b)| format!(": that is {a}:{b}"));
+        Err(Error::new(Code::RatioMismatch, format!("{said}{near}"))
+            .hint("look at --teeth (driver first), at --lines and --counts-per-line of both encoders, and whether input and output are interchanged"))
+    }
+
+    /// Where the difference arises, if not evenly: the row, and the share of it in that eighth of its run, per cent.
+    fn slip(&self, declared: f64, measured: f64, off: f64) -> Option<(usize, f64)> {
+        const SECTIONS: usize = 8;
+        /// Other teeth make an eighth of the difference in each section; a slip makes most of it in one or two.
+        const UNEVEN: f64 = 0.3;
+        let run = self
+            .runs
+            .iter()
+            .max_by(|a, b| a.reach().total_cmp(&b.reach()))?;
+        let points: Vec<_> = self.of(run).collect();
+        let (first, last) = (points.first()?, points.last()?);
+        let ideal = declared * measured.signum();
+        let drift =
+            |a: &(usize, f64, f64), b: &(usize, f64, f64)| (b.2 - a.2) - ideal * (b.1 - a.1);
+        let whole = drift(first, last);
+        let at = |k: usize| points[k * (points.len() - 1) / SECTIONS];
+        let shares = (0..SECTIONS).map(|k| (at(k).0, drift(at(k), at(k + 1)) / whole));
+        let most = shares.max_by(|a, b| a.1.total_cmp(&b.1))?;
+        // No pair of wheels is mistaken for one that differs by less than this.
+        const TEETH: f64 = 0.2;
+        (most.1 > UNEVEN && off.abs() < TEETH).then_some((most.0, 100.0 * most.1))
+    }
+}
+
+impl Survey {
+    /// The runs without what follows a reversal until the play is taken up and a tooth has passed; `pitch` of the input, rad.
+    pub fn settled(&self, ratio: f64, pitch: f64) -> Vec<Run> {
+        /// How much farther than the play that shows.
+        const MARGIN: f64 = 1.5;
+        let level = |run: &Run| {
+            let mut all: Vec<f64> = self.of(run).map(|p| p.2 - ratio * p.1).collect();
+            let middle = all.len() / 2;
+            all.sort_by(f64::total_cmp);
+            all.get(middle).copied()
+        };
+        let mut settled = Vec::with_capacity(self.runs.len());
+        let mut before = None;
+        for run in &self.runs {
+            let here = level(run);
+            let mut kept = run.clone();
+            if let (Some(before), Some(here)) = (before, here) {
+                let play = f64::abs(here - before) / ratio.abs();
+                let skip = MARGIN * play + pitch;
+                let passed = |p: &&(usize, f64, f64)| (p.1 - run.input.0).abs() > skip;
+                match self.of(run).find(passed) {
+                    Some(&(row, input, _)) => (kept.rows.start, kept.input.0) = (row, input),
+                    None => kept.rows.start = kept.rows.end,
+                }
+            }
+            before = here.or(before);
+            settled.push(kept);
+        }
+        settled.retain(|run| run.rows.len() > 1);
+        settled
+    }
+}
+
+/// The fraction of smallest numbers within `known_to` of a ratio, by its continued fraction.
+fn near_teeth(ratio: f64, known_to: f64, most: u64) -> Option<(u64, u64)> {
+    let (mut top, mut bottom) = ((1u64, ratio.floor() as u64), (0u64, 1u64));
+    let mut rest = ratio - ratio.floor();
+    const LEAST: f64 = 1e-6;
+    while (top.1 as f64 / bottom.1 as f64 / ratio - 1.0).abs() > known_to.max(LEAST) {
+        let whole = (1.0 / rest).floor();
+        rest = 1.0 / rest - whole;
+        let step = |(a, b): (u64, u64)| Some((b, (whole as u64).checked_mul(b)?.checked_add(a)?));
+        (top, bottom) = (step(top)?, step(bottom)?);
+        if top.1 > most || bottom.1 > most || !rest.is_finite() {
+            return None;
+        }
+    }
+    (top.1 > 0).then_some((top.1, bottom.1))
+}
