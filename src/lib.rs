@@ -37,7 +37,7 @@ pub mod motion;
 /// Steady answers to steady excitation, by frequency.
 pub mod response;
 
-/// Transmission error.
+/// Transmission error: chain, orders, budget.
 pub mod transmission;
 
 /// What a study needs, and running it.

@@ -351,6 +351,48 @@ fn published_stiff_problems() {
             .fold(0.0, f64::max);
         eprintln!("{name}: {error:.2e} in {time:.1?}, {effort:?}");
         assert!(error < 1e-8, "{name}: {error}");
+        #[cfg(feature = "bdf")]
+        by_bdf(name, problem, &ask, &expected);
+    }
+}
+
+/// The same by backward differentiation formulas; errors relative to each state, at least a thousandth of the largest.
+#[cfg(feature = "bdf")]
+fn by_bdf(name: &str, problem: &Stiff, ask: &Ask, expected: &[f64]) {
+    let ask = Ask {
+        effort: Wanted::Tolerance(1e-9),
+        ..ask.clone()
+    };
+    let (samples, effort) = gather(geardyn::motion::methods::bdf::plain, problem, &ask).unwrap();
+    let least = 1e-3 * expected.iter().fold(0.0f64, |m, e| m.max(e.abs()));
+    let state = samples[1].1.iter().zip(expected);
+    let error = state
+        .map(|(y, e)| (y - e).abs() / e.abs().max(least))
+        .fold(0.0, f64::max);
+    eprintln!("{name} by bdf: {error:.2e}, {effort:?}");
+    assert!(error < 1e-6, "{name}: {error}");
+}
+
+/// A forced machine against its closed form, ever closer as the tolerance is.
+#[cfg(feature = "bdf")]
+#[test]
+fn exact_machine_by_bdf() {
+    let machine = train(
+        &[1.0],
+        vec![ground(0, 1.0, 0.0)],
+        vec![drive(0, Signal::harmonic(1.0, 3.0, 0.0))],
+    );
+    let mut last = 1.0;
+    for tolerance in [1e-4, 1e-6, 1e-8, 1e-10] {
+        let ask = ask(20.0, &[1.0, 0.0], 100, Wanted::Tolerance(tolerance));
+        let (samples, effort) = run("bdf", &machine, &ask);
+        let error = samples
+            .iter()
+            .map(|(t, y)| (y[0] - forced_exact(*t)).abs())
+            .fold(0.0, f64::max);
+        eprintln!("bdf {tolerance}: {error:.2e}, {effort:?}");
+        assert!(error < 0.3 * last && error < 1e3 * tolerance, "{error}");
+        last = error;
     }
 }
 

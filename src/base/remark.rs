@@ -314,6 +314,21 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "What efficiency the lead, the pressure angle and the friction of a worm pair give.",
     ),
     (
+        "loop-misfit",
+        Warning,
+        "Errors of joints that close a loop do not fit each other: with rigid joints the loop could not turn. The elastic joints share them out, and the table is theirs.",
+    ),
+    (
+        "still",
+        Warning,
+        "An error stands on an element that does not turn with the output, so that it has no order.",
+    ),
+    (
+        "belt",
+        Warning,
+        "Orders of what lies across a friction belt from the output are as good as its diameters, and wander with its slip.",
+    ),
+    (
         "not-counted",
         Warning,
         "The number of modes found could not be confirmed by counting.",

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 
 use super::log_args::LogArgs;
+use super::te_args::TeArgs;
 
 /// Machine dynamics of gear drive trains: models become modes and motion, logs become models.
 #[derive(Debug, Parser)]
@@ -79,6 +80,11 @@ pub enum Command {
   geardyn response models/y2250.toml --input motor --output workpiece --band 1:400
   geardyn response models/y2250.toml --input index_drive.te --output workpiece --hold motor --band 1:400 --svg te.svg")]
     Response(ResponseArgs),
+    /// Transmission error of a chain: which element makes which line at the output, how large, and what cannot be told apart
+    #[command(after_help = "Examples:
+  geardyn te models/three_stage_chain.toml --output spindle
+  geardyn te models/three_stage_chain.toml --output spindle --radius 270mm --speed 1400 --all")]
+    Te(TeArgs),
     /// Every study a scene lists
     #[command(after_help = "Example:\n  geardyn run examples/linear_chain.toml")]
     Run(RunArgs),

@@ -3,6 +3,9 @@
 /// Flags of every command that reads a log.
 pub mod log_args;
 
+/// Flags of `te`.
+pub mod te_args;
+
 /// Arguments as typed.
 pub mod args;
 
@@ -53,6 +56,9 @@ pub mod stability;
 
 /// `response`.
 pub mod response;
+
+/// `te`.
+pub mod te;
 
 /// `run`.
 pub mod run_scene;
@@ -129,6 +135,7 @@ fn carry_out(command: &Command) -> Result<u8, Errors> {
         Command::Accuracy(args) => accuracy::run(args)?,
         Command::Stability(args) => stability::run(args)?,
         Command::Response(args) => response::run(args)?,
+        Command::Te(args) => te::run(args)?,
         Command::Run(args) => run_scene::run(args)?,
         Command::Identify(args) => identify::run(args)?,
         Command::Spectrum(args) => spectrum::run(args)?,
@@ -147,6 +154,7 @@ fn wants_json(command: &Command) -> bool {
         Command::Accuracy(args) => args.json,
         Command::Stability(args) => args.json,
         Command::Response(args) => args.json,
+        Command::Te(args) => args.json,
         Command::Run(args) => args.json,
         Command::Identify(args) => args.json,
         Command::Spectrum(args) => args.json,

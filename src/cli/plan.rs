@@ -87,6 +87,13 @@ fn motions(scene: &Scene, prepared: &Prepared) -> Result<Vec<(&'static str, Rows
                 ));
                 continue;
             }
+            StudyKind::Transmission(te) => {
+                all.push((
+                    "te",
+                    crate::plan::transmission::run::plan(&prepared.machine, te),
+                ));
+                continue;
+            }
             StudyKind::Simulate(motion) => ("simulate", motion),
             StudyKind::Accuracy(accuracy) => ("accuracy", &accuracy.motion),
             StudyKind::Stability(stability) => ("stability", &stability.motion),

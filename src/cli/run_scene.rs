@@ -6,6 +6,7 @@ use super::accuracy::Measured;
 use super::args::RunArgs;
 use super::response::Linear;
 use super::simulate::Moved;
+use super::te::Traced;
 use super::{interrupt, modes, output, stability};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
@@ -36,7 +37,7 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
             Code::MissingKey,
             format!("{} lists no [[study]]", args.scene.display()),
         );
-        return Err(error.hint("write [[study]] and below it kind = \"modes\", \"simulate\", \"accuracy\", \"stability\" or \"response\"; or call the command of the analysis").into());
+        return Err(error.hint("write [[study]] and below it kind = \"modes\", \"simulate\", \"accuracy\", \"stability\", \"response\" or \"te\"; or call the command of the analysis").into());
     }
     let stop = interrupt::stop();
     let mut documents = Vec::new();
@@ -68,6 +69,15 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
                     text: found.text(),
                     json: found.json(&scene),
                     epilogue: found.epilogue(),
+                    exit: 0,
+                }),
+            ),
+            StudyKind::Transmission(study) => (
+                "te",
+                Traced::new(&scene, study).map(|traced| Done {
+                    text: traced.text(),
+                    json: traced.json(&scene),
+                    epilogue: traced.epilogue(),
                     exit: 0,
                 }),
             ),

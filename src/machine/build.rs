@@ -4,9 +4,10 @@ use std::collections::HashSet;
 
 use super::builder::{Builder, twist};
 use super::elements::{
-    bearing, belt, body, chain, coupling, damper, gear_pair, planetary, shaft, worm_pair,
+    bearing, belt, body, chain, coupling, damper, form_error, gear_pair, planetary, shaft,
+    worm_pair,
 };
-use super::parts::{Brake, FormError, Machine, Motor};
+use super::parts::{Brake, Machine, Motor};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::scene::model::{self, Axis, End, Model};
@@ -195,50 +196,9 @@ fn excite(builder: &mut Builder, model: &Model) -> Result<(), Error> {
         });
     }
     for part in &model.errors {
-        let error = form_error(builder, part)?;
-        builder.machine.errors.push(error);
+        form_error::add(builder, model, part)?;
     }
     Ok(())
-}
-
-/// The meshes an error acts in: those of the gears on its node, or the one it names.
-fn form_error(builder: &Builder, part: &model::FormError) -> Result<FormError, Error> {
-    let turning = builder.theta(&part.on)?;
-    let machine = &builder.machine;
-    let of_node = machine
-        .gears
-        .iter()
-        .filter(|g| g.turning == turning && g.teeth.is_some());
-    let named = |element: usize| {
-        part.mesh
-            .as_ref()
-            .is_none_or(|name| machine.elements[element].name == name.text)
-    };
-    let gears: Vec<_> = of_node.filter(|g| named(g.element)).collect();
-    let Some(first) = gears.first() else {
-        let (message, place) = match &part.mesh {
-            Some(mesh) => (
-                format!("`{}` has no teeth in `{}`", part.on.text, mesh.text),
-                &mesh.place,
-            ),
-            None => (
-                format!("`{}` carries no toothed gear", part.on.text),
-                &part.on.place,
-            ),
-        };
-        let hint = "an error stands on the node of a gear; `mesh` names one of its pairs";
-        return Err(Error::new(Code::UnknownNode, message).at(place).hint(hint));
-    };
-    Ok(FormError {
-        cause: part.cause.clone(),
-        turning,
-        carrier: first.carrier,
-        branches: gears
-            .iter()
-            .flat_map(|g| g.branches.iter().copied())
-            .collect(),
-        shape: part.shape.clone(),
-    })
 }
 
 /// In a lateral stage all members are described in the carrier's frame, so that the meshes keep their place.

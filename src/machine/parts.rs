@@ -3,7 +3,7 @@
 use super::direction::Direction;
 use crate::base::place::Place;
 use crate::scene::laws::{Characteristic, Drive, Friction, History, Losses, Shape};
-use crate::scene::model::{Axis, GlobalDamping, Loss, StiffnessWave};
+use crate::scene::model::{Axis, Cause, GlobalDamping, Loss, StiffnessWave};
 
 /// A whole machine before anything is eliminated or linearised.
 #[derive(Debug, Clone, Default)]
@@ -28,7 +28,7 @@ pub struct Machine {
     pub motors: Vec<Motor>,
     /// Dry friction.
     pub brakes: Vec<Brake>,
-    /// Errors of gears.
+    /// Errors of gears, couplings and belts.
     pub errors: Vec<FormError>,
     /// Gears, for orders of excitation.
     pub gears: Vec<Gear>,
@@ -127,19 +127,47 @@ pub struct Brake {
     pub friction: Friction,
 }
 
-/// An error that repeats with every turn of a gear, in some meshes.
+/// An error that repeats with every turn of a gear, a coupling or a belt, in some branches.
 #[derive(Debug, Clone)]
 pub struct FormError {
+    /// The node or element it is declared on, with the pair where one is named.
+    pub on: String,
+    /// Where it is declared.
+    pub place: Place,
     /// What it comes from.
-    pub cause: String,
+    pub cause: Cause,
     /// The freedom whose turn it repeats with.
     pub turning: usize,
     /// The freedom that carries the mesh round.
     pub carrier: Option<usize>,
-    /// Meshes it acts in.
-    pub branches: Vec<usize>,
-    /// Surplus over one turn, m along the line of action; positive: the driven gear leads.
+    /// Periods of the shape a turn, as a fraction: 1/1 but of belts, whose joint passes once a turn of the belt.
+    pub pace: (i64, i64),
+    /// Branches it acts in.
+    pub acts: Vec<Acting>,
+    /// One period, in m, of couplings in rad; positive: the driven end leads.
     pub shape: Shape,
+    /// Where it stands in the turn is known.
+    pub phase_known: bool,
+    /// Half the width of what the amplitude may be, relative to it.
+    pub tolerance: f64,
+}
+
+/// How an error acts in one branch: it takes `gain · shape(φ + turn)` from its deflection.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Acting {
+    /// The branch.
+    pub branch: usize,
+    /// On the drive flank and on the coast flank.
+    pub flanks: [Reach; 2],
+}
+
+/// How an error reaches the line of action of a flank.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reach {
+    /// Unit of the branch's deflection per unit of the error.
+    pub gain: f64,
+    /// How far on in its period the error stands there, rad.
+    pub turn: f64,
 }
 
 /// How a branch resists its deformation.
@@ -182,6 +210,23 @@ pub struct Gear {
     pub carrier: Option<usize>,
     /// The branches its teeth act in.
     pub branches: Vec<usize>,
+    /// How the gear stands in each of them; none of pulleys.
+    pub seats: Vec<Seat>,
+}
+
+/// How a gear stands in one of its meshes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Seat {
+    /// Where the mesh stands round the gear's axis, from its x to its y, rad.
+    pub angle: f64,
+    /// What a displacement of the gear along x and y does to the deflection: on the drive flank, on the coast flank.
+    pub across: [[f64; 2]; 2],
+    /// What one along its axis does on the drive flank.
+    pub along: f64,
+    /// The lever of the tooth force over the radius of the pitch circle.
+    pub lever: f64,
+    /// The module is given, so that lengths mean something.
+    pub sized: bool,
 }
 
 /// A remark about an element that an answer should carry.

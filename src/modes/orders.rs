@@ -239,7 +239,7 @@ fn joints(machine: &Machine, unknowns: usize) -> Constraints {
 }
 
 /// The joints, and the stated speeds beyond the first as ratios to it.
-fn stated_joints(machine: &Machine, reference: usize) -> Constraints {
+pub fn stated_joints(machine: &Machine, reference: usize) -> Constraints {
     let mut turning = joints(machine, machine.freedoms.len() + 1);
     let base = machine.speeds.first().map_or(0.0, |stated| stated.1);
     for &(freedom, speed) in machine.speeds.iter().skip(1) {

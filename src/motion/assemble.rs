@@ -220,15 +220,18 @@ impl Site<'_> {
             None => None,
             Some(wave) => Some(self.wave(lb.index, wave.shape.clone(), wave.lead)?),
         };
-        let (imposed, followed) = self.errors(lb.index)?;
-        let make = |direction: Direction, law: Law| Branch {
-            name: self.machine.branch_name(lb.index),
-            direction,
-            force: lb.force.clone(),
-            law,
-            variation: variation.clone(),
-            imposed: imposed.clone(),
-            followed: followed.clone(),
+        let errors = [self.errors(lb.index, 0)?, self.errors(lb.index, 1)?];
+        let make = |direction: Direction, law: Law, flank: usize| {
+            let (imposed, followed) = errors[flank].clone();
+            Branch {
+                name: self.machine.branch_name(lb.index),
+                direction,
+                force: lb.force.clone(),
+                law,
+                variation: variation.clone(),
+                imposed,
+                followed,
+            }
         };
         let reduce = |d: &Direction| Direction {
             scale: d.scale,
@@ -239,14 +242,14 @@ impl Site<'_> {
                 characteristic,
                 damping,
             };
-            return Ok(vec![make(lb.direction.clone(), law)]);
+            return Ok(vec![make(lb.direction.clone(), law, 0)]);
         }
         if part.play == 0.0 && part.wave.is_none() {
             let law = Law::Linear {
                 stiffness: lb.stiffness,
                 damping,
             };
-            return Ok(vec![make(lb.direction.clone(), law)]);
+            return Ok(vec![make(lb.direction.clone(), law, 0)]);
         }
         let losses = self.losses(part, damping)?;
         let contact = |flanks: Flanks| {
@@ -261,11 +264,11 @@ impl Site<'_> {
         Ok(match &part.coast {
             Some(coast) if part.play > 0.0 => {
                 vec![
-                    make(lb.direction.clone(), contact(Flanks::Drive)),
-                    make(reduce(coast), contact(Flanks::Coast)),
+                    make(lb.direction.clone(), contact(Flanks::Drive), 0),
+                    make(reduce(coast), contact(Flanks::Coast), 1),
                 ]
             }
-            _ => vec![make(lb.direction.clone(), contact(Flanks::Both))],
+            _ => vec![make(lb.direction.clone(), contact(Flanks::Both), 0)],
         })
     }
 
@@ -337,21 +340,21 @@ impl Site<'_> {
         })
     }
 
-    /// e of a branch: its harmonics where the speed is imposed, else waves that follow the angle.
-    fn errors(&self, branch: usize) -> Result<(Option<Signal>, Option<Wave>), Error> {
+    /// e of a flank of a branch (0 drive, 1 coast): its harmonics where the speed is imposed, else waves that follow the angle.
+    fn errors(&self, branch: usize, flank: usize) -> Result<(Option<Signal>, Option<Wave>), Error> {
         let (mut imposed, mut followed): (Option<Signal>, Option<Wave>) = (None, None);
-        for error in self
-            .machine
-            .errors
-            .iter()
-            .filter(|e| e.branches.contains(&branch))
-        {
+        let acting = self.machine.errors.iter().flat_map(|error| {
+            let here = error.acts.iter().filter(|act| act.branch == branch);
+            here.map(move |act| (error, act.flanks[flank]))
+        });
+        for (error, reach) in acting {
+            let pace = error.pace.0 as f64 / error.pace.1 as f64;
             let wave = self.turning(
-                negative(&error.shape),
+                error.shape.times(-reach.gain),
                 error.turning,
                 error.carrier,
-                1.0,
-                0.0,
+                pace,
+                reach.turn,
             )?;
             match (&wave.phase, followed.is_some()) {
                 (Phase::Imposed { omega, start }, _) => {
@@ -549,48 +552,11 @@ fn forward(shape: Shape, omega: f64, lead: f64) -> Wave {
     }
 }
 
-fn negative(shape: &Shape) -> Shape {
-    match shape {
-        Shape::Rectangular { high, low, duty } => Shape::Rectangular {
-            high: -high,
-            low: -low,
-            duty: *duty,
-        },
-        Shape::Fourier { mean, terms } => Shape::Fourier {
-            mean: -mean,
-            terms: terms.iter().map(|&(n, a, p)| (n, -a, p)).collect(),
-        },
-        Shape::Table(values) => Shape::Table(values.iter().map(|v| -v).collect()),
-    }
-}
-
-/// A wave at imposed speed as harmonics in time. A table becomes as many as it can tell, `N/2`: the smooth curve through its points.
+/// A wave at imposed speed as harmonics in time. A table becomes as many as it can tell: the smooth curve through its points.
 fn over_time(shape: &Shape, omega: f64, start: f64) -> Signal {
-    let (mean, terms) = match shape {
-        Shape::Fourier { mean, terms } => (*mean, terms.clone()),
-        Shape::Rectangular { .. } => (shape.mean(), Vec::new()),
-        Shape::Table(values) => (shape.mean(), harmonics(values)),
-    };
-    terms
-        .iter()
-        .fold(Signal::constant(mean), |sum, &(n, a, phase)| {
-            let n = f64::from(n);
-            sum.plus(&Signal::harmonic(a, n * omega, n * start + phase))
-        })
-}
-
-/// The trigonometric polynomial through equally spaced values: n, a, φ.
-fn harmonics(values: &[f64]) -> Vec<(u32, f64, f64)> {
-    let count = values.len();
-    let term = |n: usize| {
-        let (mut re, mut im) = (0.0, 0.0);
-        for (k, v) in values.iter().enumerate() {
-            let (sin, cos) = (TAU * (n * k % count) as f64 / count as f64).sin_cos();
-            re += v * cos;
-            im -= v * sin;
-        }
-        let share = if 2 * n == count { 1.0 } else { 2.0 } / count as f64;
-        (n as u32, share * re.hypot(im), im.atan2(re))
-    };
-    (1..=count / 2).map(term).collect()
+    let mean = Signal::constant(shape.mean());
+    shape.harmonics().iter().fold(mean, |sum, &(n, a, phase)| {
+        let n = f64::from(n);
+        sum.plus(&Signal::harmonic(a, n * omega, n * start + phase))
+    })
 }

@@ -3,6 +3,8 @@
 use std::f64::consts::TAU;
 
 use crate::machine::direction::Direction;
+use crate::numeric::Complex;
+use crate::numeric::fft::RealFft;
 pub use crate::scene::laws::Shape;
 
 /// A periodic function of a phase.
@@ -124,6 +126,32 @@ impl Shape {
         }
     }
 
+    /// The same, so many times as large.
+    pub fn times(&self, factor: f64) -> Shape {
+        match self {
+            Shape::Rectangular { high, low, duty } => Shape::Rectangular {
+                high: factor * high,
+                low: factor * low,
+                duty: *duty,
+            },
+            Shape::Fourier { mean, terms } => Shape::Fourier {
+                mean: factor * mean,
+                terms: terms.iter().map(|&(n, a, p)| (n, factor * a, p)).collect(),
+            },
+            Shape::Table(values) => Shape::Table(values.iter().map(|v| factor * v).collect()),
+        }
+    }
+
+    /// n, a, φ of what is not constant; a table as the trigonometric polynomial through its points. A wave of steps has no end of
+    /// them and gives none.
+    pub fn harmonics(&self) -> Vec<(u32, f64, f64)> {
+        match self {
+            Shape::Rectangular { .. } => Vec::new(),
+            Shape::Fourier { terms, .. } => terms.clone(),
+            Shape::Table(values) => through(values),
+        }
+    }
+
     /// The mean over a period.
     pub fn mean(&self) -> f64 {
         match self {
@@ -168,4 +196,17 @@ fn into_piece(psi: f64, piece: usize, pieces: usize) -> f64 {
     } else {
         into
     }
+}
+
+/// The trigonometric polynomial through equally spaced values: n, a, φ.
+fn through(values: &[f64]) -> Vec<(u32, f64, f64)> {
+    let count = values.len();
+    let mut transform = RealFft::new(count);
+    let mut spectrum = vec![Complex::ZERO; transform.lines()];
+    transform.forward(&mut values.to_vec(), &mut spectrum);
+    let term = |n: usize| {
+        let share = if 2 * n == count { 1.0 } else { 2.0 } / count as f64;
+        (n as u32, share * spectrum[n].norm(), spectrum[n].arg())
+    };
+    (1..=count / 2).map(term).collect()
 }

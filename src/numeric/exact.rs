@@ -7,6 +7,8 @@ use std::collections::{BTreeMap, HashMap};
 use num_rational::BigRational;
 use num_traits::{One, ToPrimitive, Zero};
 
+use super::fraction::Fraction;
+
 /// A combination of free unknowns, none twice, none zero.
 type Combination = BTreeMap<usize, BigRational>;
 
@@ -14,6 +16,8 @@ type Combination = BTreeMap<usize, BigRational>;
 #[derive(Debug, Clone)]
 pub struct Constraints {
     n: usize,
+    /// Unknowns from here on are given: others follow them as long as there are others.
+    given: usize,
     /// Of each unknown that is no longer free: what it is made of. Empty: held at zero.
     made_of: HashMap<usize, Combination>,
     /// Of each free unknown: which others contain it.
@@ -34,8 +38,15 @@ pub enum Outcome {
 impl Constraints {
     /// `n` unknowns, all free.
     pub fn new(n: usize) -> Constraints {
+        Constraints::with_given(n, 0)
+    }
+
+    /// `n` unknowns and behind them so many that are given: one of these follows from others only where a constraint holds
+    /// nothing else.
+    pub fn with_given(n: usize, given: usize) -> Constraints {
         Constraints {
-            n,
+            n: n + given,
+            given: n,
             made_of: HashMap::new(),
             contained_in: HashMap::new(),
         }
@@ -44,11 +55,12 @@ impl Constraints {
     /// Imposes `Σ coefficient · x = 0`. Coefficients that are not finite are taken as zero.
     pub fn impose(&mut self, row: &[(usize, f64)]) -> Outcome {
         let mut sum = self.reduce(row);
-        let Some(pivot) = sum
-            .keys()
-            .copied()
-            .min_by_key(|j| self.contained_in.get(j).map_or(0, Vec::len))
-        else {
+        let Some(pivot) = sum.keys().copied().min_by_key(|j| {
+            (
+                *j >= self.given,
+                self.contained_in.get(j).map_or(0, Vec::len),
+            )
+        }) else {
             return Outcome::Redundant;
         };
         let lead = sum.remove(&pivot).unwrap_or_else(BigRational::one);
@@ -96,6 +108,14 @@ impl Constraints {
         }
     }
 
+    /// Unknown `i` as an exact combination of free ones.
+    pub fn exact_combination(&self, i: usize) -> Vec<(usize, Fraction)> {
+        match self.made_of.get(&i) {
+            None => vec![(i, Fraction::one())],
+            Some(made_of) => (made_of.iter().map(|(&j, a)| (j, Fraction(a.clone())))).collect(),
+        }
+    }
+
     /// `Σ coefficient · x` in the unknowns still free; terms that cancel are gone, not small.
     pub fn reduced(&self, row: &[(usize, f64)]) -> Vec<(usize, f64)> {
         if row.iter().all(|(i, _)| !self.made_of.contains_key(i)) {
@@ -111,6 +131,16 @@ impl Constraints {
     pub fn ratio(&self, a: usize, b: usize) -> Option<String> {
         let ((i, p), (j, q)) = (self.single(a)?, self.single(b)?);
         (i == j).then(|| (p / q).to_string())
+    }
+
+    /// The exact ratio `x_a / x_b`, zero where `x_a` is held; absent where the two do not hang together or `x_b` is held.
+    pub fn fraction(&self, a: usize, b: usize) -> Option<Fraction> {
+        let (j, q) = self.single(b)?;
+        if self.is_held(a) {
+            return Some(Fraction::zero());
+        }
+        let (i, p) = self.single(a)?;
+        (i == j).then(|| Fraction(p / q))
     }
 
     /// The one free unknown that unknown `i` follows, and by how much.

@@ -55,6 +55,11 @@ impl Fraction {
         Fraction(self.0.abs())
     }
 
+    /// So many times this.
+    pub fn times(&self, count: u32) -> Fraction {
+        Fraction(&self.0 * BigInt::from(count))
+    }
+
     /// What is left above the next whole number below: in [0, 1).
     pub fn fract(&self) -> Fraction {
         Fraction(&self.0 - self.0.floor())

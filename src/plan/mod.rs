@@ -15,5 +15,8 @@ pub mod motion;
 /// Steady answers to steady excitation.
 pub mod response;
 
+/// Transmission error.
+pub mod transmission;
+
 /// Analyses of logs.
 pub mod logs;

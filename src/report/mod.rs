@@ -54,6 +54,9 @@ pub mod motion;
 /// Steady answers to steady excitation.
 pub mod response;
 
+/// Transmission error of a chain.
+pub mod transmission;
+
 /// Error over run time, as a picture.
 mod work_precision;
 
@@ -77,6 +80,10 @@ pub mod motion_table;
 /// Tables of steady answers.
 #[cfg(feature = "cli")]
 pub mod response_table;
+
+/// Tables of transmission error.
+#[cfg(feature = "cli")]
+pub mod transmission_table;
 
 /// Tables of error against run time.
 #[cfg(feature = "cli")]

@@ -1,59 +1,247 @@
-//! `[[error]]`: what a gear's flanks do wrong in every turn.
+//! `[[error]]`: what an element does wrong in every turn, as harmonics, as a table, or from a file of values.
+
+use std::path::Path;
 
 use super::common;
-use super::laws::Shape;
-use super::model::{FormError, Name};
+use super::model::{Cause, ErrorSize, FormError, Name};
 use crate::base::code::Code;
 use crate::base::fields::Fields;
 use crate::base::kind::Kind;
+use crate::base::load;
 use crate::base::notes::Range;
+use crate::base::toml::Value;
+use crate::base::units;
 
 /// The highest order per turn.
 const HIGHEST: u32 = 1_000_000;
 
-/// An error of a gear.
+/// The highest harmonic of a mesh.
+const HIGHEST_OF_MESH: u32 = 1000;
+
+/// A tilt of a coupling's ends against each other.
+const TILT: Range = Range::Within(0.0, 1.0, "at least 0 and below 1 rad");
+
+/// Keys that say how large an error is.
+const SIZES: [&str; 5] = ["amplitude", "amplitudes", "values", "file", "tilt"];
+
+/// An error of a gear, a coupling or a belt.
 pub fn form_error(f: &mut Fields) -> FormError {
     let on = common::one_node(f, "on");
     let mesh = f.optional_text("mesh").map(|text| Name {
         text: text.to_string(),
         place: f.place_of("mesh").clone(),
     });
-    let cause = f
-        .optional_text("cause")
-        .unwrap_or("eccentricity")
-        .to_string();
-    f.exclusive("amplitude", "values");
-    let shape = match f.has("values") {
-        true => {
-            let values = f
-                .optional_quantities("values", Kind::Length, Range::Any, None)
-                .unwrap_or_default();
-            if values.len() < 2 && f.has("values") {
-                f.refuse_key(
-                    Code::OutOfRange,
-                    "values",
-                    "a table over one turn needs two values at least",
-                    "give one value a tooth, cumulative",
-                );
-            }
-            Shape::Table(values)
-        }
-        false => {
-            let amplitude = f.quantity("amplitude", Kind::Length, Range::NotNegative);
-            let order = f.optional_count("order", 1, HIGHEST).unwrap_or(1);
-            let phase = f
-                .optional_quantity("phase", Kind::Angle, Range::Any)
-                .unwrap_or(0.0);
-            Shape::Fourier {
-                mean: 0.0,
-                terms: vec![(order, amplitude, phase)],
-            }
-        }
+    let cause = f.choice("cause", Cause::WORDS).unwrap_or(Cause::Form);
+    let kind = match cause {
+        Cause::Misalignment => Kind::Angle,
+        _ => Kind::Length,
     };
+    let unknown =
+        f.has("phase") && f.place_of("phase").text().trim_matches(['"', '\'']) == "unknown";
+    let phase = match unknown {
+        true => {
+            f.item("phase", "an angle, or \"unknown\"");
+            0.0
+        }
+        false => (f.optional_quantity("phase", Kind::Angle, Range::Any)).unwrap_or(0.0),
+    };
+    let tolerance = f.optional_number(
+        "tolerance",
+        Range::Within(0.0, 1.0, "at least 0 and below 1"),
+    );
+    let given: Vec<&str> = SIZES.into_iter().filter(|key| f.has(key)).collect();
+    if let [one, other, ..] = given[..] {
+        f.exclusive(one, other);
+        f.item(other, "");
+    }
+    let size = match given.first().copied().unwrap_or("amplitude") {
+        "amplitudes" => listed(f, cause, kind),
+        "values" => {
+            let values = f.optional_quantities("values", kind, Range::Any, None);
+            table(f, "values", values.unwrap_or_default())
+        }
+        "file" => {
+            let values = from_file(f, kind);
+            table(f, "file", values)
+        }
+        "tilt" => ErrorSize::Tilt {
+            angle: f.quantity("tilt", Kind::Angle, TILT),
+            phase,
+        },
+        _ => single(f, cause, kind, phase),
+    };
+    refuse_what_cannot_be(f, cause, &size);
     FormError {
         on,
         mesh,
         cause,
-        shape,
+        size,
+        phase_known: !unknown,
+        tolerance: tolerance.unwrap_or(0.0),
+    }
+}
+
+/// One harmonic.
+fn single(f: &mut Fields, cause: Cause, kind: Kind, phase: f64) -> ErrorSize {
+    let amplitude = f.quantity("amplitude", kind, Range::NotNegative);
+    f.exclusive("order", "harmonic");
+    let order = f.optional_count("order", 1, HIGHEST);
+    let harmonic = f.optional_count("harmonic", 1, HIGHEST_OF_MESH);
+    let of_teeth = matches!(cause, Cause::Profile | Cause::ToothForm) && order.is_none();
+    if cause == Cause::BeltJoint {
+        let length = f.quantity("length", Kind::Length, Range::Positive);
+        return ErrorSize::Joint {
+            amplitude,
+            length,
+            phase,
+        };
+    }
+    match (harmonic, order) {
+        (Some(n), _) => ErrorSize::Mesh(vec![(n, amplitude, phase)]),
+        (None, None) if of_teeth => ErrorSize::Mesh(vec![(1, amplitude, phase)]),
+        (None, None) if cause == Cause::Misalignment => {
+            ErrorSize::Orders(vec![(2, amplitude, phase)])
+        }
+        (None, order) => ErrorSize::Orders(vec![(order.unwrap_or(1), amplitude, phase)]),
+    }
+}
+
+/// Several harmonics: `amplitudes`, with `orders` or `harmonics` and perhaps `phases`.
+fn listed(f: &mut Fields, cause: Cause, kind: Kind) -> ErrorSize {
+    let amplitudes = f
+        .optional_quantities("amplitudes", kind, Range::NotNegative, None)
+        .unwrap_or_default();
+    let n = amplitudes.len();
+    let phases = f.optional_quantities("phases", Kind::Angle, Range::Any, Some(n));
+    f.exclusive("orders", "harmonics");
+    let counts = |f: &mut Fields, key: &str, high: u32| -> Option<Vec<u32>> {
+        let item = f.item(key, "a list of whole numbers")?;
+        let Value::List(list) = &item.value else {
+            return f.wrong_type(key, item, "a list of whole numbers");
+        };
+        let whole = |item: &crate::base::toml::Item| match item.value {
+            Value::Integer(n) => u32::try_from(n).ok().filter(|n| (1..=high).contains(n)),
+            _ => None,
+        };
+        let all: Vec<u32> = list.iter().filter_map(whole).collect();
+        if all.len() != list.len() || all.len() != n {
+            let message = format!("`{key}` does not go with {n} amplitudes");
+            let hint = format!("give one whole number from 1 to {high} for each amplitude");
+            f.refuse_key(Code::OutOfRange, key, message, &hint);
+            return None;
+        }
+        Some(all)
+    };
+    let orders = counts(f, "orders", HIGHEST);
+    let harmonics = counts(f, "harmonics", HIGHEST_OF_MESH);
+    let of_teeth = harmonics.is_some()
+        || (orders.is_none() && matches!(cause, Cause::Profile | Cause::ToothForm));
+    let numbers = harmonics.or(orders).unwrap_or((1..=n as u32).collect());
+    let terms = (0..n.min(numbers.len()))
+        .map(|k| {
+            (
+                numbers[k],
+                amplitudes[k],
+                phases.as_ref().map_or(0.0, |p| p[k]),
+            )
+        })
+        .collect();
+    match of_teeth {
+        true => ErrorSize::Mesh(terms),
+        false => ErrorSize::Orders(terms),
+    }
+}
+
+fn table(f: &mut Fields, key: &str, values: Vec<f64>) -> ErrorSize {
+    if values.len() < 2 && f.has(key) {
+        f.refuse_key(
+            Code::OutOfRange,
+            key,
+            "a table over one turn needs two values at least",
+            "give one value a tooth, cumulative",
+        );
+    }
+    ErrorSize::Table(values)
+}
+
+/// Values of a text file: one a line, the last of its cells; lines before the first number are its head.
+fn from_file(f: &mut Fields, kind: Kind) -> Vec<f64> {
+    let unit = f.optional_text("file_unit");
+    f.need("file_unit");
+    let (Some(name), Some(unit)) = (f.optional_text("file"), unit) else {
+        return Vec::new();
+    };
+    let place = f.place_of("file").clone();
+    let beside = Path::new(&place.source().path)
+        .parent()
+        .unwrap_or(Path::new(""));
+    let path = beside.join(name);
+    let read = || {
+        let factor = units::parse(&format!("1 {unit}"), kind, "`file_unit`")?;
+        let source = load::load(&path)?;
+        let mut values: Vec<f64> = Vec::new();
+        for (at, line) in source.text.lines().enumerate() {
+            let cell = line.rsplit([',', ';', '\t']).next().unwrap_or("").trim();
+            match cell.parse::<f64>() {
+                Ok(value) if value.is_finite() => values.push(factor * value),
+                Err(_) if values.is_empty() || line.trim().is_empty() => {}
+                _ => {
+                    let message = format!(
+                        "line {} of {} ends in no number: \"{}\"",
+                        at + 1,
+                        path.display(),
+                        units::shortened(line)
+                    );
+                    return Err(crate::base::error::Error::new(Code::NotANumber, message)
+                        .hint("the last cell of each line is a value; the values cover one turn, equally spaced"));
+                }
+            }
+        }
+        Ok(values)
+    };
+    read().unwrap_or_else(|error| {
+        f.notes.push(error.at(&place));
+        Vec::new()
+    })
+}
+
+/// Sizes that do not go with a cause.
+fn refuse_what_cannot_be(f: &mut Fields, cause: Cause, size: &ErrorSize) {
+    let refuse = |f: &mut Fields, key: &str, hint: &str| {
+        let message = format!("`{key}` does not go with cause = \"{}\"", cause.name());
+        f.refuse_key(Code::Conflict, key, message, hint);
+    };
+    let is_offset = cause.is_offset();
+    let once = matches!(size, ErrorSize::Orders(terms) if terms.iter().all(|t| t.0 == 1));
+    if is_offset && !once {
+        let key = [
+            "order",
+            "orders",
+            "harmonic",
+            "harmonics",
+            "values",
+            "file",
+            "tilt",
+            "amplitudes",
+        ];
+        let key = key
+            .into_iter()
+            .find(|key| f.has(key))
+            .unwrap_or("amplitude");
+        refuse(
+            f,
+            key,
+            "an offset turns once a turn; other orders have cause = \"form\"",
+        );
+    }
+    if matches!(size, ErrorSize::Tilt { .. }) && cause != Cause::Misalignment {
+        refuse(f, "tilt", "a tilt is of a misaligned coupling");
+    }
+    if cause == Cause::BeltJoint && !matches!(size, ErrorSize::Joint { .. }) {
+        refuse(
+            f,
+            "cause",
+            "a belt's joint has an `amplitude` and the belt's `length`",
+        );
     }
 }

@@ -36,7 +36,7 @@ pub struct Model {
     pub motors: Vec<Motor>,
     /// Dry friction between nodes.
     pub brakes: Vec<Brake>,
-    /// Errors of gears.
+    /// Errors of gears, couplings and belts.
     pub errors: Vec<FormError>,
     /// Damping of the whole machine.
     pub damping: GlobalDamping,
@@ -428,17 +428,113 @@ pub struct Brake {
     pub friction: Friction,
 }
 
-/// An error of a gear that repeats with its turn, along the line of action of its meshes.
+/// An error of an element that repeats with its turn.
 #[derive(Debug, Clone)]
 pub struct FormError {
-    /// The gear's node.
+    /// A gear's node; a coupling or a belt.
     pub on: Name,
     /// Only in this element's meshes; in all of the gear's where left out.
     pub mesh: Option<Name>,
     /// What it comes from.
-    pub cause: String,
-    /// e over one turn of the gear, m along the line of action; positive: the driven gear leads.
-    pub shape: Shape,
+    pub cause: Cause,
+    /// How large it is.
+    pub size: ErrorSize,
+    /// Where it stands in the turn is known; else the phases of `size` are no more than a start.
+    pub phase_known: bool,
+    /// Half the width of what the amplitude may be, relative to it.
+    pub tolerance: f64,
+}
+
+/// What an error comes from; it says how the error reaches the line of action.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cause {
+    /// Anything, as surplus along the line of action.
+    Form,
+    /// The gear's pitch circle beside its bore: a vector that turns with it.
+    Eccentricity,
+    /// The gear's seat beside its shaft: a vector that turns with it.
+    Seat,
+    /// The shaft beside its bearings: a vector that turns with it.
+    RunOut,
+    /// Pitch deviations added up, as arcs of the pitch circle.
+    CumulativePitch,
+    /// Pitch deviations one by one, as arcs of the pitch circle.
+    SinglePitch,
+    /// Profiles, as surplus along the line of action.
+    Profile,
+    /// What differs from tooth to tooth beside pitch, as surplus along the line of action.
+    ToothForm,
+    /// A worm moves along its axis.
+    Axial,
+    /// The axes of a coupling's ends, not in line: two cycles a turn.
+    Misalignment,
+    /// The joint of a belt, once a turn of the belt.
+    BeltJoint,
+}
+
+impl Cause {
+    /// Every cause by its word.
+    pub const WORDS: &'static [(&'static str, Cause)] = &[
+        ("form", Cause::Form),
+        ("eccentricity", Cause::Eccentricity),
+        ("seat", Cause::Seat),
+        ("run-out", Cause::RunOut),
+        ("cumulative-pitch", Cause::CumulativePitch),
+        ("single-pitch", Cause::SinglePitch),
+        ("profile", Cause::Profile),
+        ("tooth-form", Cause::ToothForm),
+        ("axial", Cause::Axial),
+        ("misalignment", Cause::Misalignment),
+        ("belt-joint", Cause::BeltJoint),
+    ];
+
+    /// The word for it in files.
+    pub fn name(self) -> &'static str {
+        let word = Cause::WORDS.iter().find(|word| word.1 == self);
+        word.map_or("", |word| word.0)
+    }
+
+    /// A vector that turns with the gear.
+    pub fn is_offset(self) -> bool {
+        matches!(self, Cause::Eccentricity | Cause::Seat | Cause::RunOut)
+    }
+
+    /// Teeth out of their places round the gear.
+    pub fn is_pitch(self) -> bool {
+        matches!(self, Cause::CumulativePitch | Cause::SinglePitch)
+    }
+
+    /// Too much or too little material on a flank, so that the other flank has its own.
+    pub fn is_material(self) -> bool {
+        matches!(self, Cause::Form | Cause::Profile | Cause::ToothForm)
+    }
+}
+
+/// How large an error is: in m, of a misaligned coupling in rad.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ErrorSize {
+    /// n, a, φ of `a cos(n θ + φ)`, n cycles a turn.
+    Orders(Vec<(u32, f64, f64)>),
+    /// The same, n cycles a tooth.
+    Mesh(Vec<(u32, f64, f64)>),
+    /// Equally spaced values over one turn.
+    Table(Vec<f64>),
+    /// Angle between the axes of a joint, rad.
+    Tilt {
+        /// rad.
+        angle: f64,
+        /// Of the joint, rad.
+        phase: f64,
+    },
+    /// Amplitude and length of a belt, m, and the phase of its joint, rad.
+    Joint {
+        /// m along the belt.
+        amplitude: f64,
+        /// m.
+        length: f64,
+        /// rad of the belt's turn.
+        phase: f64,
+    },
 }
 
 /// A mean speed of a node.

@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::model::{Axis, End, Inertia, Model, Name, ShaftBody};
+use super::model::{Axis, Cause, End, FormError, Inertia, Model, Name, ShaftBody};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::notes::Notes;
@@ -95,7 +95,13 @@ fn references(model: &Model) -> Vec<&Name> {
     nodes.extend(model.belts.iter().flat_map(|e| &e.between));
     nodes.extend(model.loads.iter().map(|e| &e.at));
     nodes.extend(model.motors.iter().map(|e| &e.at));
-    nodes.extend(model.errors.iter().map(|e| &e.on));
+    // Errors of couplings and belts stand on these; what is wrong with them is found when they are put in place.
+    let of_element = |e: &&FormError| matches!(e.cause, Cause::Misalignment | Cause::BeltJoint);
+    nodes.extend(
+        (model.errors.iter())
+            .filter(|e| !of_element(e))
+            .map(|e| &e.on),
+    );
     nodes.extend(model.speeds.iter().map(|e| &e.at));
     nodes
 }

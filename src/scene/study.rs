@@ -32,6 +32,23 @@ pub enum StudyKind {
     Stability(StabilityStudy),
     /// Steady answers to steady excitation.
     Response(ResponseStudy),
+    /// Transmission error of a chain.
+    Transmission(TransmissionStudy),
+}
+
+/// Transmission error of a chain, as the command has it.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct TransmissionStudy {
+    /// The node whose error is wanted.
+    pub output: Option<String>,
+    /// The node whose angle is prescribed; that of the first stated speed where absent.
+    pub driver: Option<String>,
+    /// The node the output should turn with.
+    pub against: Option<String>,
+    /// Where on the output the error is also told as an arc, m.
+    pub radius: Option<f64>,
+    /// Speed of the first node of `[speed]` for the error at speed, rad/s.
+    pub speed: Option<f64>,
 }
 
 /// Steady answers to steady excitation, as the command has them.
@@ -370,6 +387,7 @@ enum Word {
     Accuracy,
     Stability,
     Response,
+    Transmission,
 }
 
 /// A study; absent where its kind is missing or unknown, which is then noted.
@@ -380,6 +398,7 @@ pub fn read(f: &mut Fields) -> Option<Study> {
         ("accuracy", Word::Accuracy),
         ("stability", Word::Stability),
         ("response", Word::Response),
+        ("te", Word::Transmission),
     ];
     let known = f.choice("kind", &words);
     f.need("kind");
@@ -394,6 +413,7 @@ pub fn read(f: &mut Fields) -> Option<Study> {
             over: parsed(f, "over", Over::parse),
         }),
         Word::Response => StudyKind::Response(response(f)),
+        Word::Transmission => StudyKind::Transmission(transmission(f)),
     };
     Some(Study {
         kind,
@@ -466,6 +486,17 @@ fn response(f: &mut Fields) -> ResponseStudy {
         lines: f.optional_count("lines", 2, MOST_LINES),
         speed: f.optional_quantity("speed", Kind::Speed, Range::Any),
         way: f.choice("method", &ways),
+    }
+}
+
+fn transmission(f: &mut Fields) -> TransmissionStudy {
+    let text = |f: &mut Fields, key: &str| f.optional_text(key).map(str::to_string);
+    TransmissionStudy {
+        output: text(f, "output"),
+        driver: text(f, "driver"),
+        against: text(f, "against"),
+        radius: f.optional_quantity("radius", Kind::Length, Range::Positive),
+        speed: f.optional_quantity("speed", Kind::Speed, Range::Any),
     }
 }
 

@@ -24,6 +24,7 @@ pub fn add(builder: &mut Builder, element: usize, belt: &Belt) -> Result<(), Err
             teeth: None,
             carrier: None,
             branches: vec![branch],
+            seats: Vec::new(),
         };
         builder.machine.gears.push(gear);
     }

@@ -32,3 +32,6 @@ pub mod bearing;
 
 /// Dampers.
 pub mod damper;
+
+/// Declared errors.
+pub mod form_error;

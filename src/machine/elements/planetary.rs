@@ -10,7 +10,7 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::machine::builder::{Builder, law};
 use crate::machine::direction::Direction;
-use crate::machine::parts::{Gear, Spin};
+use crate::machine::parts::{Gear, Seat, Spin};
 use crate::scene::model::{Axis, Contact, End, Planetary, PlanetarySize};
 
 /// Name of planet `n`, counted from 1.
@@ -136,18 +136,36 @@ pub fn add(builder: &mut Builder, element: usize, stage: &Planetary) -> Result<(
         for (mesh, turning, teeth) in [(0, thetas[0], teeth[0]), (1, thetas[1], teeth[2])] {
             if let Some(turning) = turning {
                 let branches = meshes[mesh].clone();
+                let seats = stage.positions.iter().map(|&at| seat(stage, mesh, at));
                 let gear = Gear {
                     element,
                     turning,
                     teeth: Some(teeth),
                     carrier: thetas[2],
                     branches,
+                    seats: seats.collect(),
                 };
                 builder.machine.gears.push(gear);
             }
         }
     }
     Ok(())
+}
+
+/// How the sun (mesh 0) or the ring (mesh 1) stands in the mesh with a planet at a position.
+fn seat(stage: &Planetary, mesh: usize, position: f64) -> Seat {
+    let alpha = stage.pressure_angles[mesh];
+    let across = [alpha, -alpha].map(|alpha| {
+        let (sin, cos) = (position + [-alpha, alpha][mesh]).sin_cos();
+        [-sin, cos]
+    });
+    Seat {
+        angle: position,
+        across,
+        along: 0.0,
+        lever: alpha.cos(),
+        sized: !matches!(stage.size, PlanetarySize::Teeth { module: None, .. }),
+    }
 }
 
 /// The contact of a planet at a position: its wave stands `z ψ` behind that of a planet at zero, z the teeth of sun or ring.

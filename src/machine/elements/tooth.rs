@@ -9,7 +9,7 @@
 use crate::base::error::Error;
 use crate::machine::builder::Builder;
 use crate::machine::direction::Direction;
-use crate::machine::parts::Gear;
+use crate::machine::parts::{Gear, Seat};
 use crate::scene::model::{Axis, Contact, Name};
 
 /// The tooth normal seen by one body, and where the mesh stands in its frame.
@@ -29,7 +29,7 @@ pub struct Side<'a> {
 }
 
 /// The direction of a mesh. `scale` times `turns` is the moment arm of each θ, m.
-pub fn direction(builder: &Builder, scale: f64, sides: &[Side; 2]) -> Result<Direction, Error> {
+fn direction(builder: &Builder, scale: f64, sides: &[Side; 2]) -> Result<Direction, Error> {
     let mut terms = Vec::new();
     for side in sides {
         terms.push((builder.theta(side.node)?, side.turns));
@@ -42,26 +42,52 @@ pub fn direction(builder: &Builder, scale: f64, sides: &[Side; 2]) -> Result<Dir
     Ok(Direction::new(scale, terms))
 }
 
-/// Puts one contact between two toothed members, each with its teeth; `flanks` are drive and coast.
-pub fn add_pair<'a>(
+/// What one contact between two toothed members is made of.
+pub struct Pair<'a> {
+    /// Moment arm of a θ per tooth, m.
+    pub scale: f64,
+    /// Both members as the drive flank sees them.
+    pub drive: [Side<'a>; 2],
+    /// As the coast flank does.
+    pub coast: [Side<'a>; 2],
+    /// Their teeth.
+    pub teeth: [u32; 2],
+    /// The module is given.
+    pub sized: bool,
+}
+
+/// Puts one contact between two toothed members.
+pub fn add_pair(
     builder: &mut Builder,
     element: usize,
-    members: impl Iterator<Item = (&'a Name, u32)>,
-    flanks: [Direction; 2],
+    pair: &Pair,
     contact: &Contact,
 ) -> Result<(), Error> {
-    let [drive, coast] = flanks;
+    let drive = direction(builder, pair.scale, &pair.drive)?;
+    let coast = direction(builder, pair.scale, &pair.coast)?;
     let branch = builder.machine.branches.len();
     let coast = (coast != drive).then_some(coast);
     builder.contact(element, None, drive, coast, contact);
-    for (node, teeth) in members {
-        let turning = builder.theta(node)?;
+    for (at, &teeth) in pair.teeth.iter().enumerate() {
+        let (side, other) = (&pair.drive[at], &pair.coast[at]);
+        let turning = builder.theta(side.node)?;
+        let seat = Seat {
+            angle: side.angle,
+            across: [side, other].map(|side| {
+                let [(_, x), (_, y), ..] = across(side);
+                [side.sign * x, side.sign * y]
+            }),
+            along: side.sign * side.normal[2],
+            lever: (pair.scale * side.turns / side.radius).abs(),
+            sized: pair.sized,
+        };
         let gear = Gear {
             element,
             turning,
             teeth: Some(teeth),
             carrier: None,
             branches: vec![branch],
+            seats: vec![seat],
         };
         builder.machine.gears.push(gear);
     }

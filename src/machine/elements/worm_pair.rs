@@ -4,18 +4,22 @@
 //! itself where γ ≤ ρ (Niemann & Winter, Maschinenelemente III, 2nd ed. 1986, sec. 24.3.3). The losses act against the mean
 //! sliding and do not enter small vibrations about steady running.
 
-use super::tooth::{Side, add_pair, direction};
+use super::tooth::{Pair, Side, add_pair};
 use crate::base::error::Error;
 use crate::machine::builder::Builder;
-use crate::machine::direction::Direction;
 use crate::scene::model::{Hand, WormPair};
 
 /// Puts the mesh between worm and wheel, and states efficiency and self-locking.
 pub fn add(builder: &mut Builder, element: usize, pair: &WormPair) -> Result<(), Error> {
-    let drive = mesh(builder, pair, pair.pressure_angle)?;
-    let coast = mesh(builder, pair, -pair.pressure_angle)?;
-    let members = pair.between.iter().zip(pair.teeth);
-    add_pair(builder, element, members, [drive, coast], &pair.contact)?;
+    let module = pair.module.unwrap_or(2.0);
+    let made = Pair {
+        scale: module * pair.pressure_angle.cos() * pair.lead_angle.cos() / 2.0,
+        drive: sides(pair, module, pair.pressure_angle),
+        coast: sides(pair, module, -pair.pressure_angle),
+        teeth: pair.teeth,
+        sized: pair.module.is_some(),
+    };
+    add_pair(builder, element, &made, &pair.contact)?;
     if let Some(friction) = pair.friction {
         let Efficiency { driving, backwards } =
             efficiency(pair.lead_angle, pair.pressure_angle, friction);
@@ -52,8 +56,8 @@ pub fn efficiency(lead: f64, pressure: f64, friction: f64) -> Efficiency {
     }
 }
 
-fn mesh(builder: &Builder, pair: &WormPair, alpha: f64) -> Result<Direction, Error> {
-    let module = pair.module.unwrap_or(2.0);
+/// Worm and wheel as the flank with the signed pressure angle `alpha` sees them.
+fn sides(pair: &WormPair, module: f64, alpha: f64) -> [Side<'_>; 2] {
     let hand = if pair.hand == Hand::Right { 1.0 } else { -1.0 };
     let (sin_lead, cos_lead) = pair.lead_angle.sin_cos();
     let [starts, teeth] = pair.teeth.map(f64::from);
@@ -81,11 +85,7 @@ fn mesh(builder: &Builder, pair: &WormPair, alpha: f64) -> Result<Direction, Err
         radius: teeth * module / 2.0,
         angle: pair.mesh_angles[1],
     };
-    direction(
-        builder,
-        module * alpha.cos() * cos_lead / 2.0,
-        &[worm, wheel],
-    )
+    [worm, wheel]
 }
 
 #[cfg(test)]

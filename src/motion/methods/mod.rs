@@ -30,6 +30,10 @@ pub mod explicit;
 /// Stiffness and loads that repeat in time.
 pub mod periodic;
 
+/// Backward differentiation formulas.
+#[cfg(feature = "bdf")]
+pub mod bdf;
+
 /// A method for machines in motion.
 pub struct Method {
     /// The word for it in commands and files.
@@ -108,6 +112,16 @@ pub const METHODS: &[Method] = &[
         locates_events: false,
         refuses: |_| None,
         run: explicit::rk4,
+    },
+    #[cfg(feature = "bdf")]
+    Method {
+        name: "bdf",
+        title: "backward differentiation formulas of order 1 to 5 of diffsol, for stiff machines",
+        ladder: Ladder::Tolerance,
+        order: None,
+        locates_events: false,
+        refuses: |_| None,
+        run: bdf::machine,
     },
     Method {
         name: "generalized-alpha-controlled",

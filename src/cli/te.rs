@@ -1,0 +1,119 @@
+//! `geardyn te`: transmission error of a chain.
+
+use std::path::PathBuf;
+
+use super::te_args::TeArgs;
+use super::{diagnostic, output};
+use crate::base::error::{Error, Errors};
+use crate::base::kind::Kind;
+use crate::base::units;
+use crate::plan::prepared::Prepared;
+use crate::plan::stages::Verdict;
+use crate::plan::transmission::run::{self, Answer};
+use crate::report;
+use crate::scene::study::{StudyKind, TransmissionStudy};
+use crate::scene::{self, Scene};
+
+/// Solves and prints.
+///
+/// # Errors
+/// Whatever is wrong with the file, the flags or the chain.
+pub fn run(args: &TeArgs) -> Result<u8, Errors> {
+    let scene = scene::read(&args.file)?;
+    let study = asked(args, &scene)?;
+    let outputs: Vec<PathBuf> = args.csv.iter().cloned().collect();
+    let inputs: Vec<PathBuf> = scene
+        .sources
+        .iter()
+        .map(|source| PathBuf::from(&source.path))
+        .collect();
+    output::check(&outputs, &inputs)?;
+    let mut traced = Traced::new(&scene, &study)?;
+    traced.all = args.all;
+    if let Some(path) = &args.csv {
+        output::write(
+            path,
+            report::transmission::csv(&traced.prepared.machine, &traced.answer).as_bytes(),
+        )?;
+    }
+    match args.json {
+        true => output::print(&format!("{:#}\n", traced.json(&scene)))?,
+        false => output::print(&traced.text())?,
+    }
+    if !args.quiet && !args.json {
+        output::tell(&traced.epilogue());
+        for path in &outputs {
+            output::tell(&format!("wrote {}\n", path.display()));
+        }
+    }
+    Ok(0)
+}
+
+/// The transmission error of a chain with all that is said of it.
+pub struct Traced {
+    prepared: Prepared,
+    answer: Answer,
+    /// Every line is shown.
+    all: bool,
+}
+
+impl Traced {
+    /// Prepares and solves.
+    ///
+    /// # Errors
+    /// Whatever is wrong with the machine, the study or the chain.
+    pub fn new(scene: &Scene, study: &TransmissionStudy) -> Result<Traced, Error> {
+        let prepared = Prepared::new(&scene.model)?;
+        let answer = run::run(&prepared, study)?;
+        Ok(Traced {
+            prepared,
+            answer,
+            all: false,
+        })
+    }
+
+    /// The order table, what coincides, the sums.
+    pub fn text(&self) -> String {
+        report::transmission_table::table(&self.prepared.machine, &self.answer, self.all)
+    }
+
+    /// The document.
+    pub fn json(&self, scene: &Scene) -> serde_json::Value {
+        report::transmission::json(&scene.sources, &self.prepared.machine, &self.answer)
+    }
+
+    /// What was left out, doubts.
+    pub fn epilogue(&self) -> String {
+        let mut text = String::from("\n");
+        for (name, verdict) in &self.answer.plan {
+            if let Verdict::LeftOut(why) = verdict {
+                text += &format!("left out {name}: {why}\n");
+            }
+        }
+        for warning in &self.answer.warnings {
+            text += &diagnostic::warning(warning, diagnostic::colour());
+        }
+        text
+    }
+}
+
+/// The study that is asked for: the first a scene lists, with what the flags say put in its place.
+fn asked(args: &TeArgs, scene: &Scene) -> Result<TransmissionStudy, Error> {
+    let listed = scene.studies.iter().find_map(|study| match &study.kind {
+        StudyKind::Transmission(study) => Some(study.clone()),
+        _ => None,
+    });
+    let listed = listed.unwrap_or_default();
+    let quantity = |text: &Option<String>, kind: Kind, unit: &str, flag: &str| {
+        text.as_deref()
+            .map(|text| units::parse_or_bare(text, kind, unit, flag))
+            .transpose()
+    };
+    Ok(TransmissionStudy {
+        output: args.output.clone().or(listed.output),
+        driver: args.driver.clone().or(listed.driver),
+        against: args.against.clone().or(listed.against),
+        radius: quantity(&args.radius, Kind::Length, "mm", "--radius")?.or(listed.radius),
+        speed: quantity(&args.speed, Kind::Speed, "rpm", "--speed")?.or(listed.speed),
+    })
+}

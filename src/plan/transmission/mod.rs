@@ -1,0 +1,4 @@
+//! Transmission error of a chain.
+
+/// The run.
+pub mod run;

@@ -1,0 +1,547 @@
+//! Transmission error of a chain: worked by hand, rigid against elastic joints, slow against at speed, loops that fit and do not.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use geardyn::base::code::Code;
+use geardyn::base::error::Error;
+use geardyn::numeric::Complex;
+use geardyn::plan::prepared::Prepared;
+use geardyn::plan::transmission::run::{Answer, Row, run};
+use geardyn::report::transmission::{ARCSEC, cause, source};
+use geardyn::scene::study::TransmissionStudy;
+use geardyn::transmission::coincidence::Test;
+use support::machines::Random;
+
+mod support;
+
+const HEAD: &str = "title = \"test\"\nsource = \"made for a test\"\nunits = \"SI\"\n";
+
+fn written(text: &str) -> Prepared {
+    let scene = geardyn::scene::read_text("test.toml", &format!("{HEAD}{text}"))
+        .unwrap_or_else(|e| panic!("{e}\n{text}"));
+    Prepared::new(&scene.model).unwrap()
+}
+
+fn shipped(path: &str) -> Prepared {
+    let scene = geardyn::scene::read(std::path::Path::new(path)).unwrap();
+    Prepared::new(&scene.model).unwrap()
+}
+
+fn study(driver: &str, output: &str) -> TransmissionStudy {
+    TransmissionStudy {
+        driver: Some(driver.to_string()),
+        output: Some(output.to_string()),
+        ..TransmissionStudy::default()
+    }
+}
+
+fn traced(prepared: &Prepared, study: &TransmissionStudy) -> Answer {
+    run(prepared, study).unwrap()
+}
+
+fn refused(text: &str, study: &TransmissionStudy) -> Error {
+    match geardyn::scene::read_text("test.toml", &format!("{HEAD}{text}")) {
+        Err(errors) => errors.list()[0].clone(),
+        Ok(scene) => match Prepared::new(&scene.model).and_then(|p| run(&p, study)) {
+            Err(error) => error,
+            Ok(_) => panic!("this was answered:\n{text}"),
+        },
+    }
+}
+
+fn close(a: Complex, b: Complex, tolerance: f64) -> bool {
+    (a - b).norm() <= tolerance * b.norm()
+}
+
+/// Orders and amplitude worked by hand (data/reference/chain_orders.json).
+#[test]
+fn exact_generator_chain() {
+    let prepared = shipped("models/three_stage_chain.toml");
+    let answer = traced(&prepared, &study("shaft_1", "spindle"));
+    let machine = &prepared.machine;
+    let reference = support::reference("chain_orders");
+    let expected = [
+        ("spindle", "cumulative-pitch", "spindle"),
+        ("shaft_3 in second", "eccentricity", "shaft_3"),
+        ("shaft_3 in worm_drive", "profile", "worm mesh"),
+        ("shaft_2 in first", "eccentricity", "shaft_2"),
+        ("shaft_2 in second", "profile", "mesh 30/75"),
+        ("shaft_1", "eccentricity", "shaft_1"),
+        ("shaft_1", "profile", "mesh 24/60"),
+    ];
+    for (on, of, key) in expected {
+        let row = answer
+            .rows
+            .iter()
+            .find(|r| source(machine, r) == on && cause(machine, r) == of)
+            .unwrap();
+        assert_eq!(
+            row.line.order.to_string(),
+            reference["orders"][key].as_str().unwrap(),
+            "{on} {of}"
+        );
+    }
+    let eccentric = answer
+        .rows
+        .iter()
+        .find(|r| source(machine, r) == "shaft_3 in second" && cause(machine, r) == "eccentricity")
+        .unwrap();
+    let wanted = support::number(&reference["eccentricity"]["spindle_arcsec"]);
+    let found = answer.slow(eccentric).norm() * ARCSEC;
+    // By hand 206.265 and 105.715 were used; the exact values have more digits.
+    let base = 75.0 * 3.0 * (std::f64::consts::PI / 9.0).cos() / 2.0;
+    let by_hand = found * (206.265e3 / ARCSEC) * (base / 105.715);
+    assert!((by_hand - wanted).abs() < 1e-13, "{by_hand} {wanted}");
+    assert!((found - 1e-2 / base * ARCSEC / 45.0).abs() < 1e-14);
+    // The pitch of the wheel, 12 µm at r = 270 mm; the worm's axis, 3 µm over the same.
+    let pitch = answer.slow(&answer.rows[0]).norm();
+    assert!((pitch * 0.27 / 12e-6 - 1.0).abs() < 1e-13, "{pitch}");
+    let axial = answer
+        .rows
+        .iter()
+        .find(|r| cause(machine, r) == "axial")
+        .unwrap();
+    assert!((answer.slow(axial).norm() * 0.27 / 3e-6 - 1.0).abs() < 1e-13);
+    let total: f64 = answer.rows.iter().map(|r| r.share).sum();
+    assert!((total - 1.0).abs() < 1e-14);
+    assert_eq!(answer.period.unwrap().to_string(), "4");
+}
+
+/// A chain of pairs whose common period has more than twelve digits; nothing is rounded.
+#[test]
+fn survives_periods_beyond_count() {
+    let mut text = String::new();
+    let teeth = [997, 991, 983, 977, 971, 967, 953, 947];
+    for k in 0..=teeth.len() / 2 {
+        text += &format!(
+            "[[inertia]]\nname = \"s{k}\"\nJ = 0.01\n[[error]]\non = \"s{k}\"\namplitude = 1e-6\nphase = \"unknown\"\n"
+        );
+    }
+    for k in 0..teeth.len() / 2 {
+        let (a, b) = (teeth[2 * k], teeth[2 * k + 1]);
+        text += &format!(
+            "[[gear_pair]]\nname = \"g{k}\"\nbetween = [\"s{k}\", \"s{}\"]\nteeth = [{a}, {b}]\nmodule = 0.002\nk = 1e8\n",
+            k + 1
+        );
+    }
+    let answer = traced(&written(&text), &study("s0", "s4"));
+    let period = answer.period.unwrap();
+    let product: u128 = [991u128, 977, 967, 947].iter().product();
+    // Orders are b₁b₂…/a₁a₂… of primes: they come back together after the product of the first teeth.
+    let wanted: u128 = [997u128, 983, 971, 953].iter().product();
+    assert_eq!(period.to_string(), wanted.to_string(), "{product}");
+    let fastest = answer
+        .rows
+        .iter()
+        .find(|r| r.line.order.to_string() == format!("{product}/{wanted}"));
+    assert!(fastest.is_some());
+}
+
+/// A random chain: pairs and shafts in a row, errors of every sort, some with loads.
+fn chain(random: &mut Random, stiffness: f64) -> String {
+    let mut text = String::new();
+    let n = 2 + random.below(4);
+    for k in 0..=n {
+        for end in ["a", "b"] {
+            text += &format!(
+                "[[inertia]]\nname = \"{end}{k}\"\nJ = {}\n",
+                random.between(1e-3, 1e-1)
+            );
+        }
+        text += &format!(
+            "[[shaft]]\nname = \"t{k}\"\nbetween = [\"a{k}\", \"b{k}\"]\nk = {}\nc = 0.5\n",
+            stiffness * random.between(1e3, 1e5)
+        );
+    }
+    for k in 0..n {
+        let (a, b) = (17 + random.below(60), 17 + random.below(60));
+        let helix = 0.4 * random.unit();
+        text += &format!(
+            "[[gear_pair]]\nname = \"g{k}\"\nbetween = [\"b{k}\", \"a{}\"]\nteeth = [{a}, {b}]\nmodule = 0.003\nhelix_angle = {helix}\nk = {}\nc = 200\n",
+            k + 1,
+            stiffness * random.between(1e7, 1e9)
+        );
+        let cause = [
+            "eccentricity",
+            "seat",
+            "run-out",
+            "cumulative-pitch",
+            "profile",
+            "form",
+        ][random.below(6)];
+        let on = [format!("b{k}"), format!("a{}", k + 1)][random.below(2)].clone();
+        text += &format!(
+            "[[error]]\non = \"{on}\"\ncause = \"{cause}\"\namplitude = {}\nphase = {}\n",
+            random.between(1e-6, 2e-5),
+            6.0 * random.unit()
+        );
+    }
+    text += &format!(
+        "[[load]]\nat = \"b{n}\"\ntorque = {}\n",
+        random.between(10.0, 500.0)
+    );
+    text
+}
+
+/// On trees the elastic joints pass on what rigid ones do, and what the loads wind up goes with 1/k.
+#[test]
+fn law_loaded_becomes_kinematic_on_random_chains() {
+    let mut random = Random::new(7);
+    for _ in 0..40 {
+        let text = chain(&mut random, 1.0);
+        let n = text.matches("[[shaft]]").count() - 1;
+        let prepared = written(&text);
+        let answer = traced(&prepared, &study("a0", &format!("b{n}")));
+        assert!(answer.wind_up != 0.0);
+        for row in &answer.rows {
+            assert!(
+                close(row.loaded, row.line.kinematic, 1e-9),
+                "{text}\n{:?} {:?}",
+                row.loaded,
+                row.line.kinematic
+            );
+        }
+    }
+}
+
+/// At ω → 0 the dynamic transmission is the static one, on chains and in a loop.
+#[test]
+fn law_dynamic_becomes_loaded_at_rest() {
+    let mut random = Random::new(11);
+    let mut machines: Vec<(String, String)> = (0..20)
+        .map(|_| {
+            let text = chain(&mut random, 1.0);
+            let n = text.matches("[[shaft]]").count() - 1;
+            ("a0".to_string(), format!("b{n}")).1.clone() + "\n" + &text
+        })
+        .map(|both| {
+            both.split_once('\n')
+                .map(|(out, text)| (out.to_string(), text.to_string()))
+                .unwrap()
+        })
+        .collect();
+    machines.push(("out".to_string(), looped(1.0, 1.3e-5)));
+    for (output, text) in machines {
+        let prepared = written(&text);
+        let driver = if output == "out" { "motor" } else { "a0" };
+        let slow = TransmissionStudy {
+            speed: Some(1e-8),
+            ..study(driver, &output)
+        };
+        let fast = TransmissionStudy {
+            speed: Some(300.0),
+            ..study(driver, &output)
+        };
+        let mut differs = false;
+        for row in traced(&prepared, &slow).rows {
+            // Damping makes the first difference, of the order of ω c/k.
+            assert!(
+                close(row.dynamic.unwrap(), row.loaded, 1e-9),
+                "{text}\n{:?} {:?}",
+                row.dynamic,
+                row.loaded
+            );
+        }
+        for row in traced(&prepared, &fast).rows {
+            differs |= !close(row.dynamic.unwrap(), row.loaded, 1e-3);
+        }
+        assert!(differs, "{text}");
+    }
+}
+
+/// Two pairs of equal ratio side by side, and a pair behind them. `second` is the error of the second pinion: at 1e-5 · 32/24 · 4/4.5
+/// it fits that of the first.
+fn looped(stiffness: f64, second: f64) -> String {
+    let k = |k: f64| k * stiffness;
+    format!(
+        "inertia = [{}]\n\
+         shaft = [\n{{ name = \"ps\", between = [\"p1\", \"p2\"], k = {:e} }},\n{{ name = \"ws\", between = [\"w1\", \"w2\"], k = {:e} }},\n{{ name = \"ms\", between = [\"motor\", \"p1\"], k = {:e}, c = 0.01 }},\n]\n\
+         gear_pair = [\n{{ name = \"one\", between = [\"p1\", \"w1\"], teeth = [24, 36], module = 0.0045, k = {:e}, k_wave = {{ kind = \"rectangular\", high = 1.2, low = 0.8, share = 0.5 }} }},\n\
+         {{ name = \"two\", between = [\"p2\", \"w2\"], teeth = [32, 48], module = 0.004, k = {:e} }},\n\
+         {{ name = \"three\", between = [\"w2\", \"out\"], teeth = [20, 61], module = 0.004, k = {:e} }},\n]\n\
+         error = [\n{{ on = \"p1\", amplitude = 1e-5, phase = 0.7 }},\n{{ on = \"p2\", amplitude = {second}, phase = 0.7 }},\n{{ on = \"out\", amplitude = 1e-5, phase = \"unknown\" }},\n]\n\
+         load = [{{ at = \"out\", torque = 300 }}]\n",
+        ["motor", "p1", "w1", "p2", "w2", "out"]
+            .map(|n| format!("{{ name = \"{n}\", J = 0.01 }}"))
+            .join(", "),
+        k(2e4),
+        k(5e4),
+        k(1e4),
+        k(3e8),
+        k(5e8),
+        k(4e8),
+    )
+}
+
+/// The fitting error of the second pinion, m.
+const FITS: f64 = 1e-5 * (32.0 * 0.004) / (24.0 * 0.0045);
+
+/// A loop whose errors fit: loaded becomes kinematic as k → ∞, mesh stiffness and wind-up under torque included.
+#[test]
+fn law_loaded_becomes_kinematic_in_a_loop_that_fits() {
+    let mut last = f64::INFINITY;
+    for stiffness in [1.0, 1e4, 1e8, 1e12] {
+        let answer = traced(&written(&looped(stiffness, FITS)), &study("motor", "out"));
+        assert!(answer.misfit.is_none());
+        let size = answer
+            .rows
+            .iter()
+            .map(|r| r.line.kinematic.norm())
+            .fold(0.0, f64::max);
+        // A rigid loop says what its errors do together, not what each does.
+        let of_order = |order: &str, of: fn(&Row) -> Complex| {
+            let rows = answer
+                .rows
+                .iter()
+                .filter(|r| r.line.order.to_string() == order);
+            rows.map(of).fold(Complex::ZERO, |s, z| s + z)
+        };
+        let orders: Vec<String> = answer
+            .rows
+            .iter()
+            .map(|r| r.line.order.to_string())
+            .collect();
+        let apart = orders
+            .iter()
+            .map(|o| (of_order(o, |r| r.loaded) - of_order(o, |r| r.line.kinematic)).norm());
+        let off = apart.fold(answer.wind_up.abs(), f64::max);
+        assert!(
+            off < 1e-3 * last || off < 1e-9 * size,
+            "{stiffness}: {off} of {size}, before {last}"
+        );
+        last = off;
+        let at_mesh = answer
+            .rows
+            .iter()
+            .any(|r| r.line.kinematic.norm() == 0.0 && r.loaded.norm() > 0.0);
+        assert!(at_mesh, "the stiffness wave of the loaded mesh has lines");
+    }
+    assert!(last < 1e-9 * 1e-4);
+}
+
+/// A loop whose errors do not fit has no rigid answer: refused where its joints are rigid, shared out where they give way.
+#[test]
+fn refuses_loops_that_do_not_fit() {
+    let answer = traced(&written(&looped(1.0, 1.1 * FITS)), &study("motor", "out"));
+    let names = answer.misfit.clone().unwrap();
+    assert!(
+        names.contains(&"one".to_string()) && names.contains(&"two".to_string()),
+        "{names:?}"
+    );
+    assert!(answer.warnings.iter().any(|w| w.code == "loop-misfit"));
+    assert!(answer.rss() > 0.0);
+    let mut rigid: String = looped(1.0, 1.1 * FITS);
+    for k in ["2e4", "5e4", "3e8", "5e8"] {
+        rigid = rigid.replace(&format!(", k = {k}"), "");
+    }
+    let rigid = rigid.replace(
+        ", k_wave = { kind = \"rectangular\", high = 1.2, low = 0.8, share = 0.5 }",
+        "",
+    );
+    let error = refused(&rigid, &study("motor", "out"));
+    assert_eq!(error.code, Code::ContradictoryRatios, "{error}");
+    assert!(error.message.contains("do not fit"), "{error}");
+}
+
+/// An idler between two gears passes its eccentricity on twice, by where the meshes stand: in a straight row of equal pressure
+/// angles both meshes see it with 2α between them.
+#[test]
+fn exact_eccentric_idler() {
+    let text = |angle: f64| {
+        format!(
+            "inertia = [{{ name = \"a\", J = 0.1 }}, {{ name = \"i\", J = 0.1 }}, {{ name = \"c\", J = 0.1 }}]\n\
+         gear_pair = [\n{{ name = \"one\", between = [\"a\", \"i\"], teeth = [20, 30], module = 0.002, k = 1e8, mesh_angles = [0, {}] }},\n\
+         {{ name = \"two\", between = [\"i\", \"c\"], teeth = [30, 40], module = 0.002, k = 1e8, mesh_angles = [{angle}, 0] }}]\n\
+         error = [{{ on = \"i\", cause = \"eccentricity\", amplitude = 1e-5, phase = 0 }}]\n\
+         load = [{{ at = \"c\", torque = -50 }}]\n",
+            std::f64::consts::PI
+        )
+    };
+    let base = 0.02 * (std::f64::consts::PI / 9.0).cos() * 2.0;
+    for angle in [0.0, 0.5, 2.0] {
+        let answer = traced(&written(&text(angle)), &study("a", "c"));
+        // Seen along y, towards the driver's mesh: the first normal pulls by (sin α, cos α), the second at `angle` likewise, and both
+        // flanks carry on opposite sides.
+        let (alpha, e) = (std::f64::consts::PI / 9.0, 1e-5);
+        let first = Complex::from_polar(
+            1.0,
+            std::f64::consts::PI + std::f64::consts::FRAC_PI_2 - alpha,
+        );
+        let second = Complex::from_polar(1.0, angle + std::f64::consts::FRAC_PI_2 - alpha);
+        let wanted = (first - second).norm() * e / base;
+        let same = (first + second).norm() * e / base;
+        let found = answer.rows[0].line.kinematic.norm();
+        assert!(
+            (found - wanted).abs() < 1e-12 * e / base || (found - same).abs() < 1e-12 * e / base,
+            "{angle}: {found} {wanted} {same}"
+        );
+    }
+}
+
+/// Sources of one order are found by arithmetic, and the test named tells them apart.
+#[test]
+fn exact_coincidences() {
+    let prepared = shipped("models/three_stage_chain.toml");
+    let answer = traced(&prepared, &study("shaft_1", "spindle"));
+    let orders: Vec<String> = answer
+        .coincidences
+        .iter()
+        .map(|c| answer.rows[c.lines[0]].line.order.to_string())
+        .collect();
+    assert_eq!(orders, ["45", "225/2"]);
+    // On one shaft only the other flanks part them; across a mesh re-meshing does.
+    let text = "inertia = [{ name = \"a\", J = 0.1 }, { name = \"b\", J = 0.1 }]\n\
+        gear_pair = [{ name = \"pair\", between = [\"a\", \"b\"], teeth = [26, 26], module = 0.002, k = 1e8 }]\n\
+        error = [{ on = \"a\", amplitude = 1e-5 }, { on = \"b\", amplitude = 1e-5, phase = \"unknown\" }]\n";
+    let answer = traced(&written(text), &study("a", "b"));
+    let [Test::Remesh { teeth, shift, .. }] = &answer.coincidences[0].tests[..] else {
+        panic!("{:?}", answer.coincidences);
+    };
+    assert_eq!((*teeth, *shift), (13, 0.5));
+}
+
+/// Pitch tables: the right count, the mean taken off, once round.
+#[test]
+fn refuses_what_cannot_be() {
+    let pair = |error: &str| {
+        format!(
+            "inertia = [{{ name = \"a\", J = 0.1 }}, {{ name = \"b\", J = 0.1 }}]\n\
+         gear_pair = [{{ name = \"pair\", between = [\"a\", \"b\"], teeth = [4, 8], module = 0.002, k = 1e8 }}]\n\
+         coupling = [{{ name = \"c\", between = [\"a\", \"ground\"], k = 0 }}]\n\
+         error = [{error}]\n"
+        )
+    };
+    let ask = study("a", "b");
+    for (error, code, word) in [
+        (
+            "{ on = \"a\", cause = \"single-pitch\", values = [1e-6, 2e-6, 1e-6] }",
+            Code::OutOfRange,
+            "4 teeth",
+        ),
+        (
+            "{ on = \"a\", cause = \"eccentricity\", amplitude = 1e-6, order = 3 }",
+            Code::Conflict,
+            "eccentricity",
+        ),
+        (
+            "{ on = \"a\", cause = \"eccentric\", amplitude = 1e-6 }",
+            Code::OutOfRange,
+            "cause",
+        ),
+        (
+            "{ on = \"a\", amplitude = nan }",
+            Code::OutOfRange,
+            "amplitude",
+        ),
+        ("{ on = \"a\" }", Code::MissingKey, "amplitude"),
+        (
+            "{ on = \"a\", amplitude = 1e-6, values = [1, 2] }",
+            Code::Conflict,
+            "values",
+        ),
+        (
+            "{ on = \"a\", cause = \"axial\", amplitude = 1e-6 }",
+            Code::Conflict,
+            "worm",
+        ),
+        (
+            "{ on = \"pair\", cause = \"misalignment\", tilt = 0.02 }",
+            Code::UnknownNode,
+            "coupling",
+        ),
+        (
+            "{ on = \"a\", file = \"no_such_file.csv\", file_unit = \"µm\" }",
+            Code::FileMissing,
+            "no_such_file",
+        ),
+        (
+            "{ on = \"nobody\", amplitude = 1e-6 }",
+            Code::UnknownNode,
+            "nobody",
+        ),
+    ] {
+        let found = refused(&pair(error), &ask);
+        assert!(found.code == code, "{error}: {found}");
+        assert!(found.to_string().contains(word), "{error}: {found}");
+    }
+    assert_eq!(refused(&pair(""), &ask).code, Code::MissingKey);
+    let on_a = "{ on = \"a\", amplitude = 1e-6 }";
+    assert_eq!(
+        refused(&pair(on_a), &study("a", "nowhere")).code,
+        Code::UnknownNode
+    );
+    assert_eq!(
+        refused(&pair(on_a), &TransmissionStudy::default()).code,
+        Code::Usage
+    );
+    let apart = pair(on_a).replace("inertia = [", "shaft = [{ name = \"s\", between = [\"x\", \"y\"], k = 1 }]\ninertia = [{ name = \"x\", J = 1 }, { name = \"y\", J = 1 }, ");
+    assert_eq!(refused(&apart, &study("a", "x")).code, Code::NoSpeed);
+}
+
+/// A joint at an angle turns unevenly by atan(tan φ / cos β) − φ: the two terms kept are right to the sixth power of the angle.
+#[test]
+fn exact_misaligned_joint() {
+    let beta = 0.1f64;
+    let text = format!(
+        "inertia = [{{ name = \"a\", J = 0.1 }}, {{ name = \"b\", J = 0.1 }}]\n\
+         coupling = [{{ name = \"joint\", between = [\"a\", \"b\"], k = 1e5 }}]\n\
+         error = [{{ on = \"joint\", cause = \"misalignment\", tilt = {beta} }}]\n"
+    );
+    let answer = traced(&written(&text), &study("a", "b"));
+    assert_eq!(
+        answer
+            .rows
+            .iter()
+            .map(|r| r.line.order.to_string())
+            .collect::<Vec<_>>(),
+        ["2", "4"]
+    );
+    for k in 0..50 {
+        let phi = 0.13 * f64::from(k);
+        let exact = (phi.sin() / beta.cos()).atan2(phi.cos()) - phi;
+        let exact = (exact + std::f64::consts::PI).rem_euclid(2.0 * std::f64::consts::PI)
+            - std::f64::consts::PI;
+        let found: f64 = answer
+            .rows
+            .iter()
+            .map(|r| {
+                let z = r.line.kinematic * Complex::from_polar(1.0, r.line.order.value() * phi);
+                z.re
+            })
+            .sum();
+        assert!(
+            (found - exact).abs() < 2.0 * (beta / 2.0).powi(6),
+            "{phi}: {found} {exact}"
+        );
+    }
+}
+
+/// Two ends of a branched chain: what lies before the fork is left out, and either way round the arithmetic is one.
+#[test]
+fn law_relative_error_forgets_what_is_common() {
+    let text = "inertia = [{ name = \"m\", J = 0.1 }, { name = \"f\", J = 0.1 }, { name = \"a\", J = 0.1 }, { name = \"b\", J = 0.1 }]\n\
+        gear_pair = [\n{ name = \"common\", between = [\"m\", \"f\"], teeth = [20, 41], module = 0.002, k = 1e8 },\n\
+        { name = \"left\", between = [\"f\", \"a\"], teeth = [20, 30], module = 0.002, k = 1e8 },\n\
+        { name = \"right\", between = [\"f\", \"b\"], teeth = [20, 50], module = 0.002, k = 1e8 }]\n\
+        error = [{ on = \"m\", amplitude = 1e-5, phase = 0.3 }, { on = \"a\", amplitude = 1e-5, phase = 0.4 }, { on = \"b\", amplitude = 2e-5, phase = 0.5 }]\n";
+    let prepared = written(text);
+    let ask = TransmissionStudy {
+        against: Some("b".to_string()),
+        ..study("m", "a")
+    };
+    let answer = traced(&prepared, &ask);
+    for row in &answer.rows {
+        assert!(close(row.loaded, row.line.kinematic, 1e-9) || row.loaded.norm() < 1e-15);
+        match source(&prepared.machine, row).as_str() {
+            "m" => assert!(row.line.kinematic.norm() == 0.0),
+            _ => assert!(row.line.kinematic.norm() > 0.0),
+        }
+    }
+    let alone = traced(&prepared, &study("m", "a"));
+    assert!(
+        alone
+            .rows
+            .iter()
+            .all(|r| source(&prepared.machine, r) == "b" || r.line.kinematic.norm() > 0.0)
+    );
+}
