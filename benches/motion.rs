@@ -16,9 +16,10 @@ use std::path::{Path, PathBuf};
 use beside::{Took, best, best_on_processor, peers, row};
 use geardyn::base::stop::Stop;
 use geardyn::machine::direction::Direction;
+use geardyn::motion::combination::Combination;
 use geardyn::motion::contact::{Contact, Flanks, Losses};
 use geardyn::motion::methods::{self, Ladder, Method};
-use geardyn::motion::outputs::{Combination, Output, Outputs, Quantity};
+use geardyn::motion::outputs::{Output, Outputs, Quantity};
 use geardyn::motion::problem::{Ask, Effort, Problem, Wanted};
 use geardyn::motion::signal::Signal;
 use geardyn::motion::train::{Branch, Drive, Law, Mass, Train};
@@ -253,10 +254,7 @@ fn one_freedom() -> Moved {
         quantity,
         unit: "",
     };
-    let position = Combination {
-        terms: vec![(0, 1.0)],
-        imposed: None,
-    };
+    let position = Combination::of(0);
     Moved {
         train: Train {
             coordinates: vec!["x".to_string()],
@@ -277,6 +275,7 @@ fn one_freedom() -> Moved {
                 output("x.speed", Quantity::Speed(0)),
             ],
             rows: vec![position],
+            prescribed: None,
         },
         until: CYCLES * (TAU / omega),
         samples: CYCLES as usize,
@@ -333,7 +332,7 @@ impl Moved {
                         .collect(),
                     _ => panic!("{} is not linear in the states", output.name),
                 },
-                Quantity::Acceleration(_) => panic!("{} is not linear in the states", output.name),
+                _ => panic!("{} is not linear in the states", output.name),
             });
         rows.collect()
     }

@@ -1,5 +1,6 @@
 //! Writes the recordings of the folder `data`: a work spindle struck, cutting and running up, computed from
-//! `models/work_spindle.toml` in its sampled state space, with measuring noise by Box and Muller (1958) from fixed seeds.
+//! `models/work_spindle.toml` in its sampled state space, and two encoders of the index branch of `examples/y2250_index_te.toml`, from
+//! its transmission error at speed; with measuring noise by Box and Muller (1958) from fixed seeds.
 //!
 //! `cargo run --release --example shipped_recordings`, in the project's folder; the same program writes the same bytes.
 
@@ -12,8 +13,9 @@ use std::path::Path;
 use geardyn::plan::prepared::Prepared;
 use geardyn::plan::run::{Answer, run};
 use geardyn::plan::stages::Plan;
+use geardyn::plan::transmission;
 use geardyn::scene;
-use geardyn::scene::study::{Hold, ModesStudy, StateSpaceStudy};
+use geardyn::scene::study::{Hold, ModesStudy, StateSpaceStudy, StudyKind};
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
@@ -31,7 +33,8 @@ const FORCE_ANGLE: f64 = 35.0 * TAU / 360.0;
 fn main() -> Outcome<()> {
     struck()?;
     cutting()?;
-    run_up()
+    run_up()?;
+    encoders()
 }
 
 /// The machine between its inputs and outputs, every `step` seconds.
@@ -280,4 +283,84 @@ fn run_up() -> Outcome<()> {
         )
     );
     put("run_up", &csv, &sidecar)
+}
+
+/// Counters of two encoders: on the shaft of the first index change gear and on the work spindle, while the machine rolls.
+fn encoders() -> Outcome<()> {
+    const SCENE: &str = "examples/y2250_index_te.toml";
+    const SEED: u64 = 20_240_614;
+    const LINES: [f64; 2] = [10_000.0, 36_000.0];
+    const COUNTS_PER_LINE: f64 = 4.0;
+    const ROWS_PER_TURN: f64 = 2700.0; // of the spindle, at even speed
+    const TURNS: f64 = 3.4;
+    const UNEVEN: f64 = 0.01; // of the speed, 7 times a turn
+    const NOISE: f64 = 0.4; // counts
+    const ARCSEC: f64 = 648_000.0 / std::f64::consts::PI;
+    let scene = scene::read(Path::new(SCENE))?;
+    let study = scene.studies.iter().find_map(|s| match &s.kind {
+        StudyKind::Transmission(study) => Some(study.clone()),
+        _ => None,
+    });
+    let prepared = Prepared::new(&scene.model)?;
+    let study = study.ok_or("no study of transmission errors")?;
+    let answer = transmission::run::run(&prepared, &study)?;
+    let spindle = prepared
+        .machine
+        .freedom("work_spindle")
+        .ok_or("no spindle")?;
+    let first = prepared.machine.freedom("index_gear_1").ok_or("no gear")?;
+    let ratio = answer.chain.turns(first).ok_or("no ratio")?.value().abs();
+    let lines: Vec<_> = answer
+        .rows
+        .iter()
+        .map(|row| {
+            (
+                row.line.order.value(),
+                row.dynamic.unwrap_or(answer.slow(row)),
+            )
+        })
+        .collect();
+    let error = |turns: f64| -> f64 {
+        let wave = |(order, z): &(f64, geardyn::numeric::Complex)| {
+            z.re * (TAU * order * turns).cos() - z.im * (TAU * order * turns).sin()
+        };
+        lines.iter().map(wave).sum()
+    };
+    let speeds = geardyn::machine::kinematics::mean_speeds(
+        &prepared.machine,
+        &prepared.kinematics,
+        study.speed,
+    )?;
+    let rate = speeds[spindle].abs() / TAU * ROWS_PER_TURN;
+    let mut normal = Normal::with_seed(SEED);
+    let mut csv = String::from("time [s],index_gear_1 [counts],work_spindle [counts]\n");
+    for k in 0..(TURNS * ROWS_PER_TURN) as usize {
+        let even = k as f64 / ROWS_PER_TURN;
+        let turns = even + UNEVEN / (TAU * 7.0) * (TAU * 7.0 * even).sin();
+        let angles = [turns * ratio, turns + error(turns) / TAU];
+        let counts: Vec<i64> = angles
+            .iter()
+            .zip(LINES)
+            .map(|(x, n)| (x * n * COUNTS_PER_LINE + NOISE * normal.draw()).floor() as i64)
+            .collect();
+        writeln!(csv, "{:.5},{},{}", k as f64 / rate, counts[0], counts[1])?;
+    }
+    let list = |value: &dyn Fn(&(f64, geardyn::numeric::Complex)) -> f64, digits: usize| {
+        let texts: Vec<String> = lines
+            .iter()
+            .map(|l| format!("{:.digits$}", value(l)))
+            .collect();
+        texts.join(", ")
+    };
+    let sidecar = format!(
+        "title = \"Index branch of a Y2250 while it rolls: encoders on the first index change gear and on the work spindle\"\nsource = \"simulated by examples/shipped_recordings.rs from {SCENE}, at its speed; counters of every edge of {} and {} lines, noise of {NOISE} counts rms, speed uneven by {} %, seed {SEED}\"\n\n[log]\nrate_from = \"time\"\n\n# What the scene declares, as it arrives at the spindle at this speed.\n[truth]\nmodel = \"{SCENE}\"\nteeth = \"30:37,54:36,1:90\"\nlines_per_turn = [{}, {}]\norder = [{}]\namplitude_arcsec = [{}]\n",
+        LINES[0],
+        LINES[1],
+        100.0 * UNEVEN,
+        LINES[0],
+        LINES[1],
+        list(&|l| l.0, 0),
+        list(&|l| ARCSEC * l.1.norm(), 4),
+    );
+    put("y2250_te", &csv, &sidecar)
 }

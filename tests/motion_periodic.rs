@@ -314,6 +314,7 @@ fn refuses_what_does_not_repeat() {
         let phase = Phase::Followed {
             angle: geardyn::machine::direction::Direction::of(0),
             start: 0.0,
+            known: None,
         };
         let shape = cosine(0.1);
         train.branches[0].variation = Some(Wave { shape, phase });

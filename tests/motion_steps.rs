@@ -528,11 +528,7 @@ fn law_coulomb_decay() {
 fn law_stick_slip() {
     let mut pull = ground(0, 4.0, 0.0);
     pull.imposed = Some(Signal {
-        knots: vec![Knot {
-            time: 0.0,
-            value: 0.0,
-            slope: 0.1,
-        }],
+        knots: vec![Knot::straight(0.0, 0.0, 0.1)],
         harmonics: Vec::new(),
     });
     let law = Law::Friction(Friction {
@@ -609,6 +605,7 @@ fn law_followed_angle_at_constant_speed() {
     let followed = machine(Phase::Followed {
         angle: Direction::of(0),
         start: 0.2,
+        known: None,
     });
     let start = [0.0, 0.5, 3.0, 0.0];
     let mut ends = Vec::new();

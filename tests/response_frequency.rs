@@ -387,41 +387,28 @@ a = "900 rad/s"
         .harmonics[0];
     let period = TAU / error.omega.abs();
 
-    // The map over a period is affine; its fixed point up to the mean turning is the periodic start. Freedom 0 is prescribed.
-    let n = 5;
+    // The map over a period is affine; its fixed point is the periodic start. What is prescribed is taken out, even turning with it.
+    let n = 4;
     let samples = 32;
     let run = |start: &[f64]| {
         support::moving::run("dop853", &moving.train, start, period, samples)
             .unwrap()
             .1
     };
-    let mut base = vec![0.0; 2 * n];
-    base[n] = 900.0;
+    let base = vec![0.0; 2 * n];
     let end = run(&base)[samples].clone();
-    let unknown: Vec<usize> = (1..n).chain(n + 1..2 * n).collect();
     let mut system = Matrix::zeros(8, 8);
-    for (j, &k) in unknown.iter().enumerate() {
+    for j in 0..2 * n {
         let mut start = base.clone();
-        start[k] += 1.0;
+        start[j] += 1.0;
         let moved = run(&start)[samples].clone();
-        for (i, &l) in unknown.iter().enumerate() {
-            system[(i, j)] = moved[l] - end[l] - f64::from(u8::from(i == j));
+        for i in 0..2 * n {
+            system[(i, j)] = moved[i] - end[i] - f64::from(u8::from(i == j));
         }
     }
-    let right = Matrix::from_fn(8, 1, |i, _| {
-        let turned = if unknown[i] < n {
-            speeds[unknown[i]] * period
-        } else {
-            0.0
-        };
-        turned - (end[unknown[i]] - base[unknown[i]])
-    });
+    let right = Matrix::from_fn(2 * n, 1, |i, _| -end[i]);
     let start = geardyn::numeric::definite::solve(&system, &right).unwrap();
-    let mut periodic = base;
-    unknown
-        .iter()
-        .enumerate()
-        .for_each(|(j, &k)| periodic[k] += start[(j, 0)]);
+    let periodic: Vec<f64> = (0..2 * n).map(|i| start[(i, 0)]).collect();
     let states = run(&periodic);
 
     let ask = Ask {
@@ -442,14 +429,11 @@ a = "900 rad/s"
     } else {
         drive
     };
-    for (o, state) in [1, 4, n + 4].into_iter().enumerate() {
+    for (o, state) in [0, 3, n + 3].into_iter().enumerate() {
         let mut line = Complex::ZERO;
         for (k, y) in states[..samples].iter().enumerate() {
-            let t = period * k as f64 / samples as f64;
-            let mean = if state < n { speeds[state] * t } else { 0.0 };
             let turn = TAU * k as f64 / samples as f64;
-            line +=
-                Complex::new(turn.cos(), -turn.sin()) * (y[state] - mean) * (2.0 / samples as f64);
+            line += Complex::new(turn.cos(), -turn.sin()) * y[state] * (2.0 / samples as f64);
         }
         close(line, h[(o, 0)] * drive, 1e-8);
     }

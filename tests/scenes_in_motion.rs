@@ -189,11 +189,11 @@ fn exact_prescribed_speed() {
         motor = [{ name = \"m\", at = \"a\", kind = \"speed\", times = [0.0, 2.0], speeds = [\"0 rad/s\", \"4 rad/s\"] }]";
     let (_, motion) = moved(&scene_of(text), &study(2.0, &["a.speed", "b", "s.force"]));
     for (k, t) in motion.time.iter().enumerate() {
-        assert!((motion.values[0][k] - 2.0 * t).abs() < 1e-7, "{t}");
+        assert!((motion.values[0][k] - 2.0 * t).abs() < 1e-13, "{t}");
         // J b̈ = k (t² − b): b = t² − 2/25 (1 − cos 5t).
         let exact = t * t - 2.0 / 25.0 * (1.0 - (5.0 * t).cos());
         assert!(
-            (motion.values[1][k] - exact).abs() < 1e-6,
+            (motion.values[1][k] - exact).abs() < 1e-13,
             "{t}: {} {exact}",
             motion.values[1][k]
         );
@@ -423,7 +423,7 @@ fn refused_machines_and_studies() {
         error(&pair(", loss_factor = 0.1"), one()).code,
         Code::Conflict
     );
-    let massless = "inertia = [{ name = \"a\", J = 1.0 }, { name = \"n\", J = 0.0 }]\nshaft = [{ name = \"s\", between = [\"a\", \"n\"], k = 5.0 }, { name = \"t\", between = [\"n\", \"ground\"], k = 5.0 }]";
+    let massless = "inertia = [{ name = \"a\", J = 1.0 }, { name = \"n\", J = 0.0 }]\nshaft = [{ name = \"s\", between = [\"a\", \"n\"], k = 5.0 }]\nbrake = [{ name = \"t\", at = \"n\", torque = 5.0 }]";
     assert_eq!(error(massless, one()).code, Code::Conflict);
     assert_eq!(
         error(

@@ -161,6 +161,17 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         Warning,
         "Pulses of the tacho are missing, doubled or uneven, or their number a turn seems to be another than stated with --pulses.",
     ),
+    // Encoder records.
+    (
+        "mesh-above-band",
+        Warning,
+        "A mesh lies above the highest order that the rows hold, and was not looked for. Read the encoders more often, or turn more slowly.",
+    ),
+    (
+        "counts-repaired",
+        Warning,
+        "An encoder lost counts or counted too many; the step this makes was taken out, because --repair was given.",
+    ),
     // Identification.
     (
         "one-stretch",
@@ -337,5 +348,16 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "branch-in-doubt",
         Warning,
         "A branch of the Campbell diagram could not be followed with certainty.",
+    ),
+    // Measured gears.
+    (
+        "outside-standard",
+        Warning,
+        "The gear lies outside the range of sizes for which the standard states its formulas, so there is no limit to hold the value against. None is made up by extending the formulas.",
+    ),
+    (
+        "limit-in-doubt",
+        Warning,
+        "The value lies nearer to its limit than twice its standard uncertainty: whether the gear keeps the limit is not certain either way.",
     ),
 ];

@@ -80,10 +80,19 @@ pub enum Command {
   geardyn response models/y2250.toml --input motor --output workpiece --band 1:400
   geardyn response models/y2250.toml --input index_drive.te --output workpiece --hold motor --band 1:400 --svg te.svg")]
     Response(ResponseArgs),
+    /// Gear charts and readings: deviations, uncertainty, grades
+    #[command(after_help = "Exit code 1 where a value is out of what was asked.
+
+Examples:
+  geardyn measure data/index_gear.toml
+  geardyn measure data/index_gear.toml --json
+  geardyn measure data/index_gear.toml --svg charts.svg")]
+    Measure(MeasureArgs),
     /// Transmission error of a chain: which element makes which line at the output, how large, and what cannot be told apart
     #[command(after_help = "Examples:
   geardyn te models/three_stage_chain.toml --output spindle
-  geardyn te models/three_stage_chain.toml --output spindle --radius 270mm --speed 1400 --all")]
+  geardyn te models/three_stage_chain.toml --output spindle --radius 270mm --speed 1400 --all
+  geardyn te data/y2250_te.csv --input index_gear_1 --output work_spindle --teeth 30:37,54:36,1:90 --lines 10000,36000")]
     Te(TeArgs),
     /// Every study a scene lists
     #[command(after_help = "Example:\n  geardyn run examples/linear_chain.toml")]
@@ -720,6 +729,25 @@ pub struct ResponseArgs {
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
     /// No warnings, no word about what was done
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+/// Arguments of `measure`.
+#[derive(Debug, Args)]
+pub struct MeasureArgs {
+    /// A TOML file with [measured_gear], which names the CSV files of its charts
+    pub file: PathBuf,
+    /// One JSON document on standard output, nothing else there
+    #[arg(long)]
+    pub json: bool,
+    /// Write the values, one row each
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
+    /// Draw the charts unrolled, and those that go round beside (FILE-polar.svg)
+    #[arg(long, value_name = "FILE")]
+    pub svg: Option<PathBuf>,
+    /// No warnings, no word about what was left out
     #[arg(long)]
     pub quiet: bool,
 }

@@ -1,6 +1,7 @@
 //! `geardyn check`: is a file what it means to be?
 
 use std::path::Path;
+use std::sync::Arc;
 
 use serde_json::{Value, json};
 
@@ -8,6 +9,8 @@ use super::args::CheckArgs;
 use super::{check_log, diagnostic, output};
 use crate::base::error::{Errors, Warning};
 use crate::base::load;
+use crate::base::place::Source;
+use crate::plan;
 use crate::plan::prepared::Prepared;
 use crate::report;
 use crate::scene;
@@ -63,6 +66,9 @@ fn understood(path: &Path, args: &CheckArgs) -> Result<(String, Value, String), 
             "channels": settings.channels.len(), "warnings": [] });
         return Ok((text, document, String::new()));
     }
+    if scene::measured::is_measured(&source) {
+        return measured(path, &source);
+    }
     let found = check(path)?;
     let doubts = found
         .warnings
@@ -70,6 +76,28 @@ fn understood(path: &Path, args: &CheckArgs) -> Result<(String, Value, String), 
         .map(|w| diagnostic::warning(w, diagnostic::colour()))
         .collect();
     Ok((found.line(), found.json(), doubts))
+}
+
+/// A measured gear is checked by evaluating it: its columns are read, nothing is held against limits.
+fn measured(path: &Path, source: &Arc<Source>) -> Result<(String, Value, String), Errors> {
+    let gear = scene::measured::read(source)?;
+    let answer = plan::measure::run::run(&gear)?;
+    let (charts, values) = (gear.charts.len(), answer.rows.len());
+    let text = format!(
+        "{}   {}\n  measured gear of {} teeth, {charts} charts, {values} values\n",
+        path.display(),
+        diagnostic::harmless(&gear.title),
+        gear.gear.teeth
+    );
+    let document = json!({ "geardyn": report::json::header(&answer.sources, &[]), "file": path, "title": gear.title,
+        "measured_gear": true, "teeth": gear.gear.teeth, "charts": charts, "values": values,
+        "warnings": report::json::warnings(&answer.warnings) });
+    let doubts = answer
+        .warnings
+        .iter()
+        .map(|w| diagnostic::warning(w, diagnostic::colour()))
+        .collect();
+    Ok((text, document, doubts))
 }
 
 struct Found {

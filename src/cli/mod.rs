@@ -3,6 +3,9 @@
 /// Flags of every command that reads a log.
 pub mod log_args;
 
+/// Flags of records of two encoders.
+pub mod encoder_args;
+
 /// Flags of `te`.
 pub mod te_args;
 
@@ -56,6 +59,12 @@ pub mod stability;
 
 /// `response`.
 pub mod response;
+
+/// `measure`.
+pub mod measure;
+
+/// `te` of a log.
+pub mod te_log;
 
 /// `te`.
 pub mod te;
@@ -135,6 +144,7 @@ fn carry_out(command: &Command) -> Result<u8, Errors> {
         Command::Accuracy(args) => accuracy::run(args)?,
         Command::Stability(args) => stability::run(args)?,
         Command::Response(args) => response::run(args)?,
+        Command::Measure(args) => measure::run(args)?,
         Command::Te(args) => te::run(args)?,
         Command::Run(args) => run_scene::run(args)?,
         Command::Identify(args) => identify::run(args)?,
@@ -154,6 +164,7 @@ fn wants_json(command: &Command) -> bool {
         Command::Accuracy(args) => args.json,
         Command::Stability(args) => args.json,
         Command::Response(args) => args.json,
+        Command::Measure(args) => args.json,
         Command::Te(args) => args.json,
         Command::Run(args) => args.json,
         Command::Identify(args) => args.json,

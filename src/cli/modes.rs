@@ -78,20 +78,18 @@ fn outputs(args: &ModesArgs) -> Result<Vec<PathBuf>, Error> {
     if let Some(path) = &args.svg {
         output::ends(path, &["svg"])?;
         all.push(path.clone());
-        all.extend(args.study.campbell.is_none().then(|| energies_beside(path)));
+        all.extend(
+            args.study
+                .campbell
+                .is_none()
+                .then(|| output::beside(path, "energies")),
+        );
     }
     if let Some(path) = &args.study.state_space {
         output::ends(path, &["json", "csv", "mat"])?;
         all.push(path.clone());
     }
     Ok(all)
-}
-
-/// Where the picture of energies goes beside that of shapes.
-fn energies_beside(path: &Path) -> PathBuf {
-    let mut name = path.file_stem().unwrap_or_default().to_os_string();
-    name.push("-energies.svg");
-    path.with_file_name(name)
 }
 
 /// The state-space form in the format that the file's name asks for.
@@ -145,7 +143,7 @@ fn pictures(path: &Path, prepared: &Prepared, answer: &Answer) -> Vec<(PathBuf, 
             report::shapes::mode_shapes(prepared, answer, PANELS),
         ),
         (
-            energies_beside(path),
+            output::beside(path, "energies"),
             report::energy_bars::energy_matrix(prepared, answer, ROWS),
         ),
     ]

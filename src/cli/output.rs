@@ -146,6 +146,13 @@ pub fn write_with(
     Ok(())
 }
 
+/// Where a second picture goes: `FILE-word.svg`.
+pub fn beside(path: &Path, word: &str) -> PathBuf {
+    let mut name = path.file_stem().unwrap_or_default().to_os_string();
+    name.push(format!("-{word}.svg"));
+    path.with_file_name(name)
+}
+
 fn failed(path: &Path, error: &io::Error) -> Error {
     let message = format!("{} could not be written: {error}", path.display());
     Error::new(Code::OutputFailed, message)

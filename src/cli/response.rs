@@ -36,7 +36,7 @@ pub fn run(args: &ResponseArgs) -> Result<u8, Errors> {
     if let Some(path) = &args.svg {
         let (bode, nyquist) = report::response::pictures(&scene.model.title, &found.answer);
         put(path, &bode)?;
-        put(&beside(path, "nyquist"), &nyquist)?;
+        put(&output::beside(path, "nyquist"), &nyquist)?;
     }
     match args.json {
         true => output::print(&format!("{:#}\n", found.json(&scene)))?,
@@ -154,7 +154,7 @@ fn check_outputs(args: &ResponseArgs, scene: &Scene) -> Result<(), Error> {
     let mut outputs: Vec<PathBuf> = args.csv.iter().cloned().collect();
     if let Some(path) = &args.svg {
         output::ends(path, &["svg"])?;
-        outputs.extend([path.clone(), beside(path, "nyquist")]);
+        outputs.extend([path.clone(), output::beside(path, "nyquist")]);
     }
     let inputs: Vec<PathBuf> = scene
         .sources
@@ -162,11 +162,4 @@ fn check_outputs(args: &ResponseArgs, scene: &Scene) -> Result<(), Error> {
         .map(|source| PathBuf::from(&source.path))
         .collect();
     output::check(&outputs, &inputs)
-}
-
-/// Where a second picture goes: `FILE-word.svg`.
-fn beside(path: &Path, word: &str) -> PathBuf {
-    let mut name = path.file_stem().unwrap_or_default().to_os_string();
-    name.push(format!("-{word}.svg"));
-    path.with_file_name(name)
 }

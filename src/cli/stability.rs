@@ -1,6 +1,6 @@
 //! `geardyn stability`: where methods and machine break.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use super::args::StabilityArgs;
 use super::{interrupt, motion_flags, output};
@@ -59,7 +59,7 @@ pub fn run(args: &StabilityArgs) -> Result<u8, Errors> {
     let mut outputs: Vec<PathBuf> = args.svg.iter().cloned().collect();
     if let Some(path) = &args.svg {
         output::ends(path, &["svg"])?;
-        outputs.extend(study.over.map(|_| chart_beside(path)));
+        outputs.extend(study.over.map(|_| output::beside(path, "chart")));
     }
     output::check(&outputs, &inputs)?;
     let found = study_of(&scene, &study, args.json, &interrupt::stop())?;
@@ -80,7 +80,7 @@ pub fn run(args: &StabilityArgs) -> Result<u8, Errors> {
             && chart.over.is_some()
         {
             let picture = report::stability::chart(&scene.model.title, chart, speed);
-            output::write(&chart_beside(path), picture.as_bytes())?;
+            output::write(&output::beside(path, "chart"), picture.as_bytes())?;
         }
     }
     match args.json {
@@ -92,13 +92,6 @@ pub fn run(args: &StabilityArgs) -> Result<u8, Errors> {
     }
     output::tell(epilogue(&found));
     Ok(exit(&found))
-}
-
-/// Where the chart goes beside the picture of regions.
-fn chart_beside(path: &Path) -> PathBuf {
-    let mut name = path.file_stem().unwrap_or_default().to_os_string();
-    name.push("-chart.svg");
-    path.with_file_name(name)
 }
 
 /// What is said where the study ended early.

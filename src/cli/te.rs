@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::te_args::TeArgs;
-use super::{diagnostic, output};
+use super::{diagnostic, output, te_log};
 use crate::base::error::{Error, Errors};
 use crate::base::kind::Kind;
 use crate::base::units;
@@ -19,6 +19,10 @@ use crate::scene::{self, Scene};
 /// # Errors
 /// Whatever is wrong with the file, the flags or the chain.
 pub fn run(args: &TeArgs) -> Result<u8, Errors> {
+    if te_log::is_log(&args.file, &args.record) {
+        return te_log::run(args);
+    }
+    te_log::refuse_of_model(args)?;
     let scene = scene::read(&args.file)?;
     let study = asked(args, &scene)?;
     let outputs: Vec<PathBuf> = args.csv.iter().cloned().collect();

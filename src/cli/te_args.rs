@@ -4,12 +4,15 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::encoder_args::EncoderArgs;
+use super::log_args::LogArgs;
+
 /// Arguments of `te`.
 #[derive(Debug, Args)]
 pub struct TeArgs {
-    /// A model or a scene with declared errors
+    /// A model or a scene with declared errors, or the log of two encoders
     pub file: PathBuf,
-    /// The node whose error is wanted
+    /// The node whose error is wanted; of a log the column of its encoder, or its two tracks
     #[arg(long, value_name = "NODE")]
     pub output: Option<String>,
     /// The node whose angle is prescribed; the first of `[speed]` where left out
@@ -33,7 +36,16 @@ pub struct TeArgs {
     /// Write every line
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
+    /// Draw a record of encoders: the error over the angle, and its orders with their sources
+    #[arg(long, value_name = "FILE")]
+    pub svg: Option<PathBuf>,
     /// No warnings, no word about what was done
     #[arg(long)]
     pub quiet: bool,
+    /// What is said of a record of two encoders.
+    #[command(flatten)]
+    pub record: EncoderArgs,
+    /// What may be said of the log.
+    #[command(flatten)]
+    pub log: LogArgs,
 }

@@ -1,4 +1,7 @@
 //! Gears by themselves: what they are and what was measured of them, on numbers and slices. Knows neither files nor dynamics.
 
+/// Involute cylindrical gears: base circle, tooth thickness, span, dimension over balls.
+pub mod involute;
+
 /// What charts and readings of a gear say.
 pub mod measurement;

@@ -1,12 +1,11 @@
 //! From a machine and its scene to a machine in motion.
 
-use std::f64::consts::TAU;
-
+use super::combination::Combination;
 use super::contact::{Contact, Flanks, Losses};
 use super::curve::Curve;
 use super::cutting;
-use super::outputs::Combination;
-use super::signal::{Knot, Signal};
+use super::moving::Moving;
+use super::signal::Signal;
 use super::train::{Branch, Drive, Law, Mass, Train};
 use super::wave::{Phase, Shape, Wave};
 use crate::base::code::Code;
@@ -19,19 +18,7 @@ use crate::machine::parts::{self, Machine};
 use crate::modes::basis::{self, Solver};
 use crate::modes::equations::{Case, Equations};
 use crate::numeric::{Matrix, definite};
-use crate::scene::laws::{self, History, PhaseOf};
-
-/// A machine in motion, and how its freedoms follow from its coordinates.
-pub struct Moving {
-    /// The equations.
-    pub train: Train,
-    /// Of every freedom of the machine.
-    pub freedoms: Vec<Combination>,
-    /// The branches of the machine's each branch, in the train: one, or one a flank; none where it is rigid.
-    pub branches: Vec<Vec<usize>>,
-    /// Coordinates whose motion is prescribed, with their speeds over time.
-    pub prescribed: Vec<(usize, Vec<(f64, f64)>)>,
-}
+use crate::scene::laws::{self, Course, History, PhaseOf};
 
 /// What all parts of the assembly look at.
 struct Site<'a> {
@@ -46,7 +33,7 @@ struct Site<'a> {
 /// Assembles a machine for integration in time; `speeds` are the mean speeds of all freedoms, rad/s, where any are known.
 ///
 /// # Errors
-/// What has no motion in time: loss factors, freedoms without inertia, contacts with play and damping of which nobody says what
+/// What has no motion in time: loss factors, nodes without inertia at anything but springs and dampers, contacts with play and damping of which nobody says what
 /// the damper does when they open; waves or cutters at speeds nobody states.
 pub fn assemble(
     machine: &Machine,
@@ -79,21 +66,20 @@ pub fn assemble(
         }
     }
     branches.extend(site.brakes());
-    let mut drives = site.loads()?;
-    let mut prescribed = Vec::new();
+    let mut known: Vec<(String, usize, Signal)> = Vec::new();
     for motor in &machine.motors {
         let name = machine.elements[motor.element].name.clone();
-        let direction = site.row(motor.freedom);
         match &motor.drive {
             laws::Drive::Curve { curve, lag } => {
-                branches.push(motor_branch(name, direction, curve, *lag))
+                branches.push(motor_branch(name, site.row(motor.freedom), curve, *lag))
             }
-            laws::Drive::Speed(points) => {
-                let at = site.prescribe(motor, &mass)?;
-                drives.retain(|d| !d.direction.terms.iter().any(|t| t.0 == at));
-                drives.push(accelerating(name, at, &mass, points));
-                branches.iter_mut().for_each(|b| release(b, at));
-                prescribed.push((at, points.clone()));
+            laws::Drive::Speed(course) => {
+                let (at, ratio) = site.prescribe(motor, &known)?;
+                known.push((name, at, over_time(course)?.integral().times(ratio)));
+            }
+            laws::Drive::Angle(course) => {
+                let (at, ratio) = site.prescribe(motor, &known)?;
+                known.push((name, at, over_time(course)?.times(ratio)));
             }
         }
     }
@@ -101,20 +87,33 @@ pub fn assemble(
         coordinates,
         mass,
         branches,
-        drives,
+        drives: site.loads()?,
         drag: machine.damping.mass,
         general,
     };
-    let freedoms = site.linear.transform.iter().map(|terms| Combination {
-        terms: terms.clone(),
-        imposed: None,
+    let freedoms = site.linear.transform.iter().map(|terms| {
+        Some(Combination {
+            terms: terms.clone(),
+            imposed: None,
+        })
     });
-    Ok(Moving {
+    let moving = Moving {
         freedoms: freedoms.collect(),
+        kept: (0..train.n()).collect(),
         train,
+        springs: vec![None; of.len()],
         branches: of,
-        prescribed,
-    })
+        rigid: site.linear.rigid.clone(),
+        prescribed: None,
+    };
+    let light = site.linear.massless.iter().copied();
+    let light: Vec<usize> = light.filter(|j| known.iter().all(|k| k.1 != *j)).collect();
+    moving
+        .without_massless(&light, &|j| {
+            let node = machine.freedoms[site.linear.free[j]].node;
+            machine.elements[machine.nodes[node].element].place.clone()
+        })?
+        .without_prescribed(known)
 }
 
 /// Says what has no motion in time.
@@ -134,14 +133,14 @@ fn refuse(machine: &Machine, linear: &Linear) -> Result<(), Error> {
         let other = machine.motors[..at]
             .iter()
             .find(|m| m.freedom == motor.freedom);
-        let is_speed = |m: &parts::Motor| matches!(m.drive, laws::Drive::Speed(_));
+        let is_speed = |m: &parts::Motor| !matches!(m.drive, laws::Drive::Curve { .. });
         if let Some(other) = other.filter(|m| is_speed(m) || is_speed(motor)) {
             let (one, two) = (
                 &machine.elements[other.element],
                 &machine.elements[motor.element],
             );
             let message = format!(
-                "`{}` and `{}` both drive {}, and one of them prescribes its speed",
+                "`{}` and `{}` both drive {}, and one of them prescribes its motion",
                 one.name,
                 two.name,
                 machine.freedom_name(motor.freedom)
@@ -150,18 +149,6 @@ fn refuse(machine: &Machine, linear: &Linear) -> Result<(), Error> {
                 .at(&two.place)
                 .hint("leave one of them out"));
         }
-    }
-    if let Some(&j) = linear.massless.first() {
-        let freedom = linear.free[j];
-        let element = machine.nodes[machine.freedoms[freedom].node].element;
-        let message = format!(
-            "{} has no inertia, and motion in time needs one",
-            machine.freedom_name(freedom)
-        );
-        let hint = "give the node its inertia, however small: the exact methods do not mind; or join the two springs into one";
-        return Err(Error::new(Code::Conflict, message)
-            .at(&machine.elements[element].place)
-            .hint(hint));
     }
     Ok(())
 }
@@ -185,8 +172,19 @@ impl Site<'_> {
                 }
             }
         }
-        definite::cholesky(&matrix)?;
-        let inverse = definite::solve(&matrix, &Matrix::identity(n, n))?;
+        // Of the coordinates that have inertia; the others are taken out before anything is divided by it.
+        let light = &self.linear.massless;
+        let heavy: Vec<usize> = (0..n).filter(|j| !light.contains(j)).collect();
+        let m = heavy.len();
+        let block = Matrix::from_fn(m, m, |i, j| matrix[(heavy[i], heavy[j])]);
+        definite::cholesky(&block)?;
+        let inner = definite::solve(&block, &Matrix::identity(m, m))?;
+        let mut inverse = Matrix::zeros(n, n);
+        for (a, &i) in heavy.iter().enumerate() {
+            for (b, &j) in heavy.iter().enumerate() {
+                inverse[(i, j)] = inner[(a, b)];
+            }
+        }
         Ok(Mass::Full { matrix, inverse })
     }
 
@@ -292,7 +290,9 @@ impl Site<'_> {
             .machine
             .gears
             .iter()
-            .find(|g| g.branches.contains(&branch) && g.teeth.is_some());
+            .filter(|g| g.branches.contains(&branch) && g.teeth.is_some())
+            // The phase of a gear that moves as prescribed is known in time.
+            .max_by_key(|g| u8::from(self.is_prescribed(g.turning)));
         let Some(gear) = gear else {
             let element = &self.machine.elements[self.machine.branches[branch].element];
             let message = format!(
@@ -322,11 +322,24 @@ impl Site<'_> {
             let angle = Direction::new(cycles, own.chain(carried.into_iter().flatten()));
             return Ok(Wave {
                 shape,
-                phase: Phase::Followed { angle, start: lead },
+                phase: Phase::Followed {
+                    angle,
+                    start: lead,
+                    known: None,
+                },
             });
         }
         let omega = cycles * (self.speed(freedom)? - carrier.map_or(Ok(0.0), |c| self.speed(c))?);
-        Ok(forward(shape, omega, lead))
+        Ok(Wave::imposed(shape, omega, lead))
+    }
+
+    fn is_prescribed(&self, freedom: usize) -> bool {
+        let rows = &self.linear.transform;
+        let mut motors = self.machine.motors.iter();
+        motors.any(|m| {
+            let prescribes = !matches!(m.drive, laws::Drive::Curve { .. });
+            prescribes && rows[m.freedom].len() == 1 && rows[freedom] == rows[m.freedom]
+        })
     }
 
     fn speed(&self, freedom: usize) -> Result<f64, Error> {
@@ -358,7 +371,7 @@ impl Site<'_> {
             )?;
             match (&wave.phase, followed.is_some()) {
                 (Phase::Imposed { omega, start }, _) => {
-                    let signal = over_time(&wave.shape, *omega, *start);
+                    let signal = wave.shape.over_time(*omega, *start);
                     imposed = Some(imposed.map_or(signal.clone(), |s| s.plus(&signal)));
                 }
                 (Phase::Followed { .. }, false) => followed = Some(wave),
@@ -431,25 +444,44 @@ impl Site<'_> {
         Ok(drives)
     }
 
-    /// The coordinate that a motor of given speed moves.
-    fn prescribe(&self, motor: &parts::Motor, mass: &Mass) -> Result<usize, Error> {
-        let terms = &self.linear.transform[motor.freedom];
+    /// The coordinate that a prescribed motion moves, and how far per unit.
+    fn prescribe(
+        &self,
+        motor: &parts::Motor,
+        known: &[(String, usize, Signal)],
+    ) -> Result<(usize, f64), Error> {
         let element = &self.machine.elements[motor.element];
-        if let ([(j, a)], Mass::Diagonal(_)) = (&terms[..], mass)
-            && *a == 1.0
-        {
-            return Ok(*j);
+        let terms = &self.linear.transform[motor.freedom];
+        let &[(j, a)] = &terms[..] else {
+            let message = format!(
+                "the motion of `{}` cannot be prescribed: rigid joints tie it to several others",
+                element.name
+            );
+            let hint = "put the motor on the body that others are joined to, or give one of the joints its k";
+            return Err(Error::new(Code::Conflict, message)
+                .at(&element.place)
+                .hint(hint));
+        };
+        if let Some((other, ..)) = known.iter().find(|k| k.1 == j) {
+            let message = format!(
+                "`{other}` and `{}` prescribe the motion of one rigid body",
+                element.name
+            );
+            return Err(Error::new(Code::Conflict, message)
+                .at(&element.place)
+                .hint("leave one of them out"));
         }
-        let message = format!(
-            "the speed of `{}` cannot be prescribed: rigid joints tie it to others",
-            element.name
-        );
-        let hint =
-            "put the motor on the body that others are joined to, or give one of the joints its k";
-        Err(Error::new(Code::Conflict, message)
-            .at(&element.place)
-            .hint(hint))
+        Ok((j, 1.0 / a))
     }
+}
+
+/// A course as a known function of time.
+fn over_time(course: &Course) -> Result<Signal, Error> {
+    let swing = course
+        .swing
+        .map(|s| Signal::harmonic(s.amplitude, s.omega, s.phase));
+    let line = Signal::table(&course.points)?;
+    Ok(swing.map_or(line.clone(), |swing| line.plus(&swing)))
 }
 
 fn plain(name: String, direction: Direction, law: Law) -> Branch {
@@ -473,90 +505,4 @@ fn motor_branch(name: String, direction: Direction, curve: &Curve, lag: f64) -> 
         },
     };
     plain(name, direction, law)
-}
-
-/// What moves a coordinate as prescribed: its inertia times the acceleration, while nothing else acts on it.
-fn accelerating(name: String, at: usize, mass: &Mass, points: &[(f64, f64)]) -> Drive {
-    let inertia = match mass {
-        Mass::Diagonal(mass) => mass[at],
-        Mass::Full { matrix, .. } => matrix[(at, at)],
-    };
-    let mut knots = Vec::new();
-    for pair in points.windows(2).filter(|p| p[1].0 > p[0].0) {
-        let ((t, a), (u, b)) = (pair[0], pair[1]);
-        knots.push(Knot {
-            time: t,
-            value: inertia * (b - a) / (u - t),
-            slope: 0.0,
-        });
-    }
-    knots.extend(points.last().map(|p| Knot {
-        time: p.0,
-        value: 0.0,
-        slope: 0.0,
-    }));
-    Drive {
-        name,
-        direction: Direction::of(at),
-        signal: Signal {
-            knots,
-            harmonics: Vec::new(),
-        },
-    }
-}
-
-/// Keeps a branch from acting on a coordinate that moves as prescribed.
-fn release(branch: &mut Branch, at: usize) {
-    let acts = branch.acts();
-    if acts.terms.iter().any(|t| t.0 == at) {
-        let terms = acts.terms.iter().copied().filter(|t| t.0 != at).collect();
-        branch.force = Some(Direction {
-            scale: acts.scale,
-            terms,
-        });
-    }
-}
-
-/// The wave in the sense of rising phase: run backward, a period is its mirror image.
-fn forward(shape: Shape, omega: f64, lead: f64) -> Wave {
-    if omega >= 0.0 {
-        return Wave {
-            shape,
-            phase: Phase::Imposed { omega, start: lead },
-        };
-    }
-    let (shape, start) = match shape {
-        // High for 0 ≤ ψ < duty backward is high for 0 ≤ ψ + duty < duty forward.
-        Shape::Rectangular { duty, .. } => (shape, TAU * duty - lead),
-        Shape::Fourier { mean, terms } => {
-            let terms = terms
-                .into_iter()
-                .map(|(n, a, phase)| (n, a, -phase))
-                .collect();
-            (Shape::Fourier { mean, terms }, -lead)
-        }
-        Shape::Table(values) => {
-            let n = values.len();
-            (
-                Shape::Table((0..n).map(|i| values[(n - i) % n]).collect()),
-                -lead,
-            )
-        }
-    };
-    Wave {
-        shape,
-        phase: Phase::Imposed {
-            omega: -omega,
-            start,
-        },
-    }
-}
-
-/// A wave at imposed speed as harmonics in time. A table becomes as many as it can tell: the smooth curve through its points.
-fn over_time(shape: &Shape, omega: f64, start: f64) -> Signal {
-    let mean = Signal::constant(shape.mean());
-    shape.harmonics().iter().fold(mean, |sum, &(n, a, phase)| {
-        let n = f64::from(n);
-        sum.plus(&Signal::harmonic(a, n * omega, n * start + phase))
-    })
 }

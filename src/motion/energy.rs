@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::train::{BranchStand, Law, Regime, Train};
-use super::wave::Phase;
+use super::wave::{Phase, Wave};
 use crate::numeric::Matrix;
 
 /// Powers at one instant, W.
@@ -73,6 +73,11 @@ impl Train {
                 .imposed
                 .as_ref()
                 .map_or(0.0, |e| force * e.slope(t, piece as usize));
+            if let Some(Wave { shape, phase }) = &b.followed {
+                let psi = phase.at(t, q);
+                let slope = shape.slope_in(psi, shape.piece(psi));
+                powers.put_in -= force * slope * phase.imposed_rate(t);
+            }
             match &b.law {
                 Law::Linear { stiffness, .. } => powers.lost += (force - stiffness * delta) * rate,
                 Law::Contact(contact) => {
@@ -82,9 +87,9 @@ impl Train {
                     let (factor, slope) = b.factor(t, q, of_wave);
                     let beyond = contact.beyond(stand, delta);
                     powers.lost += (force - factor * contact.stiffness * beyond) * rate;
-                    if let Some(wave) = b.variation.as_ref().filter(|w| w.phase.angle().is_none()) {
-                        powers.put_in +=
-                            0.5 * contact.stiffness * slope * wave.phase.rate(v) * beyond * beyond;
+                    if let Some(wave) = &b.variation {
+                        let rate = slope * wave.phase.imposed_rate(t);
+                        powers.put_in += 0.5 * contact.stiffness * rate * beyond * beyond;
                     }
                 }
                 Law::Nonlinear { damping, .. } => powers.lost += damping * rate * rate,
@@ -148,8 +153,8 @@ pub struct Meter {
 }
 
 impl Meter {
-    /// Takes one more sample.
-    pub fn sample(&mut self, train: &Train, t: f64, y: &[f64]) {
+    /// Takes one more sample; `driven` is what prescribed motions put in beside the machine's own drives, W.
+    pub fn sample(&mut self, train: &Train, t: f64, y: &[f64], driven: f64) {
         let regime = train.regime(t, y);
         let stored = train.stored(&regime, t, y);
         match &self.last {
@@ -160,7 +165,9 @@ impl Meter {
         }
         self.balance.after = stored;
         self.balance.largest = self.balance.largest.max(stored.abs());
-        self.samples.push((t, train.powers(&regime, t, y)));
+        let mut powers = train.powers(&regime, t, y);
+        powers.put_in += driven;
+        self.samples.push((t, powers));
         self.last = Some((t, y.to_vec()));
         if let [a, b, c] = self.samples[..] {
             let sixth = (c.0 - a.0) / 6.0;
@@ -168,6 +175,16 @@ impl Meter {
             self.balance.lost += sixth * (a.1.lost + 4.0 * b.1.lost + c.1.lost);
             self.samples = vec![c];
         }
+    }
+
+    /// The instant of the last sample, s.
+    pub fn time(&self) -> Option<f64> {
+        self.last.as_ref().map(|last| last.0)
+    }
+
+    /// Books what was put in at an instant, J.
+    pub fn put_in(&mut self, energy: f64) {
+        self.balance.put_in += energy;
     }
 
     /// The balance so far.

@@ -292,7 +292,7 @@ impl Way<'_> {
         self.effort.events += (before - after) as u64;
     }
 
-    /// Takes the last rounding of a rate from pairs that have come to rest: `v ← v − M⁻¹Wᵀ(W M⁻¹Wᵀ)⁻¹ W v`.
+    /// Takes the last rounding of a rate from pairs that have come to rest: `v ← v − M⁻¹Wᵀ(W M⁻¹Wᵀ)⁻¹ (W v − ė)`.
     fn stop(&mut self) {
         let n = self.train.n();
         let v = self.y[n..2 * n].to_vec();
@@ -303,7 +303,12 @@ impl Way<'_> {
             .iter()
             .map(|p| p * (1.0 + self.train.drag))
             .collect();
-        let held = self.train.reactions(&sticking, &momentum, &v);
+        let imposed = |branch: usize| {
+            let piece = self.train.imposed_piece(&self.regime, branch) as usize;
+            let e = self.train.branches[branch].imposed.as_ref();
+            e.map_or(0.0, |e| e.slope(self.t, piece))
+        };
+        let held = self.train.reactions(&sticking, &momentum, &v, imposed);
         let mut change = vec![0.0; n];
         for (&at, held) in sticking.iter().zip(held) {
             let direction = &self.train.branches[at].direction;

@@ -21,6 +21,12 @@ pub mod problem;
 /// A machine in motion.
 pub mod train;
 
+/// What follows from coordinates.
+pub mod combination;
+
+/// Motions known in time, taken out of the equations.
+pub mod prescribed;
+
 /// Exact motion from switch to switch.
 pub mod segment;
 
@@ -68,6 +74,12 @@ pub mod energy;
 
 /// Cutting torque.
 mod cutting;
+
+/// Coordinates without inertia, taken out of the equations.
+pub mod massless;
+
+/// A machine in motion and the way back to what it was made from.
+pub mod moving;
 
 /// From a machine to a machine in motion.
 pub mod assemble;

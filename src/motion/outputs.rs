@@ -1,10 +1,12 @@
 //! What of a state is wanted: angles, speeds, accelerations, deflections and forces.
 
+use super::combination::Combination;
+use super::prescribed::Prescribed;
 use super::problem::Problem;
 use super::train::{Law, Train};
 
 /// One wanted quantity.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Quantity {
     /// A direction of the coordinates, by its number in [`Outputs::rows`].
     Position(usize),
@@ -16,6 +18,19 @@ pub enum Quantity {
     Deflection(usize),
     /// F of a branch.
     Force(usize),
+    /// −F of a branch: what a motor gives the machine.
+    Given(usize),
+    /// `k δ + c δ̇` of a row δ: what a spring carries that became part of others.
+    Spring {
+        /// δ.
+        row: usize,
+        /// k.
+        stiffness: f64,
+        /// c.
+        damping: f64,
+    },
+    /// The torque that keeps up a prescribed motion, by its number.
+    Drive(usize),
 }
 
 /// A named output.
@@ -36,21 +51,8 @@ pub struct Outputs {
     pub list: Vec<Output>,
     /// Combinations of coordinates, each a constant, a rate in time and terms: what rigid joints and imposed motions make of a freedom.
     pub rows: Vec<Combination>,
-}
-
-/// A freedom in the coordinates that stay: `terms · q`, and what is imposed on it in time.
-#[derive(Debug, Clone, Default)]
-pub struct Combination {
-    /// Coordinate and factor.
-    pub terms: Vec<(usize, f64)>,
-    /// Motion imposed in time.
-    pub imposed: Option<super::signal::Signal>,
-}
-
-impl Combination {
-    fn of(&self, x: &[f64]) -> f64 {
-        self.terms.iter().map(|&(j, a)| a * x[j]).sum()
-    }
+    /// What moves as prescribed, where its torque is wanted.
+    pub prescribed: Option<Prescribed>,
 }
 
 impl Outputs {
@@ -70,35 +72,43 @@ impl Outputs {
         self.list
             .iter()
             .map(|output| match output.quantity {
-                Quantity::Position(row) => {
+                Quantity::Position(row) => self.rows[row].value(t, &y[..n]),
+                Quantity::Speed(row) => self.rows[row].rate(t, &y[n..2 * n]),
+                Quantity::Acceleration(row) => match &slope {
+                    Some(dy) => self.rows[row].bend(t, &dy[n..2 * n]),
+                    None => 0.0,
+                },
+                Quantity::Spring {
+                    row,
+                    stiffness,
+                    damping,
+                } => {
                     let row = &self.rows[row];
-                    row.of(&y[..n]) + row.imposed.as_ref().map_or(0.0, |s| s.value(t, s.piece(t)))
-                }
-                Quantity::Speed(row) => {
-                    let row = &self.rows[row];
-                    row.of(&y[n..2 * n])
-                        + row.imposed.as_ref().map_or(0.0, |s| s.slope(t, s.piece(t)))
-                }
-                Quantity::Acceleration(row) => {
-                    let row = &self.rows[row];
-                    let free = slope.as_ref().map_or(0.0, |dy| row.of(&dy[n..2 * n]));
-                    free + row.imposed.as_ref().map_or(0.0, |s| s.curvature(t))
+                    stiffness * row.value(t, &y[..n]) + damping * row.rate(t, &y[n..2 * n])
                 }
                 Quantity::Deflection(branch) => {
                     let b = &train.branches[branch];
                     let piece = b.imposed.as_ref().map_or(0, |e| e.piece(t) as u32);
                     b.deflection(t, &y[..n], &y[n..2 * n], piece).0
                 }
-                Quantity::Force(branch) => {
-                    let before: usize = train.branches[..branch].iter().map(|b| b.inner()).sum();
-                    let z = y.get(2 * n + before).copied().unwrap_or(0.0);
-                    let regime = train.regime(t, y);
-                    if let Law::Friction(_) = train.branches[branch].law {
-                        return train.held(&regime, t, y, branch);
-                    }
-                    train.force(branch, Some(&regime), t, y, z).0
+                Quantity::Force(branch) => force(train, branch, t, y),
+                Quantity::Given(branch) => -force(train, branch, t, y),
+                Quantity::Drive(at) => {
+                    let known = self.prescribed.as_ref();
+                    known.map_or(0.0, |known| known.torques(train, t, y)[at])
                 }
             })
             .collect()
+    }
+}
+
+/// F of a branch.
+fn force(train: &Train, branch: usize, t: f64, y: &[f64]) -> f64 {
+    let before: usize = train.branches[..branch].iter().map(|b| b.inner()).sum();
+    let z = y.get(2 * train.n() + before).copied().unwrap_or(0.0);
+    let regime = train.regime(t, y);
+    match train.branches[branch].law {
+        Law::Friction(_) => train.held(&regime, t, y, branch),
+        _ => train.force(branch, Some(&regime), t, y, z).0,
     }
 }

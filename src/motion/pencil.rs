@@ -121,7 +121,7 @@ fn exact(frozen: &Frozen, t: f64, y: &[f64]) -> Pencil {
             if dragged {
                 column.iter_mut().zip(&drag).for_each(|(x, d)| *x += d);
             }
-            let held = train.reactions(&sticking, &column, &zero);
+            let held = train.reactions(&sticking, &column, &zero, |_| 0.0);
             for (&at, held) in sticking.iter().zip(held) {
                 train.branches[at]
                     .direction

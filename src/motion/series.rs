@@ -100,7 +100,7 @@ pub struct HeldBranch {
     inner: Inner,
 }
 
-/// `F ∋ sign z`, `ż = gain · (w·v − ė or w·v) + constant − z/lag`.
+/// `F ∋ sign z`, `ż = gain · (w·v − ė) + constant − z/lag`.
 #[derive(Debug, Clone, Copy, Default)]
 struct Inner {
     present: bool,
@@ -222,12 +222,8 @@ impl Held<'_> {
                 if held.inner.present {
                     let z = now[n + inner_rates.len()];
                     force += held.inner.sign * z;
-                    let driven = match &b.law {
-                        Law::Maxwell { .. } => rate,
-                        _ => b.direction.dot(speed),
-                    };
                     inner_rates.push(
-                        held.inner.gain * driven + steady * held.inner.constant
+                        held.inner.gain * rate + steady * held.inner.constant
                             - held.inner.decay * z,
                     );
                 }

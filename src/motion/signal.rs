@@ -1,9 +1,11 @@
-//! A known function of time: straight pieces with jumps, and harmonics that never end.
+//! A known function of time: lines and parabolas with jumps, and harmonics that never end.
+
+use std::f64::consts::FRAC_PI_2;
 
 use crate::base::code::Code;
 use crate::base::error::Error;
 
-/// `x(t)`: the last knot at or before t carries a straight line; harmonics add to it.
+/// `x(t)`: the last knot at or before t carries a line or a parabola; harmonics add to it.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Signal {
     /// By rising time. Before the first one the value is zero.
@@ -12,7 +14,7 @@ pub struct Signal {
     pub harmonics: Vec<Harmonic>,
 }
 
-/// From `time` on the signal is `value + slope (t − time)`.
+/// From `time` on the signal is `value + slope (t − time) + ½ bend (t − time)²`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Knot {
     /// s; −∞ for what always was so.
@@ -21,7 +23,12 @@ pub struct Knot {
     pub value: f64,
     /// Its change per second.
     pub slope: f64,
+    /// The change of that per second; zero for a straight line.
+    pub bend: f64,
 }
+
+/// Lines meet where they differ by no more than this share: the rounding of their computed ends.
+const KINK: f64 = 1e-12;
 
 /// `amplitude · cos(omega t + phase)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,12 +42,40 @@ pub struct Harmonic {
 }
 
 impl Knot {
+    /// A straight line.
+    pub fn straight(time: f64, value: f64, slope: f64) -> Knot {
+        Knot {
+            time,
+            value,
+            slope,
+            bend: 0.0,
+        }
+    }
+
+    /// Seconds since it, since time zero where it lies at −∞.
+    fn since(&self, t: f64) -> f64 {
+        match self.time.is_finite() {
+            true => t - self.time,
+            false => t,
+        }
+    }
+
     /// Its line at `t`.
     pub fn line(&self, t: f64) -> f64 {
-        match self.slope {
-            0.0 => self.value,
-            slope if self.time.is_finite() => self.value + slope * (t - self.time),
-            slope => self.value + slope * t,
+        match (self.slope, self.bend) {
+            (0.0, 0.0) => self.value,
+            (slope, bend) => {
+                let since = self.since(t);
+                self.value + (slope + 0.5 * bend * since) * since
+            }
+        }
+    }
+
+    /// The slope of its line at `t`.
+    pub fn incline(&self, t: f64) -> f64 {
+        match self.bend {
+            0.0 => self.slope,
+            bend => self.slope + bend * self.since(t),
         }
     }
 }
@@ -49,11 +84,7 @@ impl Signal {
     /// The same at all times.
     pub fn constant(value: f64) -> Signal {
         Signal {
-            knots: vec![Knot {
-                time: f64::NEG_INFINITY,
-                value,
-                slope: 0.0,
-            }],
+            knots: vec![Knot::straight(f64::NEG_INFINITY, value, 0.0)],
             harmonics: Vec::new(),
         }
     }
@@ -61,11 +92,7 @@ impl Signal {
     /// Zero before `time`, `size` from then on.
     pub fn step(size: f64, time: f64) -> Signal {
         Signal {
-            knots: vec![Knot {
-                time,
-                value: size,
-                slope: 0.0,
-            }],
+            knots: vec![Knot::straight(time, size, 0.0)],
             harmonics: Vec::new(),
         }
     }
@@ -74,21 +101,9 @@ impl Signal {
     pub fn ramp(from: f64, to: f64, [start, end]: [f64; 2]) -> Signal {
         let slope = (to - from) / (end - start);
         let knots = vec![
-            Knot {
-                time: f64::NEG_INFINITY,
-                value: from,
-                slope: 0.0,
-            },
-            Knot {
-                time: start,
-                value: from,
-                slope,
-            },
-            Knot {
-                time: end,
-                value: to,
-                slope: 0.0,
-            },
+            Knot::straight(f64::NEG_INFINITY, from, 0.0),
+            Knot::straight(start, from, slope),
+            Knot::straight(end, to, 0.0),
         ];
         Signal {
             knots,
@@ -126,27 +141,15 @@ impl Signal {
         let Some(first) = points.first() else {
             return bad("a table over time is empty");
         };
-        let mut knots = vec![Knot {
-            time: f64::NEG_INFINITY,
-            value: first.1,
-            slope: 0.0,
-        }];
+        let mut knots = vec![Knot::straight(f64::NEG_INFINITY, first.1, 0.0)];
         for pair in points.windows(2) {
             let ((t, x), (u, y)) = (pair[0], pair[1]);
             if u > t {
-                knots.push(Knot {
-                    time: t,
-                    value: x,
-                    slope: (y - x) / (u - t),
-                });
+                knots.push(Knot::straight(t, x, (y - x) / (u - t)));
             }
         }
-        if let Some(&(time, value)) = points.last() {
-            knots.push(Knot {
-                time,
-                value,
-                slope: 0.0,
-            });
+        if let (Some(&(time, value)), true) = (points.last(), points.len() > 1) {
+            knots.push(Knot::straight(time, value, 0.0));
         }
         Ok(Signal {
             knots,
@@ -176,7 +179,7 @@ impl Signal {
     pub fn slope(&self, t: f64, piece: usize) -> f64 {
         let line = match piece {
             0 => 0.0,
-            at => self.knots[at - 1].slope,
+            at => self.knots[at - 1].incline(t),
         };
         line - self
             .harmonics
@@ -185,9 +188,13 @@ impl Signal {
             .sum::<f64>()
     }
 
-    /// The second derivative at `t`, between knots.
-    pub fn curvature(&self, t: f64) -> f64 {
-        -self
+    /// The second derivative at `t` on the piece `piece`.
+    pub fn curvature(&self, t: f64, piece: usize) -> f64 {
+        let line = match piece {
+            0 => 0.0,
+            at => self.knots[at - 1].bend,
+        };
+        line - self
             .harmonics
             .iter()
             .map(|h| h.amplitude * h.omega * h.omega * (h.omega * t + h.phase).cos())
@@ -213,18 +220,22 @@ impl Signal {
         times.sort_by(f64::total_cmp);
         times.dedup();
         let part = |signal: &Signal, time: f64| match signal.piece(time) {
-            0 => (0.0, 0.0),
-            at => (
-                signal.knots[at - 1].line(if time.is_finite() { time } else { 0.0 }),
-                signal.knots[at - 1].slope,
-            ),
+            0 => [0.0; 3],
+            at => {
+                let (knot, t) = (
+                    signal.knots[at - 1],
+                    if time.is_finite() { time } else { 0.0 },
+                );
+                [knot.line(t), knot.incline(t), knot.bend]
+            }
         };
         let knot = |&time: &f64| {
             let (a, b) = (part(self, time), part(other, time));
             Knot {
                 time,
-                value: a.0 + b.0,
-                slope: a.1 + b.1,
+                value: a[0] + b[0],
+                slope: a[1] + b[1],
+                bend: a[2] + b[2],
             }
         };
         let harmonics = self
@@ -243,9 +254,10 @@ impl Signal {
     #[must_use]
     pub fn times(&self, factor: f64) -> Signal {
         let knots = self.knots.iter().map(|k| Knot {
+            time: k.time,
             value: factor * k.value,
             slope: factor * k.slope,
-            ..*k
+            bend: factor * k.bend,
         });
         let harmonics = self.harmonics.iter().map(|h| Harmonic {
             amplitude: factor * h.amplitude,
@@ -257,9 +269,74 @@ impl Signal {
         }
     }
 
+    /// Its rate; jumps of the value leave nothing.
+    #[must_use]
+    pub fn rate(&self) -> Signal {
+        let knots = self.knots.iter().map(|k| Knot {
+            time: k.time,
+            value: k.slope,
+            slope: k.bend,
+            bend: 0.0,
+        });
+        let harmonics = self.harmonics.iter().map(|h| Harmonic {
+            amplitude: h.amplitude * h.omega,
+            omega: h.omega,
+            phase: h.phase + FRAC_PI_2,
+        });
+        Signal {
+            knots: knots.collect(),
+            harmonics: harmonics.collect(),
+        }
+    }
+
+    /// What it adds up to since time zero, of straight lines that always were and of harmonics that swing.
+    #[must_use]
+    pub fn integral(&self) -> Signal {
+        let mut knots: Vec<Knot> = Vec::with_capacity(self.knots.len());
+        for k in &self.knots {
+            let value = knots.last().map_or(0.0, |before| before.line(k.time));
+            knots.push(Knot {
+                time: k.time,
+                value,
+                slope: k.value,
+                bend: k.slope,
+            });
+        }
+        let swings = self.harmonics.iter().map(|h| Harmonic {
+            amplitude: h.amplitude / h.omega,
+            omega: h.omega,
+            phase: h.phase - FRAC_PI_2,
+        });
+        let sum = Signal {
+            knots,
+            harmonics: swings.collect(),
+        };
+        let at_zero = sum.value(0.0, sum.piece(0.0));
+        sum.plus(&Signal::constant(-at_zero))
+    }
+
+    /// Nothing but lines: no piece is a parabola.
+    pub fn is_straight(&self) -> bool {
+        self.knots.iter().all(|k| k.bend == 0.0)
+    }
+
+    /// The value or the rate jumps at a knot.
+    pub fn has_kinks(&self) -> bool {
+        let largest =
+            |of: fn(&Knot) -> f64| self.knots.iter().fold(0.0f64, |m, k| m.max(of(k).abs()));
+        let (value, slope) = (largest(|k| k.value), largest(|k| k.slope));
+        self.knots.windows(2).any(|pair| {
+            let t = pair[1].time;
+            (pair[0].line(t) - pair[1].value).abs() > KINK * value
+                || (pair[0].incline(t) - pair[1].slope).abs() > KINK * slope
+        })
+    }
+
     /// Zero at all times.
     pub fn is_zero(&self) -> bool {
-        self.knots.iter().all(|k| k.value == 0.0 && k.slope == 0.0)
+        self.knots
+            .iter()
+            .all(|k| k.value == 0.0 && k.slope == 0.0 && k.bend == 0.0)
             && self.harmonics.iter().all(|h| h.amplitude == 0.0)
     }
 }

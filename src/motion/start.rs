@@ -1,7 +1,7 @@
 //! The state a scene starts from.
 
-use super::assemble::Moving;
 use super::contact::Contact;
+use super::moving::Moving;
 use super::problem::Problem;
 use super::train::{Law, Train};
 use crate::base::code::Code;
@@ -27,20 +27,24 @@ pub fn state(
     let train = &moving.train;
     let n = train.n();
     let mut y = vec![0.0; train.len()];
+    let carried = moving.carried(t);
     if at == StartAt::Rest {
-        prescribe(moving, &mut y, t);
+        for (j, (place, speed)) in carried.into_iter().enumerate() {
+            (y[j], y[n + j]) = (-place, -speed);
+        }
         return Ok(y);
     }
     let Some(speeds) = speeds else {
         let hint = "state the speed of a node in [speed] of the model, or start from rest";
         return Err(Error::new(Code::NoSpeed, "a steady start needs the speeds").hint(hint));
     };
-    for (j, &freedom) in linear.free.iter().enumerate() {
-        y[n + j] = speeds[freedom];
+    for (i, &freedom) in linear.free.iter().enumerate() {
+        if let Some(j) = moving.place(i) {
+            y[n + j] = speeds[freedom] - carried[j].1;
+        }
     }
-    prescribe(moving, &mut y, t);
-    lag(train, &mut y);
-    let q = settle(train, linear, t, &y)?;
+    lag(train, t, &mut y);
+    let q = settle(train, &moving.rigid, t, &y)?;
     y[..n].copy_from_slice(&q);
     Ok(y)
 }
@@ -52,7 +56,7 @@ const STAYS: f64 = 1e-12;
 const MOST_ROUNDS: usize = 500;
 
 /// The winding up, characteristics by their secants, taken again until they stay.
-fn settle(train: &Train, linear: &Linear, t: f64, y: &[f64]) -> Result<Vec<f64>, Error> {
+fn settle(train: &Train, rigid: &[Vec<f64>], t: f64, y: &[f64]) -> Result<Vec<f64>, Error> {
     let mut straight = train.clone();
     for b in &mut straight.branches {
         if let Law::Nonlinear { characteristic, .. } = &b.law {
@@ -63,7 +67,7 @@ fn settle(train: &Train, linear: &Linear, t: f64, y: &[f64]) -> Result<Vec<f64>,
         }
     }
     for _ in 0..MOST_ROUNDS {
-        let q = wound(&straight, linear, t, y)?;
+        let q = wound(&straight, rigid, t, y)?;
         let mut moved = 0.0f64;
         for (b, straight) in train.branches.iter().zip(&mut straight.branches) {
             let (Law::Nonlinear { characteristic, .. }, Law::Linear { stiffness, .. }) =
@@ -89,7 +93,7 @@ fn settle(train: &Train, linear: &Linear, t: f64, y: &[f64]) -> Result<Vec<f64>,
 }
 
 /// Coordinates under the loads of the instant.
-fn wound(train: &Train, linear: &Linear, t: f64, y: &[f64]) -> Result<Vec<f64>, Error> {
+fn wound(train: &Train, rigid: &[Vec<f64>], t: f64, y: &[f64]) -> Result<Vec<f64>, Error> {
     let n = train.n();
     let mut tight = train.clone();
     for b in &mut tight.branches {
@@ -98,7 +102,7 @@ fn wound(train: &Train, linear: &Linear, t: f64, y: &[f64]) -> Result<Vec<f64>, 
         }
     }
     let mut push = tight.pushed(None, t, y);
-    relieve(train, &linear.rigid, &mut push);
+    relieve(train, rigid, &mut push);
     let mut k = Matrix::zeros(n, n);
     for (at, b) in tight.branches.iter().enumerate() {
         let stiffness = tight.force(at, None, t, y, 0.0).1;
@@ -129,31 +133,14 @@ fn wound(train: &Train, linear: &Linear, t: f64, y: &[f64]) -> Result<Vec<f64>, 
     definite::solve_semidefinite(&k, &push)
 }
 
-/// Coordinates of prescribed speed have it.
-fn prescribe(moving: &Moving, y: &mut [f64], t: f64) {
-    let n = moving.train.n();
-    for (at, points) in &moving.prescribed {
-        let first = points.first().map_or(0.0, |p| p.1);
-        let at_or_before = points
-            .iter()
-            .rev()
-            .find(|p| p.0 <= t)
-            .map_or(first, |p| p.1);
-        let next = points.iter().position(|p| p.0 > t).filter(|&i| i > 0);
-        y[n + at] = next.map_or(at_or_before, |i| {
-            let ((t0, a), (t1, b)) = (points[i - 1], points[i]);
-            a + (b - a) * (t - t0) / (t1 - t0)
-        });
-    }
-}
-
 /// Inner states as they are at steady speed.
-fn lag(train: &Train, y: &mut [f64]) {
+fn lag(train: &Train, t: f64, y: &mut [f64]) {
     let n = train.n();
     let mut inner = 2 * n;
     for b in &train.branches {
         if let Law::Lagged { curve, .. } = &b.law {
-            y[inner] = curve.torque(b.direction.dot(&y[n..2 * n]));
+            let piece = b.imposed.as_ref().map_or(0, |e| e.piece(t) as u32);
+            y[inner] = curve.torque(b.deflection(t, &y[..n], &y[n..2 * n], piece).1);
         }
         inner += b.inner();
     }

@@ -166,7 +166,7 @@ impl Branch {
             let psi = wave.phase.at(t, q);
             let at = wave.shape.piece(psi);
             delta -= wave.shape.value_in(psi, at);
-            rate -= wave.shape.slope_in(psi, at) * wave.phase.rate(v);
+            rate -= wave.shape.slope_in(psi, at) * wave.phase.rate(t, v);
         }
         (delta, rate)
     }
@@ -197,22 +197,9 @@ impl Train {
         self.branches.iter().map(Branch::inner).sum()
     }
 
-    /// A coordinate pushes others and none pushes back: a motion that is prescribed.
-    pub fn is_driven_one_way(&self) -> bool {
-        let touches = |d: &Direction, j: usize| d.terms.iter().any(|t| t.0 == j);
-        (0..self.n()).any(|j| {
-            let mut along = self
-                .branches
-                .iter()
-                .filter(|b| touches(&b.direction, j))
-                .peekable();
-            along.peek().is_some() && along.all(|b| !touches(b.acts(), j))
-        })
-    }
-
     /// Nothing but constant stiffness and damping and known forces: exact propagation suffices.
     pub fn is_linear(&self) -> bool {
-        !self.is_driven_one_way()
+        self.knows_lines_only()
             && self.branches.iter().all(|b| {
                 let linear = match &b.law {
                     Law::Linear { .. } | Law::Maxwell { .. } => true,
@@ -226,13 +213,23 @@ impl Train {
             })
     }
 
+    /// Known functions of time are lines and harmonics, none of them parabolas.
+    pub fn knows_lines_only(&self) -> bool {
+        let imposed = self.branches.iter().filter_map(|b| b.imposed.as_ref());
+        let drives = self.drives.iter().map(|d| &d.signal);
+        drives.chain(imposed).all(Signal::is_straight)
+    }
+
     /// Linear between switches: contacts with play, stiffness in steps at imposed speed, Coulomb friction.
     pub fn is_piecewise_linear(&self) -> bool {
-        !self.is_driven_one_way()
+        self.knows_lines_only()
             && self.branches.iter().all(|b| {
                 let linear = match &b.law {
                     Law::Linear { .. } | Law::Maxwell { .. } | Law::Contact(_) => true,
-                    Law::Friction(friction) => friction.is_coulomb(),
+                    Law::Friction(friction) => {
+                        let swings = |e: &Signal| !e.harmonics.is_empty();
+                        friction.is_coulomb() && !b.imposed.as_ref().is_some_and(swings)
+                    }
                     Law::Curve(curve) | Law::Lagged { curve, .. } => {
                         matches!(curve, Curve::Straight { .. })
                     }
@@ -260,15 +257,20 @@ impl Train {
         })
     }
 
-    /// The regime at a state.
-    pub fn regime(&self, t: f64, y: &[f64]) -> Regime {
-        let (q, v) = (&y[..self.n()], &y[self.n()..2 * self.n()]);
+    /// The lines that carry every drive and every imposed e at `t`.
+    pub fn pieces(&self, t: f64) -> Vec<u32> {
         let drives = self.drives.iter().map(|d| d.signal.piece(t) as u32);
         let imposed = self
             .branches
             .iter()
             .map(|b| b.imposed.as_ref().map_or(0, |e| e.piece(t) as u32));
-        let pieces: Vec<u32> = drives.chain(imposed).collect();
+        drives.chain(imposed).collect()
+    }
+
+    /// The regime at a state.
+    pub fn regime(&self, t: f64, y: &[f64]) -> Regime {
+        let (q, v) = (&y[..self.n()], &y[self.n()..2 * self.n()]);
+        let pieces = self.pieces(t);
         let stands = self.branches.iter().enumerate().map(|(at, b)| {
             let piece = pieces[self.drives.len() + at];
             match &b.law {
@@ -308,7 +310,7 @@ impl Train {
             if sticking.is_empty() {
                 return;
             }
-            let held = self.reactions(&sticking, &self.pushed(Some(regime), t, y), &y[n..2 * n]);
+            let held = self.holding(regime, t, &self.pushed(Some(regime), t, y), &y[n..2 * n]);
             let over = |(&at, &held): (&usize, &f64)| match &self.branches[at].law {
                 Law::Friction(friction) if held.abs() > friction.breakaway => {
                     Some((at, held, held.abs() / friction.breakaway))
@@ -422,7 +424,8 @@ impl Train {
         for (at, b) in self.branches.iter().enumerate() {
             match &b.law {
                 Law::Lagged { curve, lag } => {
-                    dy[inner] = (curve.torque(b.direction.dot(v)) - y[inner]) / lag;
+                    let (_, rate) = b.deflection(t, q, v, self.line(regime, at, t));
+                    dy[inner] = (curve.torque(rate) - y[inner]) / lag;
                     inner += 1;
                 }
                 Law::Maxwell { stiffness, damping } => {
@@ -435,7 +438,7 @@ impl Train {
         }
         if let Some(regime) = regime {
             let sticking = regime.sticking();
-            let held = self.reactions(&sticking, &g, v);
+            let held = self.holding(regime, t, &g, v);
             for (&at, &held) in sticking.iter().zip(&held) {
                 self.branches[at]
                     .direction
@@ -485,7 +488,7 @@ impl Train {
             None => self.force(branch, Some(regime), t, y, 0.0).0,
             Some(at) => {
                 let n = self.n();
-                self.reactions(&sticking, &self.pushed(Some(regime), t, y), &y[n..2 * n])[at]
+                self.holding(regime, t, &self.pushed(Some(regime), t, y), &y[n..2 * n])[at]
             }
         }
     }
@@ -553,8 +556,24 @@ impl Train {
         }
     }
 
-    /// The forces with which sticking pairs hold still against `g`: `W M⁻¹ Wᵀ λ = W M⁻¹ (g − α M v)`.
-    pub fn reactions(&self, sticking: &[usize], g: &[f64], v: &[f64]) -> Vec<f64> {
+    /// The forces with which the sticking pairs of a regime keep to their imposed motion against `g`.
+    pub fn holding(&self, regime: &Regime, t: f64, g: &[f64], v: &[f64]) -> Vec<f64> {
+        let acceleration = |branch: usize| {
+            let piece = self.imposed_piece(regime, branch) as usize;
+            let e = self.branches[branch].imposed.as_ref();
+            e.map_or(0.0, |e| e.curvature(t, piece))
+        };
+        self.reactions(&regime.sticking(), g, v, acceleration)
+    }
+
+    /// The forces with which sticking pairs hold the rate of change `a` against `g`: `W M⁻¹ Wᵀ λ = W M⁻¹ (g − α M v) − a`.
+    pub fn reactions(
+        &self,
+        sticking: &[usize],
+        g: &[f64],
+        v: &[f64],
+        a: impl Fn(usize) -> f64,
+    ) -> Vec<f64> {
         if sticking.is_empty() {
             return Vec::new();
         }
@@ -579,7 +598,7 @@ impl Train {
         let m = sticking.len();
         let row = |i: usize| &self.branches[sticking[i]].direction;
         let system = Matrix::from_fn(m, m, |i, j| row(i).dot(&columns[j]));
-        let right: Vec<f64> = (0..m).map(|i| row(i).dot(&free)).collect();
+        let right: Vec<f64> = (0..m).map(|i| row(i).dot(&free) - a(sticking[i])).collect();
         // Pairs that hold the same motion share the force: the least one is taken.
         definite::solve_semidefinite(&system, &right).unwrap_or_else(|_| vec![f64::NAN; m])
     }
@@ -617,9 +636,17 @@ impl Problem for Train {
                 }
                 _ => f64::INFINITY,
             });
+        let followed = self.branches.iter().flat_map(|b| {
+            let waves = b.variation.iter().chain(&b.followed);
+            waves.filter_map(|w| match &w.phase {
+                Phase::Followed { known, .. } => known.as_ref().map(|x| x.next_knot(t)),
+                Phase::Imposed { .. } => None,
+            })
+        });
         drives
             .chain(imposed)
             .chain(waves)
+            .chain(followed)
             .fold(f64::INFINITY, f64::min)
     }
 }

@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use super::signal::Signal;
 use crate::machine::direction::Direction;
 use crate::numeric::Complex;
 use crate::numeric::fft::RealFft;
@@ -26,13 +27,48 @@ pub enum Phase {
         /// rad.
         start: f64,
     },
-    /// `ψ = (aᵀq + start) / 2π`: it follows an angle.
+    /// `ψ = (aᵀq + x(t) + start) / 2π`: it follows an angle.
     Followed {
         /// a, in radians of the wave's period per unit of q.
         angle: Direction,
         /// rad.
         start: f64,
+        /// x: the part of the angle whose motion is prescribed, rad.
+        known: Option<Signal>,
     },
+}
+
+impl Wave {
+    /// A wave at imposed speed, in the sense of rising phase: run backward, a period is its mirror image.
+    pub fn imposed(shape: Shape, omega: f64, start: f64) -> Wave {
+        if omega >= 0.0 {
+            return Wave {
+                shape,
+                phase: Phase::Imposed { omega, start },
+            };
+        }
+        let (shape, start) = match shape {
+            // High for 0 ≤ ψ < duty backward is high for 0 ≤ ψ + duty < duty forward.
+            Shape::Rectangular { duty, .. } => (shape, TAU * duty - start),
+            Shape::Fourier { mean, terms } => {
+                let terms = terms.into_iter().map(|(n, a, phase)| (n, a, -phase));
+                let terms = terms.collect();
+                (Shape::Fourier { mean, terms }, -start)
+            }
+            Shape::Table(values) => {
+                let n = values.len();
+                let mirrored = (0..n).map(|i| values[(n - i) % n]).collect();
+                (Shape::Table(mirrored), -start)
+            }
+        };
+        Wave {
+            shape,
+            phase: Phase::Imposed {
+                omega: -omega,
+                start,
+            },
+        }
+    }
 }
 
 impl Phase {
@@ -40,15 +76,32 @@ impl Phase {
     pub fn at(&self, t: f64, q: &[f64]) -> f64 {
         match self {
             Phase::Imposed { omega, start } => (omega * t + start) / TAU,
-            Phase::Followed { angle, start } => (angle.dot(q) + start) / TAU,
+            Phase::Followed {
+                angle,
+                start,
+                known,
+            } => {
+                let known = known.as_ref().map_or(0.0, |x| x.value(t, x.piece(t)));
+                (angle.dot(q) + known + start) / TAU
+            }
         }
     }
 
     /// dψ/dt, periods per second.
-    pub fn rate(&self, v: &[f64]) -> f64 {
+    pub fn rate(&self, t: f64, v: &[f64]) -> f64 {
+        match self.angle() {
+            None => self.imposed_rate(t),
+            Some(angle) => angle.dot(v) / TAU + self.imposed_rate(t),
+        }
+    }
+
+    /// What of dψ/dt is imposed in time, periods per second.
+    pub fn imposed_rate(&self, t: f64) -> f64 {
         match self {
             Phase::Imposed { omega, .. } => omega / TAU,
-            Phase::Followed { angle, .. } => angle.dot(v) / TAU,
+            Phase::Followed { known, .. } => {
+                known.as_ref().map_or(0.0, |x| x.slope(t, x.piece(t))) / TAU
+            }
         }
     }
 
@@ -113,15 +166,20 @@ impl Shape {
     /// Where the next piece begins: the least ψ above the given one at which the piece changes; ∞ where the period is one piece.
     pub fn next_piece(&self, psi: f64) -> f64 {
         let whole = psi.floor();
+        // An edge computed from a phase may lie at that very phase, or one rounding before it.
+        let first = |edges: [f64; 3]| {
+            let mut ahead = edges.into_iter().filter(|&edge| edge > psi);
+            ahead.next().unwrap_or(f64::INFINITY)
+        };
         match self {
-            Shape::Rectangular { duty, .. } => match psi - whole < *duty {
-                true => whole + duty,
-                false => whole + 1.0,
-            },
+            Shape::Rectangular { duty, .. } => {
+                first([whole + duty, whole + 1.0, whole + 1.0 + duty])
+            }
             Shape::Fourier { .. } => f64::INFINITY,
             Shape::Table(values) => {
                 let n = values.len() as f64;
-                whole + (((psi - whole) * n).floor() + 1.0) / n
+                let at = ((psi - whole) * n).floor();
+                first([1.0, 2.0, 3.0].map(|ahead| whole + (at + ahead) / n))
             }
         }
     }
@@ -179,6 +237,15 @@ impl Shape {
         }
     }
 
+    /// A wave at imposed speed as harmonics in time. A table becomes as many as it can tell: the smooth curve through its points.
+    pub fn over_time(&self, omega: f64, start: f64) -> Signal {
+        let mean = Signal::constant(self.mean());
+        self.harmonics().iter().fold(mean, |sum, &(n, a, phase)| {
+            let n = f64::from(n);
+            sum.plus(&Signal::harmonic(a, n * omega, n * start + phase))
+        })
+    }
+
     /// Constant between jumps.
     pub fn is_steps(&self) -> bool {
         matches!(self, Shape::Rectangular { .. })
@@ -209,4 +276,29 @@ fn through(values: &[f64]) -> Vec<(u32, f64, f64)> {
         (n as u32, share * spectrum[n].norm(), spectrum[n].arg())
     };
     (1..=count / 2).map(term).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// From edge to edge, whatever rounding does to them.
+    #[test]
+    fn law_pieces_go_on() {
+        let steps = Shape::Rectangular {
+            high: 1.0,
+            low: 0.0,
+            duty: 0.4,
+        };
+        let table = Shape::Table(vec![0.0; 7]);
+        for (shape, count) in [(steps, 2.0), (table, 7.0)] {
+            let mut psi = 1000.2;
+            for _ in 0..7000 {
+                let next = shape.next_piece(psi);
+                assert!(next > psi && next < psi + 1.0, "{psi} {next}");
+                psi = next;
+            }
+            assert!((psi - 1000.2 - 7000.0 / count).abs() < 1.0, "{psi}");
+        }
+    }
 }

@@ -20,3 +20,6 @@ pub mod transmission;
 
 /// Analyses of logs.
 pub mod logs;
+
+/// A gear's charts and readings.
+pub mod measure;

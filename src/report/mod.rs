@@ -45,6 +45,12 @@ pub mod identified;
 /// Spectra of a log.
 pub mod spectra;
 
+/// Encoder records.
+pub mod encoders;
+
+/// Encoder records as pictures.
+pub mod encoders_picture;
+
 /// CSV files.
 pub mod csv;
 
@@ -68,6 +74,9 @@ pub mod ways;
 
 /// Where methods and machine break.
 pub mod stability;
+
+/// Measured gears.
+pub mod measure;
 
 /// Tables for a terminal.
 #[cfg(feature = "cli")]
@@ -97,6 +106,10 @@ pub mod ways_table;
 #[cfg(feature = "cli")]
 pub mod stability_table;
 
+/// Tables of measured gears.
+#[cfg(feature = "cli")]
+pub mod measure_table;
+
 /// Tables of logs.
 #[cfg(feature = "cli")]
 pub mod log_tables;
@@ -105,9 +118,19 @@ pub mod log_tables;
 #[cfg(feature = "cli")]
 pub mod spectrum_table;
 
+/// Tables of encoder records.
+#[cfg(feature = "cli")]
+pub mod encoders_table;
+
 /// Tables of state-space forms and reduced machines.
 #[cfg(feature = "cli")]
 pub mod system_tables;
+
+/// Charts of a gear, unrolled.
+pub mod measure_picture;
+
+/// Charts of a gear, round its axis.
+pub mod measure_polar;
 
 /// The order of nodes along a train.
 pub mod train;

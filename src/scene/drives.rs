@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::common;
-use super::laws::{Curve, Drive, FaceMill, Friction, History};
+use super::laws::{Course, Curve, Drive, FaceMill, Friction, History, Swing};
 use super::model::{Brake, Load, Motor};
 use super::waves;
 use crate::base::code::Code;
@@ -180,6 +180,7 @@ enum MotorWord {
     Direct,
     Table,
     Speed,
+    Angle,
 }
 
 /// A motor.
@@ -191,14 +192,20 @@ pub fn motor(f: &mut Fields) -> Motor {
         ("dc", MotorWord::Direct),
         ("table", MotorWord::Table),
         ("speed", MotorWord::Speed),
+        ("angle", MotorWord::Angle),
     ];
     let word = f.choice("kind", &words);
     f.need("kind");
     let drive = match word {
-        Some(MotorWord::Speed) => Drive::Speed(match f.has("times") {
-            true => points(f, ("times", Kind::Time), ("speeds", Kind::Speed)),
-            false => vec![(0.0, f.quantity("speed", Kind::Speed, Range::Any))],
-        }),
+        Some(MotorWord::Speed) => {
+            let points = match f.has("times") {
+                true => points(f, ("times", Kind::Time), ("speeds", Kind::Speed)),
+                false => vec![(0.0, f.quantity("speed", Kind::Speed, Range::Any))],
+            };
+            let swing = swing(f, Kind::Speed);
+            Drive::Speed(Course { points, swing })
+        }
+        Some(MotorWord::Angle) => Drive::Angle(angle(f)),
         Some(MotorWord::Induction) => {
             let curve = Curve::Induction {
                 pull_out: f.quantity("pull_out", Kind::Torque, Range::Positive),
@@ -228,6 +235,49 @@ pub fn motor(f: &mut Fields) -> Motor {
         }
     };
     Motor { name, at, drive }
+}
+
+/// What swings about a prescribed motion.
+fn swing(f: &mut Fields, kind: Kind) -> Option<Swing> {
+    let amplitude = f.optional_quantity("amplitude", kind, Range::Any);
+    let omega = f.optional_quantity("frequency", Kind::Frequency, Range::Positive);
+    let phase = f.optional_quantity("phase", Kind::Angle, Range::Any);
+    match f.has("amplitude") {
+        true => f.need("frequency"),
+        false if f.has("frequency") || f.has("phase") => {
+            f.missing("amplitude", ", and `frequency` or `phase` is given");
+        }
+        false => {}
+    }
+    Some(Swing {
+        amplitude: amplitude?,
+        omega: omega?,
+        phase: phase.unwrap_or(0.0),
+    })
+}
+
+/// An angle over time: points, a swing, or both.
+fn angle(f: &mut Fields) -> Course {
+    let swing = swing(f, Kind::Angle);
+    if !f.has("times") && !f.has("angles") && !f.has("amplitude") {
+        f.missing("amplitude", ", and no `times` and `angles` either");
+    }
+    let points = match f.has("times") || f.has("angles") {
+        true => points(f, ("times", Kind::Time), ("angles", Kind::Angle)),
+        false => vec![(0.0, 0.0)],
+    };
+    if points
+        .windows(2)
+        .any(|p| p[1].0 == p[0].0 && p[1].1 != p[0].1)
+    {
+        f.refuse_key(
+            Code::OutOfRange,
+            "angles",
+            "the angle jumps",
+            "let it rise over a short time in place of the jump",
+        );
+    }
+    Course { points, swing }
 }
 
 fn lag(f: &mut Fields) -> f64 {

@@ -186,7 +186,7 @@ pub struct FaceMill {
     pub sense: f64,
 }
 
-/// What drives a node by its speed.
+/// What drives a node by its speed, or moves it as prescribed.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Drive {
     /// A torque over speed, following at once or late.
@@ -196,8 +196,30 @@ pub enum Drive {
         /// Electrical lag, s; zero: none.
         lag: f64,
     },
-    /// The speed itself, rad/s, over time, s: straight lines through points.
-    Speed(Vec<(f64, f64)>),
+    /// The speed itself, rad/s.
+    Speed(Course),
+    /// The angle itself, rad.
+    Angle(Course),
+}
+
+/// A motion prescribed over time: `x(t) + a cos(ω t + φ)`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Course {
+    /// x: straight lines through points: s, rad or rad/s.
+    pub points: Vec<(f64, f64)>,
+    /// What swings about it.
+    pub swing: Option<Swing>,
+}
+
+/// `amplitude cos(omega t + phase)`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Swing {
+    /// rad or rad/s.
+    pub amplitude: f64,
+    /// rad/s.
+    pub omega: f64,
+    /// rad.
+    pub phase: f64,
 }
 
 /// How the angles that waves hang on are found.

@@ -60,4 +60,10 @@ mod file;
 /// The sidecar of a recording.
 pub mod log;
 
+/// A gear with its charts and readings.
+pub mod measured;
+
+/// Limits somebody typed in.
+pub mod limit_table;
+
 pub use file::{Scene, read, read_text};

@@ -518,7 +518,7 @@ fn simulate(f: &mut Fields) -> SimulateStudy {
 pub const MOST_SAMPLES: u32 = 100_000_000;
 
 /// A list of texts.
-fn texts(f: &mut Fields, key: &str) -> Vec<String> {
+pub(super) fn texts(f: &mut Fields, key: &str) -> Vec<String> {
     const TAKES: &str = "a list of texts";
     let Some(item) = f.item(key, TAKES) else {
         return Vec::new();

@@ -83,7 +83,7 @@ pub fn held(branch: &Branch, stand: BranchStand) -> Result<Held, Error> {
                     force: -1.0,
                     constant: stall / lag,
                     seen,
-                    imposed: 0.0,
+                    imposed: seen,
                     decay: 1.0 / lag,
                     scale: like(seen),
                 }),

@@ -56,3 +56,6 @@ pub mod spectrum;
 
 /// Spectra that a file holds.
 pub mod held;
+
+/// Transmission error from two encoders.
+pub mod encoders;

@@ -4,6 +4,7 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::words::{counted, suggestion};
 use crate::motion::methods::{self, Ladder, METHODS, Method};
+use crate::motion::prescribed::Motion;
 use crate::motion::problem::Wanted;
 use crate::motion::train::{Law, Train};
 use crate::plan::stages::Verdict;
@@ -205,6 +206,17 @@ pub fn plan(
             )),
         ),
         ("structure", Verdict::Runs(structure(train))),
+    ];
+    if let Some(known) = &scene.moving.prescribed {
+        let moved = |m: &Motion| {
+            let name = &known.whole.coordinates[m.coordinate];
+            format!("{name} by {}", m.name)
+        };
+        let moved: Vec<String> = known.motions.iter().map(moved).collect();
+        let message = format!("{}: known in time, so no unknown", moved.join(", "));
+        rows.push(("prescribed motion", Verdict::LeftOut(message)));
+    }
+    rows.extend([
         (
             "method",
             Verdict::Runs(format!("{}: {}", choice.method.name, choice.reason)),
@@ -219,7 +231,7 @@ pub fn plan(
                 counted(2 * train.n() + train.inner(), "state")
             )),
         ),
-    ];
+    ]);
     let lateral = train.coordinates.iter().any(|c| !c.ends_with(".theta"));
     if !lateral {
         rows.push((

@@ -67,10 +67,8 @@ pub fn run(
     let start = Instant::now();
     let effort = (choice.method.run)(train, &ask, &mut |t, y| {
         if energy {
-            meters[0].sample(train, t, y);
-            if count % 2 == 0 {
-                meters[1].sample(train, t, y);
-            }
+            let meters = &mut meters[..if count % 2 == 0 { 2 } else { 1 }];
+            book(meters, scene, t, y);
         }
         if count % finer == 0 {
             time.push(t);
@@ -98,3 +96,18 @@ const FINER: usize = 4;
 
 /// The least number of samples of powers.
 const LEAST: usize = 20_000;
+
+/// Books the energy of a state; where motions are prescribed, of the whole machine with the power that keeps them up.
+fn book(meters: &mut [Meter], scene: &MotionScene, t: f64, y: &[f64]) {
+    let train = &scene.moving.train;
+    let Some(known) = &scene.moving.prescribed else {
+        meters.iter_mut().for_each(|m| m.sample(train, t, y, 0.0));
+        return;
+    };
+    let (state, power) = (known.state(t, y), known.power(train, t, y));
+    for meter in meters {
+        let jolts = meter.time().map_or(0.0, |from| known.jolts(from, t));
+        meter.put_in(jolts);
+        meter.sample(&known.whole, t, &state, power);
+    }
+}

@@ -5,9 +5,11 @@ use crate::base::error::Error;
 use crate::machine::kinematics::{Kinematics, mean_speeds};
 use crate::machine::linear::Linear;
 use crate::machine::operating::Operating;
-use crate::machine::parts::Machine;
+use crate::machine::parts::{self, Machine};
 use crate::modes::state_space::signals;
-use crate::motion::assemble::{Moving, assemble};
+use crate::motion::assemble::assemble;
+use crate::motion::combination::Combination;
+use crate::motion::moving::Moving;
 use crate::motion::outputs::{Output, Outputs, Quantity};
 use crate::motion::problem::Problem;
 use crate::motion::start;
@@ -78,12 +80,22 @@ impl MotionScene {
         let linear = Linear::new(machine, kinematics, &Operating::default())?;
         let mut start = start::state(&moving, &linear, speeds.as_deref(), begin.at, 0.0)?;
         let n = moving.train.n();
+        let carried = moving.carried(0.0);
         for (list, offset) in [(&begin.angles, 0), (&begin.speeds, n)] {
             for (name, value) in list {
                 let stays = machine
                     .freedom(&name.text)
                     .and_then(|f| linear.free.iter().position(|&i| i == f));
-                let Some(j) = stays else {
+                if let Some(None) = stays.map(|i| moving.place(i)) {
+                    let message = format!(
+                        "`{}` has no start of its own: it moves as a motor prescribes, or has no inertia and follows its neighbours",
+                        name.text
+                    );
+                    return Err(Error::new(Code::Conflict, message)
+                        .at(&name.place)
+                        .hint("leave its start out"));
+                }
+                let Some(j) = stays.and_then(|i| moving.place(i)) else {
                     let message = format!(
                         "`{}` is no freedom that stays: rigid joints tie it to another, or it does not exist",
                         name.text
@@ -98,7 +110,12 @@ impl MotionScene {
                         .at(&name.place)
                         .hint(hint));
                 };
-                start[offset + j] = *value;
+                let known = if offset == 0 {
+                    carried[j].0
+                } else {
+                    carried[j].1
+                };
+                start[offset + j] = *value - known;
             }
         }
         let outputs = outputs(prepared, &moving, &study.outputs)?;
@@ -130,8 +147,10 @@ fn at_speed(
         let (old, new) = (speed(before.as_deref()), speed(speeds));
         match &mut motor.drive {
             Drive::Curve { curve, .. } => *curve = shifted(curve, new - old),
-            Drive::Speed(points) if old != 0.0 => points.iter_mut().for_each(|p| p.1 *= new / old),
-            Drive::Speed(_) => {}
+            Drive::Speed(course) if old != 0.0 => {
+                course.points.iter_mut().for_each(|p| p.1 *= new / old);
+            }
+            Drive::Speed(_) | Drive::Angle(_) => {}
         }
     }
     Ok(machine)
@@ -198,16 +217,19 @@ fn outputs(prepared: &Prepared, moving: &Moving, names: &[String]) -> Result<Out
             None => (name.clone(), false),
         };
         let quantity = match motors_or_brakes(prepared, moving, &asked) {
-            Some(at) => {
-                if deflection {
-                    Quantity::Deflection(at)
-                } else {
-                    Quantity::Force(at)
+            Some(Quantity::Force(at)) if deflection => Quantity::Deflection(at),
+            Some(quantity) => {
+                if let Quantity::Drive(_) = quantity {
+                    outputs.prescribed.clone_from(&moving.prescribed);
                 }
+                quantity
             }
             None => match signals::output(machine, &asked)? {
                 signals::Output::Freedom(freedom, times) => {
-                    let row = row_of(moving, freedom, &mut outputs);
+                    let Some(place) = &moving.freedoms[freedom] else {
+                        return Err(remembers(name));
+                    };
+                    let row = row_of(place, &mut outputs);
                     [
                         Quantity::Position(row),
                         Quantity::Speed(row),
@@ -215,16 +237,28 @@ fn outputs(prepared: &Prepared, moving: &Moving, names: &[String]) -> Result<Out
                     ][usize::from(times).min(2)]
                 }
                 signals::Output::Force(branch) => {
-                    let Some(&at) = moving.branches[branch].first() else {
-                        let message = format!("`{name}` does not follow from the motion");
-                        return Err(
-                            Error::new(Code::Conflict, message).hint("both ends of it move as one")
-                        );
-                    };
-                    if deflection {
-                        Quantity::Deflection(at)
-                    } else {
-                        Quantity::Force(at)
+                    match (moving.branches[branch].first(), &moving.springs[branch]) {
+                        (Some(&at), _) if deflection => Quantity::Deflection(at),
+                        (Some(&at), _) => Quantity::Force(at),
+                        (None, Some(spring)) => {
+                            let row = row_of(&spring.deflection, &mut outputs);
+                            match deflection {
+                                true => Quantity::Position(row),
+                                false => Quantity::Spring {
+                                    row,
+                                    stiffness: spring.stiffness,
+                                    damping: spring.damping,
+                                },
+                            }
+                        }
+                        (None, None) => match machine.branches[branch].law {
+                            parts::Law::Linear { .. } => return Err(remembers(name)),
+                            parts::Law::Rigid => {
+                                let message = format!("`{name}` does not follow from the motion");
+                                return Err(Error::new(Code::Conflict, message)
+                                    .hint("both ends of it move as one"));
+                            }
+                        },
                     }
                 }
             },
@@ -238,23 +272,40 @@ fn outputs(prepared: &Prepared, moving: &Moving, names: &[String]) -> Result<Out
     Ok(outputs)
 }
 
-/// The force of a motor or brake, which are branches of the motion alone.
-fn motors_or_brakes(prepared: &Prepared, moving: &Moving, name: &str) -> Option<usize> {
-    let stem = name
-        .strip_suffix(".force")
-        .or_else(|| name.strip_suffix(".torque"))?;
+/// The force of a motor or brake, which are branches of the motion alone, or the torque that a motor gives.
+fn motors_or_brakes(prepared: &Prepared, moving: &Moving, name: &str) -> Option<Quantity> {
+    let (stem, what) = name.rsplit_once('.')?;
     let machine = &prepared.machine;
     let is = |element: usize| machine.elements[element].name == stem;
-    let exists = machine.motors.iter().any(|m| is(m.element))
-        || machine.brakes.iter().any(|b| is(b.element));
-    exists
-        .then(|| moving.train.branches.iter().position(|b| b.name == stem))
-        .flatten()
+    let motor = machine.motors.iter().any(|m| is(m.element));
+    let branch = || moving.train.branches.iter().position(|b| b.name == stem);
+    let prescribes = || {
+        let motions = &moving.prescribed.as_ref()?.motions;
+        motions.iter().position(|m| m.name == stem)
+    };
+    match what {
+        "torque" if motor => prescribes()
+            .map(Quantity::Drive)
+            .or_else(|| branch().map(Quantity::Given)),
+        "force" | "torque" if motor || machine.brakes.iter().any(|b| is(b.element)) => {
+            branch().map(Quantity::Force)
+        }
+        _ => None,
+    }
 }
 
-fn row_of(moving: &Moving, freedom: usize, outputs: &mut Outputs) -> usize {
-    outputs.rows.push(moving.freedoms[freedom].clone());
+fn row_of(place: &Combination, outputs: &mut Outputs) -> usize {
+    outputs.rows.push(place.clone());
     outputs.rows.len() - 1
+}
+
+/// What has no place among the unknowns.
+fn remembers(name: &str) -> Error {
+    let message = format!(
+        "`{name}` is not kept: a node without inertia beside dampers follows its neighbours late"
+    );
+    Error::new(Code::Conflict, message)
+        .hint("ask for a neighbour, or give the node its inertia, however small")
 }
 
 /// Whether angles or lengths: by the axis of the freedom, by the scale of the branch (one for shafts, metres for meshes).
@@ -275,7 +326,8 @@ fn unit(prepared: &Prepared, name: &str, quantity: Quantity) -> &'static str {
         (Quantity::Speed(_), false) => "m/s",
         (Quantity::Acceleration(_), true) => "rad/s²",
         (Quantity::Acceleration(_), false) => "m/s²",
-        (Quantity::Force(_), true) => "N·m",
-        (Quantity::Force(_), false) => "N",
+        (Quantity::Force(_) | Quantity::Spring { .. }, false) => "N",
+        (Quantity::Force(_) | Quantity::Spring { .. }, true) => "N·m",
+        (Quantity::Given(_) | Quantity::Drive(_), _) => "N·m",
     }
 }

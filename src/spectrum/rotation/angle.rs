@@ -108,6 +108,12 @@ impl AngleCurve {
         (self.angle[0], self.angle[self.angle.len() - 1])
     }
 
+    /// How many of its points lie between two times.
+    pub fn points_within(&self, from_s: f64, to_s: f64) -> usize {
+        let before = |t: f64| self.time_s.partition_point(|&x| x < t);
+        self.time_s.partition_point(|&x| x <= to_s) - before(from_s).min(self.time_s.len())
+    }
+
     /// The angle at a time, rad; beyond its ends as if the speed there went on.
     pub fn at(&self, time_s: f64) -> f64 {
         self.evaluate(time_s).0

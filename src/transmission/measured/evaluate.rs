@@ -154,13 +154,17 @@ pub fn evaluate(rows: &dyn Rows, ask: &Ask) -> Result<Measured, Error> {
 /// Multiples of the meshes, and cells a turn.
 fn resolution(ask: &Ask, pace: f64) -> Result<(usize, usize), Error> {
     let most = 1.0 / (LEAST_PER_CELL * pace); // cells a turn
+    let cells = |order: f64| (CELLS_PER_ORDER as f64 * ROOM * order).ceil();
     let meshes = ask.teeth.meshes();
     let values = || meshes.iter().map(|m| m.order.value());
-    let (lowest, highest) = (
-        values().fold(f64::INFINITY, f64::min),
-        values().fold(0.0, f64::max),
-    );
-    let cells = |order: f64| (CELLS_PER_ORDER as f64 * ROOM * order).ceil();
+    let lowest = values().fold(f64::INFINITY, f64::min);
+    // Meshes that the rows do not hold are left out, unless none is left.
+    let held = |m: &&Member| cells(m.order.value()) <= most;
+    let fastest = meshes
+        .iter()
+        .filter(held)
+        .max_by(|a, b| a.order.cmp(&b.order));
+    let highest = fastest.map_or(lowest, |m| m.order.value());
     if cells(lowest) > most {
         let per_tooth = 1.0 / (pace * lowest);
         let message = format!(
@@ -180,10 +184,7 @@ fn resolution(ask: &Ask, pace: f64) -> Result<(usize, usize), Error> {
         let message = format!(
             "order {} (multiple {asked} of {}) is above {:.1}, the highest that these rows hold",
             asked as f64 * highest,
-            meshes
-                .iter()
-                .max_by(|a, b| a.order.cmp(&b.order))
-                .map_or("", |m| m.name.as_str()),
+            fastest.map_or("", |m| m.name.as_str()),
             most / CELLS_PER_ORDER as f64
         );
         let hint = match reachable {

@@ -39,3 +39,6 @@ pub mod speed;
 
 /// The whole evaluation.
 pub mod evaluate;
+
+/// Eccentricity of encoders and gears apart.
+pub mod eccentricity;

@@ -120,8 +120,11 @@ impl OrderList {
             for shaft in own {
                 let by = &shaft.order * &Fraction::new(side as i64, 1);
                 for (order, sign) in [(&carrier - &by, '−'), (&carrier + &by, '+')] {
-                    let (a, b) = (times(n, &mesh.name), times(side, &shaft.name));
-                    self.put(order, format!("{a} {sign} {b}"));
+                    // What turns or meshes with an order is likelier to make it than a sideband.
+                    if !self.places.contains_key(&order) {
+                        let (a, b) = (times(n, &mesh.name), times(side, &shaft.name));
+                        self.put(order, format!("{a} {sign} {b}"));
+                    }
                 }
             }
         }
@@ -140,8 +143,8 @@ impl OrderList {
             let known = already.iter_mut().chain(&mut fresh).find(near);
             match known {
                 Some(known) if known.exact == order.exact => {
-                    let names = order.names.into_iter();
-                    let news: Vec<String> = names.filter(|n| !known.names.contains(n)).collect();
+                    let is_new = |n: &String| !known.names.contains(n) && !is_sideband(n);
+                    let news: Vec<String> = order.names.into_iter().filter(is_new).collect();
                     known.names.extend(news);
                 }
                 Some(known) => {
@@ -156,6 +159,10 @@ impl OrderList {
         }
         fresh
     }
+}
+
+fn is_sideband(name: &str) -> bool {
+    name.contains(" − ") || name.contains(" + ")
 }
 
 fn times(n: usize, name: &str) -> String {

@@ -127,33 +127,34 @@ impl Going {
     }
 }
 
-/// The period after which readings begin again: jumps of more than half of one of `known`, all of about its size. Nothing where no
-/// reading jumps so far.
+/// The period after which readings begin again, one of `known`: far more than what they move from row to row is a jump, and all jumps are
+/// of about that size. Nothing where no reading jumps.
 ///
 /// # Errors
-/// `OutOfRange`: readings that jump by something else, more than a quarter of the smallest of `known`.
+/// `LostCounts`: readings that jump by something else.
 pub fn wrap(
     rows: &dyn Rows,
     is_output: bool,
     name: &str,
     known: &[f64],
 ) -> Result<Option<f64>, Error> {
+    let smallest = known.iter().copied().fold(f64::INFINITY, f64::min);
+    let usual = usual_step(rows, is_output)?;
+    let least = 2.0 * usual + 0.02 * smallest;
+    let (mut before, mut jumps) = (None, Vec::new());
     let count = rows.rows();
     let (mut a, mut b) = (vec![0.0; BLOCK.min(count)], vec![0.0; BLOCK.min(count)]);
-    let least = 0.25 * known.iter().copied().fold(f64::INFINITY, f64::min);
-    let (mut before, mut from, mut usual) = (None, 0, 0.0_f64);
-    let mut jumps: Vec<(usize, f64)> = Vec::new();
+    let mut from = 0;
     while from < count {
         let n = BLOCK.min(count - from);
         rows.read(from, &mut a[..n], &mut b[..n])?;
-        let block = if is_output { &b[..n] } else { &a[..n] };
-        for (i, &x) in block.iter().enumerate() {
+        for (i, &x) in (if is_output { &b[..n] } else { &a[..n] })
+            .iter()
+            .enumerate()
+        {
             let step: f64 = x - before.replace(x).unwrap_or(x);
-            // A jump is far beyond what the shaft usually does from row to row.
-            if step.abs() > least && step.abs() > 8.0 * usual {
+            if step.abs() > least {
                 jumps.push((from + i, step));
-            } else if step.is_finite() {
-                usual += 0.05 * (step.abs() - usual);
             }
         }
         from += n;
@@ -162,19 +163,42 @@ pub fn wrap(
         return Ok(None);
     }
     // The step that the shaft makes meanwhile is taken off the jump or added to it.
-    let slack = (2.0 * usual).max(1e-6 * least);
     let fits = |w: f64| {
         jumps
             .iter()
-            .all(|j| (j.1.abs() - w).abs() <= slack + 0.02 * w)
+            .all(|j| (j.1.abs() - w).abs() <= 1.5 * usual + 0.02 * w)
     };
     if let Some(&found) = known.iter().find(|w| fits(**w)) {
         return Ok(Some(found));
+    }
+    // Single jumps of another size are lost counts, which are told by their effect on the error.
+    const FEW: usize = 64;
+    let largest = jumps.iter().map(|j| j.1.abs()).fold(0.0, f64::max);
+    if jumps.len() <= FEW && largest < 0.25 * smallest {
+        return Ok(None);
     }
     let (row, step) = jumps[0];
     let message = format!("{name} jumps by {step:.6} at row {}", row + 1);
     Err(Error::new(Code::LostCounts, message)
         .hint("no counter or angle begins again after that: take the stretch before or after it (--after, --before), or state what the readings are (--unit, --lines)"))
+}
+
+/// How far readings move from row to row: all but one in a hundred move less, of rows here and there.
+fn usual_step(rows: &dyn Rows, is_output: bool) -> Result<f64, Error> {
+    const PLACES: usize = 64;
+    const LENGTH: usize = 256;
+    let count = rows.rows();
+    let length = LENGTH.min(count);
+    let (mut a, mut b) = (vec![0.0; length], vec![0.0; length]);
+    let mut steps = Vec::with_capacity(PLACES * LENGTH);
+    for place in 0..PLACES {
+        let from = (count - length) * place / (PLACES - 1);
+        rows.read(from, &mut a, &mut b)?;
+        let block = if is_output { &b } else { &a };
+        steps.extend(block.windows(2).map(|w| (w[1] - w[0]).abs()));
+    }
+    steps.sort_by(f64::total_cmp);
+    Ok(steps.get(steps.len() * 99 / 100).copied().unwrap_or(0.0))
 }
 
 #[cfg(test)]

@@ -33,5 +33,9 @@ pub fn foreign(train: &Train) -> Option<String> {
             .filter(|e| matches!(e.shape, Shape::Rectangular { .. }))
             .map(|_| format!("the error of {name} jumps"))
     };
-    train.branches.iter().find_map(of_branch)
+    let bent = || {
+        let message = "a known motion or load is a parabola of time";
+        (!train.knows_lines_only()).then(|| message.to_string())
+    };
+    train.branches.iter().find_map(of_branch).or_else(bent)
 }

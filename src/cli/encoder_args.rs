@@ -1,0 +1,36 @@
+//! Flags of `te` that are said of a record of two encoders.
+
+use clap::Args;
+
+/// What is said of a record of two encoders.
+#[derive(Debug, Args, Default)]
+#[command(next_help_heading = "Encoder records")]
+pub struct EncoderArgs {
+    /// Column of the input's encoder; two columns are tracks in quadrature. --output names that of the output
+    #[arg(long, value_name = "COLUMN", value_delimiter = ',')]
+    pub input: Vec<String>,
+    /// Teeth from input to output, driver first: 21:63 or 21:63,17:40
+    #[arg(long, value_name = "z1:z2,…")]
+    pub teeth: Option<String>,
+    /// Lines a turn of both encoders, input first: 5000,5000; not asked for where columns are angles
+    #[arg(long, value_name = "N1,N2")]
+    pub lines: Option<String>,
+    /// Counts that a counter makes of a line
+    #[arg(long, value_name = "N", default_value_t = 4)]
+    pub counts_per_line: usize,
+    /// The columns hold instants of pulses, one a line
+    #[arg(long)]
+    pub stamps: bool,
+    /// Rows are not even in time, such as those taken at steps of angle: no speed is told
+    #[arg(long, conflicts_with_all = ["stamps", "rate", "time"])]
+    pub angle_base: bool,
+    /// Multiples of the meshes looked for; four where the rows hold them
+    #[arg(long, value_name = "N")]
+    pub harmonics: Option<usize>,
+    /// Take the steps of lost or extra counts out
+    #[arg(long)]
+    pub repair: bool,
+    /// Transverse pressure angle (deg where bare): of both flanks it tells the encoder's eccentricity from the gear's
+    #[arg(long, value_name = "ANGLE")]
+    pub pressure_angle: Option<String>,
+}

@@ -1,0 +1,101 @@
+//! `geardyn measure`: a gear's charts and readings, graded.
+
+use std::path::{Path, PathBuf};
+
+use super::args::MeasureArgs;
+use super::{diagnostic, output};
+use crate::base::code::Code;
+use crate::base::error::{Error, Errors};
+use crate::base::load;
+use crate::plan::measure::run::{self, Answer};
+use crate::plan::stages::Verdict;
+use crate::report;
+use crate::scene::measured::{self, MeasuredGear};
+
+/// Evaluates, grades and prints; 1 where a value is out of what was asked.
+///
+/// # Errors
+/// Whatever is wrong with the files, their charts, or what is to be written.
+pub fn run(args: &MeasureArgs) -> Result<u8, Errors> {
+    let gear = read(&args.file)?;
+    check_outputs(args, &gear)?;
+    let answer = run::run(&gear)?;
+    let mut written = Vec::new();
+    let mut put = |path: &Path, text: &str| -> Result<(), Error> {
+        output::write(path, text.as_bytes())?;
+        written.push(path.display().to_string());
+        Ok(())
+    };
+    if let Some(path) = &args.csv {
+        put(path, &report::measure::csv(&gear, &answer))?;
+    }
+    if let Some(path) = &args.svg {
+        let title = &gear.title;
+        if let Some(picture) = report::measure_picture::unrolled(title, &answer.drawn) {
+            put(path, &picture)?;
+        }
+        if let Some(picture) = report::measure_polar::polar(title, &answer.drawn) {
+            put(&output::beside(path, "polar"), &picture)?;
+        }
+    }
+    match args.json {
+        true => {
+            let document = report::measure::json(&gear, &answer);
+            output::print(&format!("{document:#}\n"))?;
+        }
+        false => output::print(&report::measure_table::deviations(&gear, &answer))?,
+    }
+    if !args.quiet && !args.json {
+        output::tell(&epilogue(&answer));
+        if !written.is_empty() {
+            output::tell(&format!("wrote {}\n", written.join(" ")));
+        }
+    }
+    Ok(u8::from(answer.within() == Some(false)))
+}
+
+fn read(path: &Path) -> Result<MeasuredGear, Errors> {
+    let hint =
+        "name a TOML file with [measured_gear], which says what the columns of its charts are";
+    if path.extension().is_none_or(|e| e != "toml") {
+        let message = format!("{} does not describe a measured gear", path.display());
+        return Err(Error::new(Code::Usage, message).hint(hint).into());
+    }
+    let source = load::load(path)?;
+    if !measured::is_measured(&source) {
+        // A syntax error says more than a missing table.
+        if let Some(broken) = crate::base::toml::parse(&source).broken {
+            return Err(broken.into());
+        }
+        let message = format!("{} has no [measured_gear]", path.display());
+        return Err(Error::new(Code::MissingKey, message).hint(hint).into());
+    }
+    measured::read(&source)
+}
+
+/// What was left out, doubts.
+fn epilogue(answer: &Answer) -> String {
+    let mut text = String::from("\n");
+    for (name, verdict) in &answer.plan {
+        if let Verdict::LeftOut(why) = verdict {
+            text += &format!("left out {name}: {why}\n");
+        }
+    }
+    for warning in &answer.warnings {
+        text += &diagnostic::warning(warning, diagnostic::colour());
+    }
+    text
+}
+
+/// Refuses files that would overwrite what is read, before any work is done.
+fn check_outputs(args: &MeasureArgs, gear: &MeasuredGear) -> Result<(), Error> {
+    let mut outputs: Vec<PathBuf> = args.csv.iter().cloned().collect();
+    if let Some(path) = &args.svg {
+        output::ends(path, &["svg"])?;
+        outputs.extend([path.clone(), output::beside(path, "polar")]);
+    }
+    let mut inputs = vec![args.file.clone()];
+    inputs.extend(gear.charts.iter().map(|chart| chart.file.clone()));
+    inputs.extend(gear.demand.iter().filter_map(|d| d.table.clone()));
+    output::check(&outputs, &inputs)
+}

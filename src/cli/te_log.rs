@@ -1,0 +1,284 @@
+//! `geardyn te LOG`: transmission error from the encoders of two shafts.
+
+use std::path::{Path, PathBuf};
+
+use super::encoder_args::EncoderArgs;
+use super::te_args::TeArgs;
+use super::{diagnostic, output, progress};
+use crate::base::code::Code;
+use crate::base::error::{Error, Errors};
+use crate::base::kind::Kind;
+use crate::base::units;
+use crate::numeric::fraction::Fraction;
+use crate::plan::logs::encoders::{EncoderRecord, EncoderStudy, encoders};
+use crate::recording::raw::{Raw, Repair};
+use crate::recording::settings::{RateSource, Settings};
+use crate::recording::signals::Recording;
+use crate::recording::{names, settle};
+use crate::report;
+use crate::transmission::measured::teeth::Teeth;
+
+/// Whether a file is a log: all that is no TOML, and whatever teeth are stated of.
+pub fn is_log(file: &Path, args: &EncoderArgs) -> bool {
+    let toml = file
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("toml"));
+    !toml || args.teeth.is_some()
+}
+
+/// Refuses what is said of a log where the file is a model.
+///
+/// # Errors
+/// Names the flag.
+pub fn refuse_of_model(args: &TeArgs) -> Result<(), Error> {
+    let record = &args.record;
+    let given = [
+        (!record.input.is_empty(), "--input"),
+        (record.lines.is_some(), "--lines"),
+        (record.stamps, "--stamps"),
+        (record.angle_base, "--angle-base"),
+        (record.harmonics.is_some(), "--harmonics"),
+        (record.repair, "--repair"),
+        (record.pressure_angle.is_some(), "--pressure-angle"),
+        (args.svg.is_some(), "--svg"),
+    ];
+    match given.iter().find(|g| g.0) {
+        None => Ok(()),
+        Some((_, flag)) => Err(Error::new(
+            Code::Usage,
+            format!(
+                "{flag} belongs to records of encoders, and {} is a model",
+                args.file.display()
+            ),
+        )
+        .hint("of a log, state --teeth as well; of a model, leave it out")),
+    }
+}
+
+/// Evaluates and prints.
+///
+/// # Errors
+/// Whatever is wrong with the flags or the log.
+pub fn run(args: &TeArgs) -> Result<u8, Errors> {
+    let mut study = study(args)?;
+    let outputs: Vec<PathBuf> = args.csv.iter().chain(&args.svg).cloned().collect();
+    for (path, end) in [(&args.csv, "csv"), (&args.svg, "svg")] {
+        if let Some(path) = path {
+            output::ends(path, &[end])?;
+        }
+    }
+    let (mut settings, sidecar) = args.log.settings(&args.file)?;
+    let inputs: Vec<PathBuf> = sidecar.into_iter().chain([args.file.clone()]).collect();
+    output::check(&outputs, &inputs)?;
+    if study.stamps || study.angle_base {
+        // No column is a clock of rows.
+        settings.time_column = Some("none".into());
+        settings.rate = Some(RateSource::Hertz(1.0));
+    }
+    let (found, repairs) = evaluated(args, &mut study, settings)?;
+    let mut written = Vec::new();
+    if let Some(path) = &args.csv {
+        output::write(path, report::encoders::csv(&found).as_bytes())?;
+        written.push(path.display().to_string());
+    }
+    if let Some(path) = &args.svg {
+        let name = args.file.file_name().unwrap_or_default().to_string_lossy();
+        let picture = report::encoders_picture::record(&found, &name);
+        output::write(path, picture.as_bytes())?;
+        written.push(path.display().to_string());
+    }
+    if args.json {
+        let document = report::encoders::json(&found, &study.teeth, &repairs);
+        output::print(&format!("{document:#}\n"))?;
+        return Ok(0);
+    }
+    output::print(&report::encoders_table::record(&found, args.all))?;
+    if !args.quiet {
+        output::tell(&epilogue(&found, &repairs, &written));
+    }
+    Ok(0)
+}
+
+/// Reads the log and evaluates it; of pulses each shaft by itself, since their columns differ in length.
+fn evaluated(
+    args: &TeArgs,
+    study: &mut EncoderStudy,
+    settings: Settings,
+) -> Result<(EncoderRecord, Vec<Repair>), Errors> {
+    let open = |only: &[String]| -> Result<(Recording, Vec<String>), Errors> {
+        let mut settings = Settings {
+            only: only.to_vec(),
+            ..settings.clone()
+        };
+        let raw = progress::open(&args.file, &settings, args.quiet)?;
+        let full: Vec<String> = only.iter().map(|word| full_name(&raw, word)).collect();
+        settings.only.clone_from(&full);
+        let recording = settle::settle(raw, &settings)?;
+        if !recording.repairs.iter().any(|r| r.kind == "resampled") {
+            return Ok((recording, full));
+        }
+        // Rows at uneven instants are evaluated as they were read: both encoders are read at once.
+        settings.time_column = Some("none".into());
+        settings.rate = Some(RateSource::Hertz(recording.rate_hz));
+        let raw = progress::open(&args.file, &settings, args.quiet)?;
+        Ok((settle::settle(raw, &settings)?, full))
+    };
+    let evaluate = |a: &Recording, b: &Recording, study: &EncoderStudy| {
+        progress::busy("evaluating", args.quiet, || encoders(a, b, study))
+            .map_err(|e| Errors::from(e.in_file(&a.path)))
+    };
+    let (mut found, recording) = if study.stamps {
+        let (a, first) = open(&study.input)?;
+        let (b, second) = open(&study.output)?;
+        (study.input, study.output) = (first, second);
+        (evaluate(&a, &b, study)?, a)
+    } else {
+        let both: Vec<String> = study.input.iter().chain(&study.output).cloned().collect();
+        let (a, full) = open(&both)?;
+        let (first, second) = full.split_at(study.input.len());
+        (study.input, study.output) = (first.to_vec(), second.to_vec());
+        (evaluate(&a, &a, study)?, a)
+    };
+    found.warnings.splice(0..0, recording.warnings);
+    Ok((found, recording.repairs))
+}
+
+/// The channel a word means, with or without its unit; the word itself where it means none.
+fn full_name(raw: &Raw, word: &str) -> String {
+    let all = raw.groups.iter().flat_map(|g| &g.channels);
+    let known: Vec<String> = all.map(|c| c.name.clone()).collect();
+    names::find(word, &known).map_or(word.to_string(), |at| known[at].clone())
+}
+
+fn study(args: &TeArgs) -> Result<EncoderStudy, Error> {
+    let refuse = |message: &str, hint: &str| Err(Error::new(Code::Usage, message).hint(hint));
+    for (given, flag) in [
+        (args.driver.is_some(), "--driver"),
+        (args.against.is_some(), "--against"),
+        (args.speed.is_some(), "--speed"),
+    ] {
+        if given {
+            let message = format!(
+                "{flag} belongs to models, and {} is a log",
+                args.file.display()
+            );
+            return refuse(
+                &message,
+                "the shafts of a log are its columns: --input, --output",
+            );
+        }
+    }
+    const EXAMPLE: &str = "such as: geardyn te run.csv --input motor --output spindle --teeth 21:63 --lines 5000,5000";
+    let Some(teeth) = &args.record.teeth else {
+        return refuse(
+            "nothing says which teeth lie between the encoders: --teeth",
+            EXAMPLE,
+        );
+    };
+    let Some(output) = &args.output else {
+        return refuse(
+            "nothing says which column is the output's encoder: --output",
+            EXAMPLE,
+        );
+    };
+    if args.record.input.is_empty() {
+        return refuse(
+            "nothing says which column is the input's encoder: --input",
+            EXAMPLE,
+        );
+    }
+    let output: Vec<String> = output.split(',').map(|w| w.trim().to_string()).collect();
+    if args.record.input.len() > 2 || output.len() > 2 {
+        return refuse("an encoder has one column, or two tracks", EXAMPLE);
+    }
+    if args.record.input.iter().any(|i| output.contains(i)) {
+        return refuse("one column is named as input and as output", EXAMPLE);
+    }
+    const COUNTS: std::ops::RangeInclusive<usize> = 1..=65_536;
+    if !COUNTS.contains(&args.record.counts_per_line) || args.record.harmonics == Some(0) {
+        return refuse(
+            "--counts-per-line and --harmonics are counts of at least 1",
+            "a counter that counts every edge of both tracks makes 4 of a line",
+        );
+    }
+    let quantity = |text: Option<&str>, kind, unit: &str, flag: &str| {
+        text.map(|t| units::parse_or_bare(t, kind, unit, flag))
+            .transpose()
+    };
+    let radius = quantity(args.radius.as_deref(), Kind::Length, "mm", "--radius")?;
+    if radius.is_some_and(|r| r <= 0.0) {
+        return refuse(
+            "--radius takes a length above zero",
+            "the base radius of the output's gear: --radius 94.5",
+        );
+    }
+    let pressure_angle = quantity(
+        args.record.pressure_angle.as_deref(),
+        Kind::Angle,
+        "deg",
+        "--pressure-angle",
+    )?;
+    const ANGLES: std::ops::Range<f64> = 0.05..1.2;
+    if pressure_angle.is_some_and(|a| !ANGLES.contains(&a)) {
+        return refuse(
+            "--pressure-angle is no pressure angle",
+            "such as --pressure-angle 20",
+        );
+    }
+    Ok(EncoderStudy {
+        input: args.record.input.clone(),
+        output,
+        teeth: Teeth::parse(teeth)?,
+        lines: args.record.lines.as_deref().map(lines).transpose()?,
+        counts_per_line: args.record.counts_per_line,
+        stamps: args.record.stamps,
+        angle_base: args.record.angle_base,
+        multiples: args.record.harmonics,
+        repair: args.record.repair,
+        radius,
+        pressure_angle,
+        named: Vec::<(Fraction, String)>::new(),
+    })
+}
+
+/// `N1,N2`, or one number for both.
+fn lines(text: &str) -> Result<(usize, usize), Error> {
+    const MOST: usize = 100_000_000;
+    let wrong = || {
+        let message = format!(
+            "\"{}\" are no lines of two encoders",
+            units::shortened(text)
+        );
+        Error::new(Code::Usage, message).hint("write the lines a turn of both: --lines 5000,5000")
+    };
+    let number = |t: &str| {
+        t.trim()
+            .parse()
+            .ok()
+            .filter(|n| (1..=MOST).contains(n))
+            .ok_or_else(wrong)
+    };
+    match text.split_once(',') {
+        Some((a, b)) => Ok((number(a)?, number(b)?)),
+        None => number(text).map(|n| (n, n)),
+    }
+}
+
+/// What was done to the data, doubts, what was written.
+fn epilogue(found: &EncoderRecord, repairs: &[Repair], written: &[String]) -> String {
+    let mut text = String::from("\n");
+    for repair in repairs {
+        text += &format!(
+            "{}: {}\n",
+            repair.kind,
+            diagnostic::harmless(&repair.message)
+        );
+    }
+    for warning in &found.warnings {
+        text += &diagnostic::warning(warning, diagnostic::colour());
+    }
+    if !written.is_empty() {
+        text += &format!("wrote {}\n", written.join(" "));
+    }
+    text
+}

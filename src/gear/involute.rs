@@ -1,0 +1,170 @@
+//! Involute cylindrical gears, external: `r_b = r cos α_t`, `s_n = m (π/2 + 2x tan α_n)`, `inv α = tan α − α`.
+//!
+//! Lengths in m, angles in rad; module and profile shift in the normal section, as ISO 21771 has them.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// An involute cylindrical gear with external teeth.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Involute {
+    /// Number of teeth.
+    pub teeth: u32,
+    /// Normal module, m.
+    pub module: f64,
+    /// Normal pressure angle, rad.
+    pub pressure_angle: f64,
+    /// Helix angle at the reference cylinder, rad, its sign without meaning here.
+    pub helix: f64,
+    /// Profile shift coefficient.
+    pub profile_shift: f64,
+}
+
+/// Below this, angles and tangents go by their power series, whose first term left out is then below 1e-16 of the sum.
+const SMALL: f64 = 0.05;
+
+/// `tan α − α`.
+pub fn inv(angle: f64) -> f64 {
+    if angle.abs() >= SMALL {
+        return angle.tan() - angle;
+    }
+    let x = angle * angle;
+    let series = [
+        21844.0 / 6081075.0,
+        1382.0 / 155925.0,
+        62.0 / 2835.0,
+        17.0 / 315.0,
+        2.0 / 15.0,
+        1.0 / 3.0,
+    ];
+    angle * x * series.into_iter().fold(0.0, |sum, c| sum * x + c)
+}
+
+/// `t − atan t`.
+fn beyond_its_angle(t: f64) -> f64 {
+    if t.abs() >= SMALL {
+        return t - t.atan();
+    }
+    let x = t * t;
+    let series = [-13.0, 11.0, -9.0, 7.0, -5.0, 3.0];
+    t * x
+        * series
+            .into_iter()
+            .fold(0.0, |sum, n: f64| sum * x + n.recip())
+}
+
+/// The angle in [0, π/2) whose involute is `value`; NaN below 0.
+pub fn inverse_inv(value: f64) -> f64 {
+    if !(value >= 0.0 && value.is_finite()) {
+        return f64::NAN;
+    }
+    if value == 0.0 {
+        return 0.0;
+    }
+    // With t = tan α: t − atan t = value is convex and rises, so from above Newton falls to the root.
+    let mut t = (3.0 * value).cbrt() + value;
+    for _ in 0..60 {
+        let step = (beyond_its_angle(t) - value) * (1.0 + t * t) / (t * t);
+        t -= step;
+        if step.abs() <= 2.0 * f64::EPSILON * t {
+            break;
+        }
+    }
+    t.atan()
+}
+
+impl Involute {
+    /// Transverse pressure angle α_t at the reference cylinder.
+    pub fn transverse_angle(&self) -> f64 {
+        (self.pressure_angle.tan() / self.helix.cos()).atan()
+    }
+
+    /// Reference diameter d.
+    pub fn diameter(&self) -> f64 {
+        f64::from(self.teeth) * self.module / self.helix.cos()
+    }
+
+    /// Base diameter d_b.
+    pub fn base_diameter(&self) -> f64 {
+        self.diameter() * self.transverse_angle().cos()
+    }
+
+    /// Transverse base pitch p_bt, the distance of neighbouring flanks along the line of action.
+    pub fn base_pitch(&self) -> f64 {
+        PI * self.base_diameter() / f64::from(self.teeth)
+    }
+
+    /// Normal tooth thickness at the reference cylinder without backlash.
+    pub fn thickness(&self) -> f64 {
+        self.module * (FRAC_PI_2 + 2.0 * self.profile_shift * self.pressure_angle.tan())
+    }
+
+    /// Length of roll, along the line of action from the base circle, at a diameter; NaN inside the base circle.
+    pub fn roll_length(&self, diameter: f64) -> f64 {
+        0.5 * ((diameter - self.base_diameter()) * (diameter + self.base_diameter())).sqrt()
+    }
+
+    /// Span W over `k` teeth for a normal thickness at the reference cylinder.
+    pub fn span(&self, k: u32, thickness: f64) -> f64 {
+        let pitches = PI * (f64::from(k) - 1.0) * self.module;
+        let base = f64::from(self.teeth) * inv(self.transverse_angle()) * self.module;
+        (pitches + base + thickness) * self.pressure_angle.cos()
+    }
+
+    /// The number of teeth to span so that the anvils touch near the middle of the flanks.
+    pub fn teeth_to_span(&self) -> u32 {
+        let z = f64::from(self.teeth);
+        let shift = self.profile_shift / z;
+        let (sine, cosine) = self.helix.sin_cos();
+        let tangent = self.pressure_angle.tan();
+        let size = cosine * cosine + tangent * tangent;
+        let reach = 1.0 / cosine + 2.0 * shift;
+        let roll = (1.0 + sine * sine / size) * (size * reach * reach - 1.0).max(0.0).sqrt();
+        let k = (roll - inv(self.transverse_angle()) - 2.0 * shift * tangent) * z / PI + 0.5;
+        k.round().clamp(1.0, z) as u32
+    }
+
+    /// Dimension over two balls (pins where the helix is zero) of a diameter, for a normal thickness; NaN where the ball falls through.
+    pub fn over_balls(&self, ball: f64, thickness: f64) -> f64 {
+        let z = f64::from(self.teeth);
+        let involute = inv(self.transverse_angle())
+            + (ball / self.pressure_angle.cos() + thickness) / (z * self.module)
+            - PI / z;
+        let centres = self.base_diameter() / inverse_inv(involute).cos();
+        let across = if self.teeth.is_multiple_of(2) {
+            1.0
+        } else {
+            (FRAC_PI_2 / z).cos()
+        };
+        centres * across + ball
+    }
+
+    /// The normal thickness at which the dimension over two balls is `over`; NaN where the balls would lie inside the base circle.
+    pub fn thickness_under_balls(&self, ball: f64, over: f64) -> f64 {
+        let z = f64::from(self.teeth);
+        let across = if self.teeth.is_multiple_of(2) {
+            1.0
+        } else {
+            (FRAC_PI_2 / z).cos()
+        };
+        let involute = inv((self.base_diameter() * across / (over - ball)).acos());
+        (involute - inv(self.transverse_angle()) + PI / z) * z * self.module
+            - ball / self.pressure_angle.cos()
+    }
+
+    /// Chordal thickness at the reference cylinder, and its height below a tip cylinder: on the equivalent gear of z/cos³β teeth.
+    pub fn chord(&self, tip_diameter: f64, thickness: f64) -> (f64, f64) {
+        let virtual_diameter = f64::from(self.teeth) * self.module / self.helix.cos().powi(3);
+        let half = thickness / virtual_diameter;
+        let addendum = 0.5 * (tip_diameter - self.diameter());
+        let rise = 0.5 * virtual_diameter * (1.0 - half.cos());
+        (virtual_diameter * half.sin(), addendum + rise)
+    }
+
+    /// Constant chord, where the basic rack touches, and its height below a tip cylinder: independent of the number of teeth.
+    pub fn constant_chord(&self, tip_diameter: f64, thickness: f64) -> (f64, f64) {
+        let (sine, cosine) = self.pressure_angle.sin_cos();
+        let chord = thickness * cosine * cosine;
+        let addendum = 0.5 * (tip_diameter - self.diameter());
+        (chord, addendum - 0.5 * thickness * sine * cosine)
+    }
+}

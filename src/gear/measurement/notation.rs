@@ -1,0 +1,132 @@
+//! Grades as written: one for all demands (`7`), one for each group (`8-7-7`), with the kind of backlash (`7-Dc`, `8-7-7 Dc`).
+
+use super::quantity::Group;
+use crate::base::code::Code;
+use crate::base::error::Error;
+
+/// How much backlash JB 179-60 guarantees.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Backlash {
+    /// `D`
+    None,
+    /// `Db`
+    Reduced,
+    /// `Dc`
+    Normal,
+    /// `De`
+    Enlarged,
+}
+
+impl Backlash {
+    const ALL: [(Backlash, &'static str, &'static str); 4] = [
+        (Backlash::None, "D", "no backlash guaranteed"),
+        (Backlash::Reduced, "Db", "reduced backlash"),
+        (Backlash::Normal, "Dc", "normal backlash"),
+        (Backlash::Enlarged, "De", "enlarged backlash"),
+    ];
+
+    /// What it guarantees.
+    pub fn meaning(self) -> &'static str {
+        let found = Backlash::ALL.iter().find(|b| b.0 == self);
+        found.map_or("", |b| b.2)
+    }
+}
+
+/// Grades of the three groups, and the backlash asked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Accuracy {
+    /// Passing on motion over a turn.
+    pub motion: u32,
+    /// Smoothness from tooth to tooth.
+    pub smoothness: u32,
+    /// Bearing of the flanks.
+    pub contact: u32,
+    /// The kind of backlash.
+    pub backlash: Option<Backlash>,
+}
+
+/// The coarsest grade there is.
+const COARSEST: u32 = 12;
+
+impl Accuracy {
+    /// One grade for all groups.
+    pub fn uniform(grade: u32) -> Accuracy {
+        Accuracy {
+            motion: grade,
+            smoothness: grade,
+            contact: grade,
+            backlash: None,
+        }
+    }
+
+    /// Reads a notation. Three grades must fit together as JB 179-60 asks: smoothness at most two grades finer or one coarser than
+    /// motion, contact not coarser than smoothness.
+    ///
+    /// # Errors
+    /// `OutOfRange`: not a notation, a grade above 12, a combination not allowed.
+    pub fn parse(text: &str) -> Result<Accuracy, Error> {
+        let refuse = |why: String, hint: &str| Err(Error::new(Code::OutOfRange, why).hint(hint));
+        const FORM: &str = "write 7, 8-7-7, 7-Dc or 8-7-7 Dc: motion, smoothness, contact, kind of backlash D, Db, Dc or De";
+        let shown = crate::base::units::shortened(text);
+        let parts: Vec<&str> = text
+            .split(['-', '–', ' '])
+            .filter(|part| !part.is_empty())
+            .collect();
+        let is_kind = |part: &&&str| Backlash::ALL.iter().any(|b| b.1 == **part);
+        let backlash = parts.last().filter(is_kind).and_then(|part| {
+            let kind = Backlash::ALL.iter().find(|b| b.1 == *part);
+            kind.map(|b| b.0)
+        });
+        let digits = &parts[..parts.len() - usize::from(backlash.is_some())];
+        let grades: Option<Vec<u32>> = digits.iter().map(|part| part.parse().ok()).collect();
+        let (motion, smoothness, contact) = match grades.as_deref() {
+            Some(&[grade]) => (grade, grade, grade),
+            Some(&[motion, smoothness, contact]) => (motion, smoothness, contact),
+            _ => return refuse(format!("\"{shown}\" is no notation of grades"), FORM),
+        };
+        if [motion, smoothness, contact].iter().any(|&g| g > COARSEST) {
+            return refuse(format!("\"{shown}\" has a grade above {COARSEST}"), FORM);
+        }
+        if smoothness + 2 < motion || smoothness > motion + 1 {
+            let why = format!("\"{shown}\" joins smoothness {smoothness} with motion {motion}");
+            return refuse(
+                why,
+                "smoothness may be at most two grades finer or one coarser than motion (JB 179-60)",
+            );
+        }
+        if contact > smoothness {
+            let why = format!("\"{shown}\" joins contact {contact} with smoothness {smoothness}");
+            return refuse(
+                why,
+                "contact may not be coarser than smoothness (JB 179-60)",
+            );
+        }
+        Ok(Accuracy {
+            motion,
+            smoothness,
+            contact,
+            backlash,
+        })
+    }
+
+    /// The grade asked of a group.
+    pub fn of(&self, group: Group) -> u32 {
+        match group {
+            Group::Motion => self.motion,
+            Group::Smoothness => self.smoothness,
+            Group::Contact => self.contact,
+        }
+    }
+
+    /// What it asks, in words.
+    pub fn explained(&self) -> String {
+        let grades = match (self.motion, self.smoothness, self.contact) {
+            (m, s, c) if m == s && s == c => format!("grade {m}"),
+            (m, s, c) => format!("grade {m} in motion, {s} in smoothness, {c} in contact"),
+        };
+        match self.backlash {
+            None => grades,
+            Some(kind) => format!("{grades}, {}", kind.meaning()),
+        }
+    }
+}

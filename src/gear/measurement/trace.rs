@@ -1,0 +1,183 @@
+//! Profile and helix traces: total `F = max − min` of the deviation from the design, slope `f_H` of the straight line of least squares
+//! over a reach, form `f_f = max − min` about that line.
+//!
+//! A profile lies along the length of roll, a helix along the face width; surplus material is positive.
+
+use super::estimate::{Estimate, finite};
+use super::pitch::ends;
+use crate::base::code::Code;
+use crate::base::error::Error;
+
+/// Fewest points a line is laid through.
+const LEAST: usize = 3;
+
+/// What the design itself takes off.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Modification {
+    /// Growing evenly from `from` to `amount` at `to`, as at a tip (`to` above `from`) or a root (below).
+    Relief {
+        /// Where it begins.
+        from: f64,
+        /// Where it is greatest.
+        to: f64,
+        /// How much is taken off there.
+        amount: f64,
+    },
+    /// A parabola: nothing in the middle of `from` and `to`, `amount` off at both.
+    Crowning {
+        /// One end.
+        from: f64,
+        /// The other.
+        to: f64,
+        /// How much is taken off there.
+        amount: f64,
+    },
+}
+
+impl Modification {
+    /// The design's deviation from the plain flank at `x`.
+    pub fn at(self, x: f64) -> f64 {
+        match self {
+            Modification::Relief { from, to, amount } => {
+                -amount * ((x - from) / (to - from)).clamp(0.0, 1.0)
+            }
+            Modification::Crowning { from, to, amount } => {
+                let u = (2.0 * x - from - to) / (to - from);
+                -amount * u * u
+            }
+        }
+    }
+}
+
+/// The straight line through part of a trace, and what is read about it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Line {
+    /// F: range of the trace.
+    pub total: Estimate,
+    /// f_f: range about the line.
+    pub form: Estimate,
+    /// f_H: rise of the line over the reach.
+    pub slope: Estimate,
+    /// The middle of the points, where the line has `level`.
+    pub middle: f64,
+    /// The line's height there.
+    pub level: f64,
+    /// Its rise per length.
+    pub gradient: f64,
+    points: f64,
+    spread: f64,
+}
+
+impl Line {
+    /// Height at `x`.
+    pub fn at(&self, x: f64) -> f64 {
+        self.level + self.gradient * (x - self.middle)
+    }
+
+    /// How much two points pull on the line's height at each other.
+    fn pull(&self, a: f64, b: f64) -> f64 {
+        1.0 / self.points + (a - self.middle) * (b - self.middle) / self.spread
+    }
+}
+
+/// Evaluates the points of a trace between `from` and `to`; the slope is told over `reach`, the length it is extrapolated to. `std`:
+/// the standard uncertainty of one point, independent of the others.
+///
+/// # Errors
+/// `OutOfRange`: lengths that differ or do not rise. `NotANumber`: a point that is not finite. `TooShort`: fewer than 3 points in
+/// the range.
+pub fn line(
+    along: &[f64],
+    deviation: &[f64],
+    (from, to): (f64, f64),
+    reach: f64,
+    std: Option<f64>,
+) -> Result<Line, Error> {
+    check(along, deviation)?;
+    // A border that was meant to be on a point may miss it by rounding.
+    let slack = 1e-9 * (to - from).abs();
+    let first = along.partition_point(|&x| x < from - slack);
+    let end = along.partition_point(|&x| x <= to + slack);
+    if end < first + LEAST {
+        let message = format!(
+            "{} points of the trace lie in its evaluation range, {:.4} to {:.4} mm",
+            end.saturating_sub(first),
+            1e3 * from,
+            1e3 * to
+        );
+        return Err(Error::new(Code::TooShort, message)
+            .hint("at least 3 are needed; does the range belong to this trace and its unit?"));
+    }
+    let (x, y) = (&along[first..end], &deviation[first..end]);
+    let n = x.len() as f64;
+    let middle = x.iter().sum::<f64>() / n;
+    let level = y.iter().sum::<f64>() / n;
+    let spread: f64 = x.iter().map(|x| (x - middle).powi(2)).sum();
+    let product: f64 = x
+        .iter()
+        .zip(y)
+        .map(|(x, y)| (x - middle) * (y - level))
+        .sum();
+    let gradient = product / spread;
+    let rest: Vec<f64> = x
+        .iter()
+        .zip(y)
+        .map(|(x, y)| y - level - gradient * (x - middle))
+        .collect();
+    let ((low, high), (under, above)) = (ends(y), ends(&rest));
+    let mut line = Line {
+        total: Estimate::new(y[high] - y[low], 2f64.sqrt(), std),
+        form: Estimate::new(0.0, 0.0, std),
+        slope: Estimate::new(gradient * reach, reach / spread.sqrt(), std),
+        middle,
+        level,
+        gradient,
+        points: n,
+        spread,
+    };
+    let (a, b) = (x[under], x[above]);
+    let gain = 2.0 - line.pull(a, a) - line.pull(b, b) + 2.0 * line.pull(a, b);
+    line.form = Estimate::new(rest[above] - rest[under], gain.max(0.0).sqrt(), std);
+    Ok(line)
+}
+
+/// How much a trace's last point falls short of the line through the points below the relief.
+///
+/// # Errors
+/// Those of [`line`].
+pub fn tip_relief(
+    along: &[f64],
+    deviation: &[f64],
+    range: (f64, f64),
+    std: Option<f64>,
+) -> Result<Estimate, Error> {
+    let line = line(along, deviation, range, range.1 - range.0, std)?;
+    let last = along.len() - 1;
+    let gain = (1.0 + line.pull(along[last], along[last])).sqrt();
+    Ok(Estimate::new(
+        line.at(along[last]) - deviation[last],
+        gain,
+        std,
+    ))
+}
+
+fn check(along: &[f64], deviation: &[f64]) -> Result<(), Error> {
+    if along.len() != deviation.len() {
+        let message = format!(
+            "{} places and {} deviations of one trace",
+            along.len(),
+            deviation.len()
+        );
+        return Err(Error::new(Code::OutOfRange, message));
+    }
+    finite(along, "the places of the trace")?;
+    finite(deviation, "the trace")?;
+    match along.windows(2).position(|w| w[1] <= w[0]) {
+        None => Ok(()),
+        Some(i) => Err(Error::new(
+            Code::OutOfRange,
+            format!("places of the trace do not rise at point {}", i + 2),
+        )
+        .hint("a profile runs from root to tip, a helix from one face to the other")),
+    }
+}

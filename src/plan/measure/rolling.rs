@@ -1,0 +1,219 @@
+//! What charts say of each other: the single-flank record that pitch and profile let expect, and what a measured one says of the teeth.
+
+use super::charts::{Drawn, Evaluation};
+use super::grading::Side;
+use crate::base::error::Error;
+use crate::gear::measurement::composite::Record;
+use crate::gear::measurement::estimate::Estimate;
+use crate::gear::measurement::pitch::{Method, Pitches};
+use crate::gear::measurement::quantity::Quantity;
+use crate::gear::measurement::rigid::{self, Flanks};
+use crate::scene::measured::{Chart, ChartKind};
+
+/// Samples of a predicted record in a pitch.
+const PER_PITCH: usize = 100;
+
+/// Why no record is predicted, where none is.
+///
+/// # Errors
+/// The reason.
+pub fn predict(evaluation: &mut Evaluation) -> Result<(), String> {
+    let gear = &evaluation.gear.gear;
+    if gear.helix != 0.0 {
+        return Err(
+            "a helical gear touches along slanting lines, which one profile does not tell".into(),
+        );
+    }
+    let (base_pitch, cosine) = (gear.base_pitch(), gear.transverse_angle().cos());
+    let mut records = Vec::new();
+    let mut why = None;
+    for side in [Side::Left, Side::Right] {
+        let Some((pitches, profile)) = charts_of(&evaluation.out.drawn, side) else {
+            continue;
+        };
+        match predicted(side, pitches, &profile, base_pitch, cosine) {
+            Ok(record) => records.push((side, record)),
+            Err(error) => why = Some(error.message),
+        }
+    }
+    if records.is_empty() {
+        return Err(why.unwrap_or("needs pitch and profile charts of one side".into()));
+    }
+    let teeth = gear.teeth as usize;
+    for (side, values) in records {
+        let Ok(record) = Record::new(&values, 1, teeth, true) else {
+            continue;
+        };
+        let split = record.split_by_order();
+        for (quantity, value) in [
+            (Quantity::SingleFlankTotal, record.total()),
+            (Quantity::SingleFlankTooth, record.by_pitch().sliding),
+            (Quantity::SingleFlankShort, split.short_ranges.sliding),
+        ] {
+            let estimate = Estimate { value, std: None };
+            let found = "expected from pitch and profile";
+            let row = evaluation.grader.predicted(quantity, side, found, estimate);
+            evaluation.out.rows.push(row);
+        }
+        evaluation.out.drawn.push(Drawn::Record {
+            side,
+            is_double: false,
+            predicted: true,
+            turns: 1,
+            long: split.long,
+            values,
+        });
+    }
+    Ok(())
+}
+
+/// Profiles of one side, over the range that rolls with a mate.
+struct Profiles {
+    along: Vec<f64>,
+    traces: Vec<Vec<f64>>,
+}
+
+fn charts_of(drawn: &[Drawn], wanted: Side) -> Option<(&Pitches, Profiles)> {
+    let pitches = drawn.iter().find_map(|d| match d {
+        Drawn::Pitch { side, pitches } if *side == wanted => Some(pitches),
+        _ => None,
+    })?;
+    let profiles = drawn.iter().find_map(|d| match d {
+        Drawn::Traces {
+            side,
+            is_profile: true,
+            along,
+            active: (from, to),
+            traces,
+            ..
+        } if *side == wanted => {
+            // A border meant to be on a point may miss it by rounding.
+            let slack = 1e-9 * (to - from);
+            let first = along.partition_point(|&x| x < from - slack);
+            let end = along.partition_point(|&x| x <= to + slack);
+            let part = |values: &[f64]| values[first..end].to_vec();
+            Some(Profiles {
+                along: part(along),
+                traces: traces.iter().map(|t| part(&t.1)).collect(),
+            })
+        }
+        _ => None,
+    })?;
+    Some((pitches, profiles))
+}
+
+/// The record along the reference circle. A flank that stands further on is surplus on a right flank and want on a left one; right
+/// flanks come into mesh, from root to tip, in falling order.
+fn predicted(
+    side: Side,
+    pitches: &Pitches,
+    profile: &Profiles,
+    base_pitch: f64,
+    cosine: f64,
+) -> Result<Vec<f64>, Error> {
+    let teeth = pitches.teeth();
+    let Profiles { along, traces } = profile;
+    let mut profiles = match traces.len() == teeth {
+        true => traces.clone(),
+        // Of the teeth that were measured, for all.
+        false => {
+            let mean = |i: usize| traces.iter().map(|t| t[i]).sum::<f64>() / traces.len() as f64;
+            vec![(0..along.len()).map(mean).collect()]
+        }
+    };
+    let mut places: Vec<f64> = pitches.places();
+    match side {
+        Side::Right => {
+            places.reverse();
+            profiles.reverse();
+        }
+        _ => places.iter_mut().for_each(|x| *x = -*x),
+    }
+    places.iter_mut().for_each(|x| *x *= cosine);
+    let flanks = Flanks {
+        places: &places,
+        along,
+        profiles: &profiles,
+    };
+    let record = rigid::with_master(&flanks, base_pitch, PER_PITCH)?;
+    Ok(record.into_iter().map(|e| e / cosine).collect())
+}
+
+/// What measured single-flank records say of pitch, where they state when tooth 1 comes into contact.
+///
+/// # Errors
+/// Why nothing can be told.
+pub fn teeth(evaluation: &mut Evaluation, charts: &[Chart]) -> Result<(), String> {
+    let told = |chart: &Chart| match chart.kind {
+        ChartKind::SingleFlank {
+            turns: 1,
+            first_contact: Some(angle),
+            ..
+        } => Some((angle, chart.std)),
+        _ => None,
+    };
+    let Some((angle, std)) = charts.iter().find_map(told) else {
+        return Err("needs a single-flank chart of one turn with `first_contact`".into());
+    };
+    let Some(overlap) = evaluation.gear.contact_ratio else {
+        return Err("needs `contact_ratio`, to know where one pair alone touches".into());
+    };
+    let gear = &evaluation.gear.gear;
+    if gear.helix != 0.0 {
+        return Err("a helical gear touches along slanting lines".into());
+    }
+    let teeth = gear.teeth as usize;
+    let mut found = Vec::new();
+    for drawn in &evaluation.out.drawn {
+        if let Drawn::Record {
+            side,
+            is_double: false,
+            predicted: false,
+            values,
+            ..
+        } = drawn
+        {
+            let record = from_contact(values, angle, teeth);
+            let parts = rigid::teeth_of(&record, teeth, overlap, std).map_err(|e| e.message)?;
+            let places: Vec<f64> = parts.places.iter().map(|p| p.value).collect();
+            let one = parts.places.first().and_then(|p| p.std);
+            let pitches =
+                Pitches::new(&places, Method::Index, teeth, one).map_err(|e| e.message)?;
+            found.push((*side, pitches, parts.rest));
+        }
+    }
+    for (side, pitches, rest) in found {
+        let how = "from the single-flank record";
+        for (quantity, value) in [
+            (Quantity::SinglePitch, pitches.single().estimate),
+            (Quantity::CumulativePitch, pitches.total().estimate),
+        ] {
+            let size = Estimate {
+                value: value.value.abs(),
+                ..value
+            };
+            let row = evaluation.grader.predicted(quantity, side, how, size);
+            evaluation.out.rows.push(row);
+        }
+        evaluation.out.notes.push(format!(
+            "pitch {how}: where one pair alone touches; single teeth differ from place and mean profile by up to {:.2} µm. Not \
+             determined: the profile where two pairs could touch, a height common to all teeth, what belongs to the master",
+            1e6 * rest
+        ));
+    }
+    Ok(())
+}
+
+/// A record over one turn, begun at an angle and with the same whole number of samples in every pitch; straight between samples.
+fn from_contact(values: &[f64], angle: f64, teeth: usize) -> Vec<f64> {
+    let n = values.len();
+    let per_pitch = (n / teeth).max(2);
+    let first = angle.rem_euclid(std::f64::consts::TAU) / std::f64::consts::TAU * n as f64;
+    let sample = |i: usize| {
+        let at = first + i as f64 * n as f64 / (per_pitch * teeth) as f64;
+        let (whole, part) = (at.floor() as usize, at - at.floor());
+        let (a, b) = (values[whole % n], values[(whole + 1) % n]);
+        a + part * (b - a)
+    };
+    (0..per_pitch * teeth).map(sample).collect()
+}

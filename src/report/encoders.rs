@@ -1,0 +1,160 @@
+//! Transmission error of an encoder record as JSON and CSV.
+
+use std::f64::consts::PI;
+
+use serde_json::{Value, json};
+
+use super::json::{log_header, warnings};
+use super::recording::repairs;
+use crate::plan::logs::encoders::EncoderRecord;
+use crate::recording::raw::Repair;
+use crate::transmission::measured::flank::{Flank, Line};
+use crate::transmission::measured::teeth::Teeth;
+
+/// Arc seconds of an angle, rad.
+pub fn arcsec(angle: f64) -> f64 {
+    angle * 648_000.0 / PI
+}
+
+/// Degrees in [0, 360).
+pub fn degrees(angle: f64) -> f64 {
+    angle.to_degrees().rem_euclid(360.0)
+}
+
+/// Which way the input turned.
+pub fn way(flank: &Flank) -> &'static str {
+    if flank.forward { "forward" } else { "backward" }
+}
+
+/// The JSON document of `te LOG`.
+pub fn json(found: &EncoderRecord, teeth: &Teeth, done: &[Repair]) -> Value {
+    let trace: Vec<&str> = found.trace.iter().map(|t| t.0).collect();
+    let measured = &found.measured;
+    let flanks: Vec<Value> = measured.flanks.iter().map(|f| flank(f, found)).collect();
+    let mut document = flanks.first().cloned().unwrap_or(json!({}));
+    let more = json!({
+        "geardyn": log_header(&trace),
+        "how": found.how,
+        "teeth": teeth.pairs().iter().map(|p| [p.0, p.1]).collect::<Vec<_>>(),
+        "hunting_turns": teeth.hunting_turns().to_string(),
+        "ratio": {
+            "declared": measured.declared.to_string(),
+            "declared_value": measured.declared.value(),
+            "measured": measured.ratio.value,
+            "known_to_relative": measured.ratio.known_to,
+        },
+        "rows_per_tooth": measured.rows_per_tooth,
+        "highest_order": measured.band,
+        "mesh_multiples": measured.multiples,
+        "interpolation_error_relative": measured.error,
+        "quantisation_arcsec": arcsec(measured.quantisation),
+        "flanks": flanks,
+        "play": measured.play.as_ref().map(|p| json!({
+            "mean_arcsec": arcsec(p.mean),
+            "least_arcsec": arcsec(p.range.0),
+            "most_arcsec": arcsec(p.range.1),
+            "mean_um": micrometres(found, p.mean),
+        })),
+        "speed": measured.speed.as_ref().map(|s| {
+            let (mean, least, most) = s.range();
+            let rpm = |w: f64| w * 30.0 / PI;
+            json!({ "mean_rpm": rpm(mean), "least_rpm": rpm(least), "most_rpm": rpm(most) })
+        }),
+        "eccentricity": found.parted.iter().map(|p| json!({
+            "shaft": p.shaft,
+            "encoder_arcsec": arcsec(p.encoder),
+            "gear_arcsec": arcsec(p.gear),
+            "std_arcsec": arcsec(p.deviation),
+        })).collect::<Vec<_>>(),
+        "limits": found.limits,
+        "repaired": measured.repaired.iter().map(|j| json!({
+            "row": j.row + 1, "counts": j.counts, "encoder": j.whose, "step_arcsec": arcsec(j.step),
+        })).collect::<Vec<_>>(),
+        "effort": found.trace.iter().map(|t| json!({ "stage": t.0, "time_s": t.1 })).collect::<Vec<_>>(),
+        "repairs": repairs(done),
+        "warnings": warnings(&found.warnings),
+    });
+    if let (Some(document), Value::Object(more)) = (document.as_object_mut(), more) {
+        document.extend(more);
+    }
+    document
+}
+
+/// A length on the line of action, µm, where the radius is known.
+pub fn micrometres(found: &EncoderRecord, angle: f64) -> Option<f64> {
+    found.radius.map(|r| 1e6 * r * angle)
+}
+
+fn flank(flank: &Flank, found: &EncoderRecord) -> Value {
+    let composite = &flank.composite;
+    let um = |angle: f64| micrometres(found, angle);
+    let all = |list: &[f64]| list.iter().map(|x| arcsec(*x)).collect::<Vec<_>>();
+    json!({
+        "direction": way(flank),
+        "turns": flank.turns,
+        "whole_turns": composite.turns,
+        "whole_hunting_cycles": composite.closed,
+        "total_arcsec": arcsec(composite.total),
+        "total_um": um(composite.total),
+        "one_turn_arcsec": arcsec(composite.by_turn.sliding),
+        "tooth_to_tooth_arcsec": arcsec(composite.by_pitch.sliding),
+        "tooth_to_tooth_um": um(composite.by_pitch.sliding),
+        "tooth_to_tooth_fixed_arcsec": arcsec(composite.by_pitch.fixed),
+        "each_tooth_arcsec": all(&composite.by_pitch.each),
+        "long_wave_arcsec": arcsec(composite.long.0),
+        "long_wave_by_pitch_mean_arcsec": arcsec(composite.long.1),
+        "short_wave_arcsec": arcsec(composite.short.0.sliding),
+        "short_wave_by_pitch_mean_arcsec": arcsec(composite.short.1.sliding),
+        "noise_rms_arcsec": arcsec(flank.noise),
+        "turn_average": flank.average.as_ref().map(|a| json!({
+            "turns": a.turns,
+            "standard_error_arcsec": arcsec(a.standard_error),
+            "te_arcsec": all(&a.turn),
+        })),
+        "orders": flank.lines.iter().map(|l| line(l, found)).collect::<Vec<_>>(),
+        "unexplained": flank.unexplained.iter().map(|u| json!({
+            "order_value": u.order,
+            "order_known_to": u.known_to,
+            "amplitude_arcsec": arcsec(u.amplitude),
+        })).collect::<Vec<_>>(),
+    })
+}
+
+fn line(line: &Line, found: &EncoderRecord) -> Value {
+    json!({
+        "order": line.order.exact.to_string(),
+        "order_value": line.order.value,
+        "sources": line.order.names,
+        "amplitude_arcsec": arcsec(line.amplitude),
+        "amplitude_um": micrometres(found, line.amplitude),
+        "std_arcsec": arcsec(line.deviation),
+        "interval_arcsec": line.interval.map(|(low, high)| [arcsec(low), arcsec(high)]),
+        "phase_deg": degrees(line.phase),
+        "significant": line.significant,
+        "shared": line.is_shared(),
+        "not_resolved_from": line.near().iter().map(|n| json!({ "what": n.what, "turns_needed": n.turns })).collect::<Vec<_>>(),
+    })
+}
+
+/// One row a cell: direction, angle of the output, error, long wave over the whole turns.
+pub fn csv(found: &EncoderRecord) -> String {
+    let mut text = String::from("direction,angle_deg,te_arcsec,long_wave_arcsec");
+    text += if found.radius.is_some() {
+        ",te_um\n"
+    } else {
+        "\n"
+    };
+    for flank in &found.measured.flanks {
+        for (i, e) in flank.signal.values.iter().enumerate() {
+            let angle = flank.signal.angle(i).to_degrees();
+            let long = flank.composite.long_wave.get(i).map(|x| arcsec(*x));
+            let long = long.map_or(String::new(), |x| format!("{x:.6}"));
+            text += &format!("{},{angle:.9},{:.6},{long}", way(flank), arcsec(*e));
+            if let Some(um) = micrometres(found, *e) {
+                text += &format!(",{um:.6}");
+            }
+            text.push('\n');
+        }
+    }
+    text
+}

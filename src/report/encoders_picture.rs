@@ -1,0 +1,225 @@
+//! An encoder record as a picture: the error over the angle of the output with its long wave, and its orders with their sources.
+
+use super::axes::{frame, runs, span};
+use super::encoders::{arcsec, way};
+use super::number::brief;
+use super::style::{
+    Anchor, BLACK, BLUE, Canvas, FAINT, GREY, Ink, ORANGE, Panel, SMALL, Spot, Stroke, TITLE,
+    WIDTH, paler, picture, push_apart, shortened, ticks, width_of,
+};
+use crate::plan::logs::encoders::EncoderRecord;
+use crate::transmission::measured::flank::Flank;
+
+const LEFT: f64 = 70.0;
+const RIGHT: f64 = WIDTH - 24.0;
+const RECORD: (f64, f64) = (64.0, 304.0);
+const ORDERS: (f64, f64) = (440.0, 640.0);
+const BOTTOM: f64 = 690.0;
+
+/// Lines that get a name.
+const NAMED: usize = 14;
+
+/// Draws a record.
+pub fn record(found: &EncoderRecord, title: &str) -> String {
+    picture(WIDTH, BOTTOM, |canvas| {
+        canvas.text(title, (LEFT, 16.0), TITLE, BLACK, Anchor::Start);
+        let flanks = &found.measured.flanks;
+        let mut right = LEFT;
+        for (flank, ink) in flanks.iter().zip([BLUE, ORANGE]) {
+            for (label, ink, width) in [
+                (way(flank).to_string(), paler(ink), 1.0),
+                ("long wave".into(), ink, 2.0),
+            ] {
+                canvas.line((right, 38.0), (right + 18.0, 38.0), ink, width);
+                canvas.text(&label, (right + 23.0, 38.0), SMALL, BLACK, Anchor::Start);
+                right += 39.0 + width_of(&label, SMALL);
+            }
+        }
+        over_angle(canvas, flanks);
+        if let Some(flank) = flanks.first() {
+            orders(canvas, flank);
+        }
+    })
+}
+
+fn over_angle(canvas: &mut Canvas, flanks: &[Flank]) {
+    let ends = |flank: &Flank| {
+        let n = flank.signal.per_turn as f64;
+        let first = flank.signal.first as f64 / n;
+        (first, first + flank.signal.values.len() as f64 / n)
+    };
+    let x = flanks
+        .iter()
+        .map(ends)
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), e| {
+            (l.min(e.0), h.max(e.1))
+        });
+    let values = flanks
+        .iter()
+        .flat_map(|f| f.signal.values.iter().map(|e| arcsec(*e)));
+    let Some(y) = span(values) else { return };
+    let panel = Panel {
+        across: (LEFT, RIGHT),
+        down: RECORD,
+        x,
+        y,
+    };
+    panel.rule_y(canvas, &ticks(y, 6));
+    frame(
+        &panel,
+        canvas,
+        "transmission error, arcsec",
+        Some("turns of the output"),
+    );
+    let draw = |canvas: &mut Canvas, flank: &Flank, values: &[f64], ink: Ink, width: f64| {
+        let place =
+            |i: usize| (flank.signal.first + i as i64) as f64 / flank.signal.per_turn as f64;
+        let points = values
+            .iter()
+            .enumerate()
+            .map(|(i, e)| (place(i), arcsec(*e)));
+        for run in runs(&panel, points) {
+            canvas.path(&run, ink, width, Stroke::Solid);
+        }
+    };
+    for (flank, ink) in flanks.iter().zip([BLUE, ORANGE]) {
+        draw(canvas, flank, &flank.signal.values, paler(ink), 0.6);
+    }
+    for (flank, ink) in flanks.iter().zip([BLUE, ORANGE]) {
+        draw(canvas, flank, &flank.composite.long_wave, ink, 1.6);
+    }
+}
+
+/// What is drawn of an order: place, amplitude, how far it may be off, its name, and whether anything explains it.
+struct Stem {
+    order: f64,
+    size: f64,
+    interval: Option<(f64, f64)>,
+    name: String,
+    known: bool,
+}
+
+fn orders(canvas: &mut Canvas, flank: &Flank) {
+    let lines = flank.lines.iter().filter(|l| l.significant).map(|l| Stem {
+        order: l.order.value,
+        size: arcsec(l.amplitude),
+        interval: l.interval.map(|(a, b)| (arcsec(a), arcsec(b))),
+        name: format!("{} {}", l.order.exact, l.order.names.join(" = ")),
+        known: true,
+    });
+    let others = flank.unexplained.iter().map(|u| Stem {
+        order: u.order,
+        size: arcsec(u.amplitude),
+        interval: None,
+        name: format!("{} unexplained", brief(u.order)),
+        known: false,
+    });
+    let stems: Vec<Stem> = lines.chain(others).collect();
+    let Some((_, top)) = span(
+        stems
+            .iter()
+            .map(|s| s.interval.map_or(s.size, |i| i.1))
+            .chain([0.0]),
+    ) else {
+        return;
+    };
+    let last = stems.iter().map(|s| s.order).fold(1.0, f64::max);
+    // Orders from 1 to hundreds share the axis by their logarithm.
+    let first = stems.iter().map(|s| s.order).fold(1.0, f64::min);
+    let place = |order: f64| order.log10();
+    let panel = Panel {
+        across: (LEFT, RIGHT),
+        down: ORDERS,
+        x: (place(first) - 0.08, place(last) + 0.08),
+        y: (0.0, top),
+    };
+    panel.rule_y(canvas, &ticks(panel.y, 5));
+    rule_orders(canvas, &panel);
+    canvas.frame((LEFT, ORDERS.0), (RIGHT, ORDERS.1), GREY, 0.6);
+    let middle = 0.5 * (ORDERS.0 + ORDERS.1);
+    canvas.upright(
+        "amplitude, arcsec",
+        (14.0, middle),
+        SMALL,
+        BLACK,
+        Anchor::Middle,
+    );
+    let below = (0.5 * (LEFT + RIGHT), ORDERS.1 + 30.0);
+    canvas.text(
+        "order per turn of the output",
+        below,
+        SMALL,
+        BLACK,
+        Anchor::Middle,
+    );
+    for stem in &stems {
+        let ink = if stem.known { BLUE } else { ORANGE };
+        let foot = panel.at(place(stem.order), 0.0);
+        let head = panel.at(place(stem.order), stem.size);
+        canvas.line(foot, head, ink, 1.4);
+        canvas.disc(head, 2.2, ink);
+        if let Some((low, high)) = stem.interval {
+            let spots: [Spot; 2] = [low, high].map(|v| panel.at(place(stem.order), v));
+            canvas.line(
+                (spots[0].0 + 4.0, spots[0].1),
+                (spots[1].0 + 4.0, spots[1].1),
+                BLACK,
+                0.8,
+            );
+        }
+    }
+    names(canvas, &panel, &stems, place);
+}
+
+/// The names of the strongest, upright above the panel.
+fn names(canvas: &mut Canvas, panel: &Panel, stems: &[Stem], place: impl Fn(f64) -> f64) {
+    const LONGEST: usize = 24;
+    const APART: f64 = 12.0;
+    let mut strongest: Vec<&Stem> = stems.iter().collect();
+    strongest.sort_by(|a, b| b.size.total_cmp(&a.size));
+    strongest.truncate(NAMED);
+    let wanted: Vec<f64> = strongest
+        .iter()
+        .map(|s| panel.right_of(place(s.order)))
+        .collect();
+    for (stem, right) in strongest
+        .iter()
+        .zip(push_apart(&wanted, APART, panel.across))
+    {
+        let head = panel.at(place(stem.order), stem.size);
+        let ink = if stem.known { BLACK } else { ORANGE };
+        canvas.line(
+            (right, panel.down.0 - 4.0),
+            (head.0, head.1 - 3.0),
+            FAINT,
+            0.7,
+        );
+        canvas.upright(
+            &shortened(&stem.name, LONGEST),
+            (right, panel.down.0 - 7.0),
+            9.0,
+            ink,
+            Anchor::Start,
+        );
+    }
+}
+
+/// Grid and numbers 1, 2, 5, 10, … of the orders.
+fn rule_orders(canvas: &mut Canvas, panel: &Panel) {
+    let decades = panel.x.0.floor() as i32..=panel.x.1.ceil() as i32;
+    for order in decades.flat_map(|d| [1.0, 2.0, 5.0].map(|m| m * 10f64.powi(d))) {
+        let at = order.log10();
+        if at < panel.x.0 || at > panel.x.1 {
+            continue;
+        }
+        let right = panel.right_of(at);
+        canvas.line((right, panel.down.0), (right, panel.down.1), FAINT, 0.5);
+        canvas.text(
+            &brief(order),
+            (right, panel.down.1 + 11.0),
+            SMALL,
+            BLACK,
+            Anchor::Middle,
+        );
+    }
+}

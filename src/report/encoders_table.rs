@@ -1,0 +1,237 @@
+//! Transmission error of an encoder record as tables for a terminal.
+
+use std::f64::consts::PI;
+
+use super::encoders::{arcsec, degrees, micrometres, way};
+use super::number::{brief, significant};
+use super::table::{finish, plain, right_but_first, right_but_last};
+use crate::base::words::counted;
+use crate::plan::logs::encoders::EncoderRecord;
+use crate::transmission::measured::flank::{Flank, Line};
+
+/// Lines shown of a flank, the largest.
+const ROWS: usize = 24;
+
+/// Everything about a record.
+pub fn record(found: &EncoderRecord, all: bool) -> String {
+    let measured = &found.measured;
+    let mut text = found
+        .how
+        .iter()
+        .map(|l| format!("{l}\n"))
+        .collect::<String>();
+    text += &format!(
+        "ratio {} by teeth, {:.9} by the encoders\n{} rows a tooth; orders up to {} within {:.0e}; steps of the encoders {} arcsec rms a row\n",
+        measured.declared,
+        measured.ratio.value,
+        brief(measured.rows_per_tooth),
+        brief(measured.band),
+        measured.error,
+        brief(arcsec(measured.quantisation)),
+    );
+    if let Some(speed) = &measured.speed {
+        let (mean, least, most) = speed.range();
+        let rpm = |w: f64| brief(w * 30.0 / PI);
+        text += &format!(
+            "output at {} rpm, tooth by tooth {} … {}\n",
+            rpm(mean),
+            rpm(least),
+            rpm(most)
+        );
+    }
+    for flank in &measured.flanks {
+        text += &one(flank, found, all);
+    }
+    if let Some(play) = &measured.play {
+        text += &format!(
+            "\nplay between the flanks: {} arcsec, {} … {} over the angle\n",
+            brief(arcsec(play.mean)),
+            brief(arcsec(play.range.0)),
+            brief(arcsec(play.range.1))
+        );
+    }
+    if !found.parted.is_empty() {
+        let mut table = plain();
+        table.add_row(vec![
+            "eccentricity on",
+            "encoder",
+            "gear",
+            "± (one deviation)",
+        ]);
+        table.add_row(vec!["", "arcsec", "arcsec", "arcsec"]);
+        for p in &found.parted {
+            table.add_row(vec![
+                p.shaft.to_string(),
+                brief(arcsec(p.encoder)),
+                brief(arcsec(p.gear)),
+                brief(arcsec(p.deviation)),
+            ]);
+        }
+        right_but_first(&mut table);
+        text += &format!("\n{}", finish(&table));
+    }
+    for limit in &found.limits {
+        text += &format!("\n{limit}\n");
+    }
+    text
+}
+
+fn one(flank: &Flank, found: &EncoderRecord, all: bool) -> String {
+    let composite = &flank.composite;
+    let mut text = format!(
+        "\n{}: {:.3} turns of the output, ranges over {}{}\n\n",
+        way(flank),
+        flank.turns,
+        counted(composite.turns, "turn"),
+        if composite.closed {
+            ", whole hunting cycles"
+        } else {
+            ""
+        }
+    );
+    let with_um = found.radius.is_some();
+    let mut table = plain();
+    let mut row = |name: &str, angle: f64, note: String| {
+        let mut cells = vec![name.to_string(), significant(arcsec(angle))];
+        if let Some(um) = micrometres(found, angle) {
+            cells.push(significant(um));
+        }
+        cells.push(note);
+        table.add_row(cells);
+    };
+    row("F_i′, whole record", composite.total, String::new());
+    row("F_i′, one turn", composite.by_turn.sliding, String::new());
+    row(
+        "f_i′, one pitch",
+        composite.by_pitch.sliding,
+        format!("end to end {}", brief(arcsec(composite.by_pitch.fixed))),
+    );
+    row(
+        "long wave",
+        composite.long.0,
+        format!("by pitch means {}", brief(arcsec(composite.long.1))),
+    );
+    row(
+        "short wave",
+        composite.short.0.sliding,
+        format!(
+            "by pitch means {}",
+            brief(arcsec(composite.short.1.sliding))
+        ),
+    );
+    if let Some(average) = &flank.average {
+        let low = average.turn.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = average
+            .turn
+            .iter()
+            .copied()
+            .fold(f64::NEG_INFINITY, f64::max);
+        row(
+            "mean turn",
+            high - low,
+            format!("± {} at each angle", brief(arcsec(average.standard_error))),
+        );
+    }
+    row("left beside the orders", flank.noise, "rms".into());
+    let mut heads = vec!["", "arcsec"];
+    if with_um {
+        heads.push("µm");
+    }
+    let mut whole = plain();
+    whole.add_row(heads);
+    whole.add_rows(table.row_iter().cloned().collect::<Vec<_>>());
+    right_but_last(&mut whole);
+    if let Some(first) = whole.column_mut(0) {
+        first.set_cell_alignment(comfy_table::CellAlignment::Left);
+    }
+    text += &finish(&whole);
+    text += &lines(flank, with_um, found, all);
+    for u in &flank.unexplained {
+        text += &format!(
+            "unexplained: order {} ± {}, {} arcsec\n",
+            significant(u.order),
+            brief(u.known_to),
+            brief(arcsec(u.amplitude))
+        );
+    }
+    text
+}
+
+/// The lines that stand out, or the largest of them, by order.
+fn lines(flank: &Flank, with_um: bool, found: &EncoderRecord, all: bool) -> String {
+    let mut shown: Vec<&Line> = flank
+        .lines
+        .iter()
+        .filter(|l| all || l.significant)
+        .collect();
+    if !all {
+        shown.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
+        shown.truncate(ROWS);
+        shown.sort_by(|a, b| a.order.value.total_cmp(&b.order.value));
+    }
+    let mut text = String::from("\n");
+    if !shown.is_empty() {
+        let mut table = plain();
+        let (mut heads, mut units) = (
+            vec!["order", "", "amplitude", "95 %"],
+            vec!["", "", "arcsec", "arcsec"],
+        );
+        if with_um {
+            heads.push("amplitude");
+            units.push("µm");
+        }
+        heads.extend(["phase", "from"]);
+        units.extend(["deg", ""]);
+        table.add_row(heads);
+        table.add_row(units);
+        for line in shown.iter() {
+            let exact = line.order.exact.to_string();
+            let mut row = vec![
+                exact.clone(),
+                if exact.contains('/') {
+                    brief(line.order.value)
+                } else {
+                    String::new()
+                },
+                brief(arcsec(line.amplitude)),
+                line.interval.map_or("–".to_string(), |(low, high)| {
+                    format!("{} … {}", brief(arcsec(low)), brief(arcsec(high)))
+                }),
+            ];
+            if let Some(um) = micrometres(found, line.amplitude) {
+                row.push(brief(um));
+            }
+            row.push(format!("{:.1}", degrees(line.phase)));
+            row.push(from(line));
+            table.add_row(row);
+        }
+        right_but_last(&mut table);
+        text += &finish(&table);
+    }
+    let more = flank.lines.len() - shown.len();
+    if more > 0 {
+        text += &format!(
+            "{} more {}; --all shows them\n",
+            counted(more, "order"),
+            if shown.len() < ROWS {
+                "not clear of the noise"
+            } else {
+                "smaller or not clear of the noise"
+            }
+        );
+    }
+    text
+}
+
+/// What makes a line, and what it cannot be told from.
+fn from(line: &Line) -> String {
+    let mut text = line.order.names.join(" = ");
+    for near in line.near() {
+        text += &format!(
+            "; not told from {} before {} turns",
+            near.what,
+            brief(near.turns.ceil())
+        );
+    }
+    text
+}

@@ -1,0 +1,139 @@
+//! A table of limits as CSV: `quantity,grade,module_from,module_to,diameter_from,diameter_to,limit`, sizes in mm, limits in µm.
+//!
+//! `width_from,width_to` may be added. A size belongs to a line where it is above `from` and at most `to`; an empty cell is no border.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use crate::base::code::Code;
+use crate::base::error::{Error, Errors};
+use crate::base::load;
+use crate::base::place::{Place, Source};
+use crate::base::units::shortened;
+use crate::base::words::suggestion;
+use crate::gear::measurement::limits::Limit;
+use crate::gear::measurement::quantity::Quantity;
+
+const NEEDED: [&str; 7] = [
+    "quantity",
+    "grade",
+    "module_from",
+    "module_to",
+    "diameter_from",
+    "diameter_to",
+    "limit",
+];
+
+/// Reads a table.
+///
+/// # Errors
+/// Everything wrong in it.
+pub fn read(path: &Path) -> Result<(Arc<Source>, Vec<Limit>), Errors> {
+    let source = load::load(path)?;
+    let mut lines = lines(&source);
+    let head = lines
+        .next()
+        .map(|(_, text)| cells(text))
+        .unwrap_or_default();
+    let at = |name: &str| head.iter().position(|h| *h == name);
+    if let Some(missing) = NEEDED.iter().find(|name| at(name).is_none()) {
+        let message = format!("the table of limits has no column `{missing}`");
+        return Err(Error::new(Code::MissingKey, message)
+            .at(&Place::new(source.clone(), 0..0))
+            .hint(format!("its first line reads {}", NEEDED.join(",")))
+            .into());
+    }
+    let mut errors = Vec::new();
+    let mut table = Vec::new();
+    for (start, text) in lines {
+        let row = cells(text);
+        let cell = |name: &str| at(name).and_then(|i| row.get(i)).copied().unwrap_or("");
+        match line(&cell) {
+            Ok(limit) => table.push(limit),
+            Err(error) => {
+                let place = Place::new(source.clone(), start..start + text.len());
+                errors.push(error.at(&place));
+            }
+        }
+    }
+    if table.is_empty() && errors.is_empty() {
+        let error = Error::new(Code::EmptyLog, "the table of limits has no line");
+        errors.push(error.at(&Place::new(source.clone(), 0..0)));
+    }
+    Errors::or(errors, || (source, table))
+}
+
+/// Lines that hold something, with where they begin; `#` begins a remark.
+fn lines(source: &Source) -> impl Iterator<Item = (usize, &str)> {
+    let mut start = 0;
+    source.text.split_inclusive('\n').filter_map(move |raw| {
+        let begins = start;
+        start += raw.len();
+        let text = raw.trim_end();
+        (!text.is_empty() && !text.starts_with('#')).then_some((begins, text))
+    })
+}
+
+fn cells(text: &str) -> Vec<&str> {
+    text.split(',')
+        .map(|c| c.trim().trim_matches('"'))
+        .collect()
+}
+
+fn line<'c>(cell: &impl Fn(&str) -> &'c str) -> Result<Limit, Error> {
+    let key = cell("quantity");
+    let quantity = Quantity::from_key(key).ok_or_else(|| {
+        let keys = Quantity::LIMITED
+            .into_iter()
+            .flat_map(|q| std::iter::once(q.key()).chain(q.old().map(|old| old.key)));
+        let hint = match suggestion(key, keys) {
+            Some(meant) => format!("did you mean {meant}?"),
+            None => "it takes dF_sum, dt_sum, e0, d0L, d0a, dF, dt0, dt, df, dga, dB0, or today's keys such as Fp".into(),
+        };
+        let message = format!("\"{}\" is no quantity known here", shortened(key));
+        Error::new(Code::OutOfRange, message).hint(hint)
+    })?;
+    let grade = cell("grade");
+    let grade = grade.parse().map_err(|_| {
+        let message = format!("grade \"{}\" is no whole number", shortened(grade));
+        Error::new(Code::OutOfRange, message).hint("it takes 0 to 12")
+    })?;
+    let range = |what: &str| -> Result<(f64, f64), Error> {
+        let (from, to) = (format!("{what}_from"), format!("{what}_to"));
+        let low = number(&from, cell(&from), 0.0)?;
+        let high = number(&to, cell(&to), f64::INFINITY)?;
+        match low < high {
+            true => Ok((1e-3 * low, 1e-3 * high)),
+            false => Err(Error::new(
+                Code::OutOfRange,
+                format!("`{from}` {low} is not below `{to}` {high}"),
+            )
+            .hint("a size belongs to a line where it is above `from` and at most `to`")),
+        }
+    };
+    let limit = number("limit", cell("limit"), f64::NAN)?;
+    if !(limit > 0.0 && limit.is_finite()) {
+        let message = format!("`limit` \"{}\" is not above zero", shortened(cell("limit")));
+        return Err(Error::new(Code::OutOfRange, message).hint("limits are in µm"));
+    }
+    Ok(Limit {
+        quantity,
+        grade,
+        modules: range("module")?,
+        diameters: range("diameter")?,
+        widths: range("width")?,
+        limit: 1e-6 * limit,
+    })
+}
+
+fn number(name: &str, text: &str, empty: f64) -> Result<f64, Error> {
+    if text.is_empty() {
+        return Ok(empty);
+    }
+    let found: Option<f64> = text.parse().ok();
+    found.filter(|x| !x.is_nan()).ok_or_else(|| {
+        let message = format!("`{name}` \"{}\" is no number", shortened(text));
+        Error::new(Code::NotANumber, message)
+            .hint("sizes are in mm, limits in µm, with a decimal point")
+    })
+}

@@ -1,0 +1,463 @@
+//! `[measured_gear]` with `[[chart]]`: a gear, what was asked of it, and the files its charts and readings stand in.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::study::texts;
+use super::tables::{each, one};
+use crate::base::code::Code;
+use crate::base::error::{Error, Errors};
+use crate::base::fields::Fields;
+use crate::base::kind::Kind;
+use crate::base::notes::{Notes, Range};
+use crate::base::place::{Place, Source};
+use crate::base::toml::{self, Value};
+use crate::gear::involute::Involute;
+use crate::gear::measurement::iso::Edition;
+use crate::gear::measurement::notation::Accuracy;
+use crate::gear::measurement::pitch::Method;
+use crate::gear::measurement::trace::Modification;
+
+/// A gear with its charts, as its file describes them.
+#[derive(Debug, Clone)]
+pub struct MeasuredGear {
+    /// What the file calls it.
+    pub title: String,
+    /// Its basic dimensions.
+    pub gear: Involute,
+    /// Face width, m.
+    pub face_width: Option<f64>,
+    /// Tip diameter, m.
+    pub tip_diameter: Option<f64>,
+    /// Total contact ratio with its mate.
+    pub contact_ratio: Option<f64>,
+    /// Short wave the design itself has, m.
+    pub designed_short_wave: Option<f64>,
+    /// Allowed normal thickness deviations, lower and upper, m.
+    pub thickness: Option<[f64; 2]>,
+    /// What was asked.
+    pub demand: Option<Demand>,
+    /// The charts.
+    pub charts: Vec<Chart>,
+    /// The file.
+    pub source: Arc<Source>,
+}
+
+/// Which accuracy was asked.
+#[derive(Debug, Clone)]
+pub struct Demand {
+    /// By which standard; `None`: JB 179-60, whose limits come from a table file.
+    pub edition: Option<Edition>,
+    /// Grades.
+    pub accuracy: Accuracy,
+    /// The table file with limits, from the folder of this file.
+    pub table: Option<PathBuf>,
+}
+
+/// One chart or list of readings.
+#[derive(Debug, Clone)]
+pub struct Chart {
+    /// What was measured, with what it takes to evaluate it.
+    pub kind: ChartKind,
+    /// The log it stands in, from the folder of this file.
+    pub file: PathBuf,
+    /// Columns that belong to neither flank, to the left flanks, to the right flanks.
+    pub columns: [Vec<String>; 3],
+    /// Unit of the columns where their names do not say it.
+    pub unit: Option<String>,
+    /// Standard uncertainty of one reading, m.
+    pub std: Option<f64>,
+    /// Where its table begins.
+    pub place: Place,
+}
+
+/// What was measured.
+#[derive(Debug, Clone)]
+pub enum ChartKind {
+    /// Pitches, over `k` teeth as well.
+    Pitch {
+        /// How they were read.
+        method: Method,
+        /// Over how many pitches F_pk reaches.
+        k: Option<u32>,
+    },
+    /// Profile or helix traces.
+    Trace(TraceChart),
+    /// A ball in every space.
+    Runout,
+    /// Deviations of base pitches.
+    BasePitch,
+    /// Spans over `k` teeth.
+    Span {
+        /// Teeth spanned.
+        k: Option<u32>,
+    },
+    /// Over balls or pins of a diameter, m.
+    Balls {
+        /// The ball's.
+        diameter: f64,
+    },
+    /// Chords at the reference cylinder.
+    Chord,
+    /// Constant chords.
+    ConstantChord,
+    /// Centre distance with a master on both flanks.
+    DoubleFlank,
+    /// Transmission error with a master on one flank.
+    SingleFlank {
+        /// Turns recorded.
+        turns: u32,
+        /// Lengths lie along the line of action, else along the reference circle; unsaid where angles were read.
+        along_action: Option<bool>,
+        /// Angle of the gear at which tooth 1 comes into contact, rad.
+        first_contact: Option<f64>,
+    },
+}
+
+/// How traces are evaluated.
+#[derive(Debug, Clone)]
+pub struct TraceChart {
+    /// Along the profile, else along the face.
+    pub is_profile: bool,
+    /// Column of places.
+    pub along: String,
+    /// Its unit where its name does not say it.
+    pub along_unit: Option<String>,
+    /// Evaluation range, m; all where left out.
+    pub evaluation: Option<[f64; 2]>,
+    /// The range the mean line is extended to for the slope, m.
+    pub active: Option<[f64; 2]>,
+    /// What the design takes off.
+    pub design: Vec<Modification>,
+    /// Where a relief begins that is to be told, m.
+    pub relief_from: Option<f64>,
+}
+
+/// Whether a TOML file describes a measured gear.
+pub fn is_measured(source: &Arc<Source>) -> bool {
+    toml::parse(source).root.get("measured_gear").is_some()
+}
+
+/// Reads one.
+///
+/// # Errors
+/// Everything wrong in it.
+pub fn read(source: &Arc<Source>) -> Result<MeasuredGear, Errors> {
+    let document = toml::parse(source);
+    let mut notes = Notes::default();
+    let units = document.root.get("units").map(|entry| &entry.item.value);
+    if matches!(units, Some(Value::Text(text)) if text == "SI") {
+        notes.bare_si.push(source.path.clone());
+    }
+    let place = Place::new(source.clone(), 0..0);
+    let mut f = Fields::new(&document.root, place, "the measured gear", &mut notes);
+    let title = f.optional_text("title").unwrap_or_default().to_string();
+    f.optional_text("source");
+    f.item("units", "the text \"SI\"");
+    f.item(
+        "truth",
+        "a table of what is known of a simulated gear, read by nobody here",
+    );
+    let gear = one(&mut f, "measured_gear", gear);
+    f.need("measured_gear");
+    let charts = each(&mut f, "chart", chart);
+    if charts.is_empty() {
+        let hint = "write [[chart]] with its kind, its file and its columns";
+        f.refuse_key(Code::MissingKey, "chart", "nothing is measured", hint);
+    }
+    let charts: Vec<Chart> = charts.into_iter().flatten().collect();
+    f.ends();
+    let mut errors = notes.errors;
+    errors.extend(document.broken);
+    let folder = Path::new(&source.path).parent().unwrap_or(Path::new(""));
+    let Some(gear) = gear.flatten() else {
+        let unknown = Error::new(Code::MissingKey, "the gear is not described")
+            .at(&Place::new(source.clone(), 0..0));
+        return Errors::or(errors, || ()).and(Err(unknown.into()));
+    };
+    Errors::or(errors, || MeasuredGear {
+        title,
+        source: source.clone(),
+        charts: charts
+            .into_iter()
+            .map(|chart| Chart {
+                file: folder.join(&chart.file),
+                ..chart
+            })
+            .collect(),
+        demand: gear.demand.map(|demand| Demand {
+            table: demand.table.map(|table| folder.join(table)),
+            ..demand
+        }),
+        gear: gear.gear,
+        face_width: gear.face_width,
+        tip_diameter: gear.tip_diameter,
+        contact_ratio: gear.contact_ratio,
+        designed_short_wave: gear.designed_short_wave,
+        thickness: gear.thickness,
+    })
+}
+
+/// `[measured_gear]`.
+struct Described {
+    gear: Involute,
+    face_width: Option<f64>,
+    tip_diameter: Option<f64>,
+    contact_ratio: Option<f64>,
+    designed_short_wave: Option<f64>,
+    thickness: Option<[f64; 2]>,
+    demand: Option<Demand>,
+}
+
+/// Most teeth a gear is taken to have.
+const MOST_TEETH: u32 = 100_000;
+
+fn gear(f: &mut Fields) -> Option<Described> {
+    let errors = f.notes.errors.len();
+    let teeth = f.optional_count("teeth", 3, MOST_TEETH);
+    f.need("teeth");
+    let module = f.quantity("module", Kind::Length, Range::Positive);
+    let steep = Range::Between(0.0, 45f64.to_radians(), "between 0 and 45 deg");
+    let pressure_angle = f.optional_quantity("pressure_angle", Kind::Angle, steep);
+    let lean = Range::Between(-80f64.to_radians(), 80f64.to_radians(), "within ±80 deg");
+    let helix = f.optional_quantity("helix", Kind::Angle, lean);
+    let shift = f.optional_number("profile_shift", Range::Between(-3.0, 3.0, "within ±3"));
+    let mut positive = |key: &str| f.optional_quantity(key, Kind::Length, Range::Positive);
+    let (face_width, tip_diameter) = (positive("face_width"), positive("tip_diameter"));
+    let thickness = f.optional_quantities("thickness", Kind::Length, Range::Any, Some(2));
+    let thickness: Option<[f64; 2]> = thickness.and_then(|t| t.try_into().ok());
+    if thickness.is_some_and(|[low, high]| low >= high) {
+        let hint = "`thickness` takes the lower allowance first: [\"-120 µm\", \"-60 µm\"]";
+        f.refuse_key(Code::OutOfRange, "thickness", "`thickness` falls", hint);
+    }
+    let contact_ratio = f.optional_number("contact_ratio", Range::Positive);
+    let designed_short_wave =
+        f.optional_quantity("designed_short_wave", Kind::Length, Range::NotNegative);
+    let demand = demand(f);
+    if f.notes.errors.len() > errors {
+        return None;
+    }
+    Some(Described {
+        gear: Involute {
+            teeth: teeth?,
+            module,
+            pressure_angle: pressure_angle.unwrap_or(20f64.to_radians()),
+            helix: helix.unwrap_or(0.0),
+            profile_shift: shift.unwrap_or(0.0),
+        },
+        face_width,
+        tip_diameter,
+        contact_ratio,
+        designed_short_wave,
+        thickness,
+        demand,
+    })
+}
+
+fn demand(f: &mut Fields) -> Option<Demand> {
+    let standards = [
+        ("ISO 1328-1:1995", Some(Edition::Y1995)),
+        ("ISO 1328-1:2013", Some(Edition::Y2013)),
+        ("JB 179-60", None),
+    ];
+    let standard = f.choice("standard", &standards);
+    let table = f.optional_text("limits").map(PathBuf::from);
+    let item = f.item("accuracy", "a grade or a notation: 6, \"8-7-7 Dc\"")?;
+    let read = match &item.value {
+        Value::Integer(grade) => Accuracy::parse(&grade.to_string()),
+        Value::Text(text) => Accuracy::parse(text),
+        _ => return f.wrong_type("accuracy", item, "a grade or a notation: 6, \"8-7-7 Dc\""),
+    };
+    let accuracy = match read {
+        Ok(accuracy) => accuracy,
+        Err(error) => {
+            f.refuse_key(
+                error.code,
+                "accuracy",
+                error.message,
+                &error.hint.unwrap_or_default(),
+            );
+            return None;
+        }
+    };
+    if !f.has("standard") {
+        f.missing("standard", ", by which the accuracy is asked");
+    }
+    let edition = standard?;
+    if edition.is_none() && table.is_none() {
+        let hint = "its tables are not part of geardyn: write them into a table file (docs/reference/measured-gears.md) and name it \
+                    in `limits`; leave `accuracy` out to have the values alone";
+        let message = "JB 179-60 needs a table of limits";
+        f.refuse_key(Code::MissingKey, "standard", message, hint);
+    }
+    if edition.is_some() && table.is_some() {
+        let message = "`limits` belongs to JB 179-60; those of ISO 1328 are computed";
+        f.refuse_key(
+            Code::Conflict,
+            "limits",
+            message,
+            "leave it out, or write standard = \"JB 179-60\"",
+        );
+    }
+    Some(Demand {
+        edition,
+        accuracy,
+        table,
+    })
+}
+
+#[derive(Clone, Copy)]
+enum Word {
+    Pitch,
+    Profile,
+    Helix,
+    Runout,
+    BasePitch,
+    Span,
+    Balls,
+    Chord,
+    ConstantChord,
+    DoubleFlank,
+    SingleFlank,
+}
+
+fn chart(f: &mut Fields) -> Option<Chart> {
+    let errors = f.notes.errors.len();
+    let words = [
+        ("pitch", Word::Pitch),
+        ("profile", Word::Profile),
+        ("helix", Word::Helix),
+        ("runout", Word::Runout),
+        ("base_pitch", Word::BasePitch),
+        ("span", Word::Span),
+        ("balls", Word::Balls),
+        ("chord", Word::Chord),
+        ("constant_chord", Word::ConstantChord),
+        ("double_flank", Word::DoubleFlank),
+        ("single_flank", Word::SingleFlank),
+    ];
+    let word = f.choice("kind", &words);
+    f.need("kind");
+    let file = f.optional_text("file").map(PathBuf::from);
+    f.need("file");
+    let columns = ["column", "left", "right"].map(|key| names(f, key));
+    if columns.iter().all(Vec::is_empty) {
+        f.missing("column", ", nor `left` or `right`");
+    }
+    let unit = f.optional_text("unit").map(str::to_string);
+    let std = f.optional_quantity("uncertainty", Kind::Length, Range::NotNegative);
+    let kind = word.map(|word| kind(f, word));
+    let place = f.place.clone();
+    (f.notes.errors.len() == errors).then_some(())?;
+    Some(Chart {
+        kind: kind?,
+        file: file?,
+        columns,
+        unit,
+        std,
+        place,
+    })
+}
+
+/// One column's name, or a list of them.
+fn names(f: &mut Fields, key: &str) -> Vec<String> {
+    match f.item(key, "a column's name, or a list of them") {
+        None => Vec::new(),
+        Some(item) => match &item.value {
+            Value::Text(text) => vec![text.clone()],
+            _ => texts(f, key),
+        },
+    }
+}
+
+fn kind(f: &mut Fields, word: Word) -> ChartKind {
+    match word {
+        Word::Pitch => {
+            let methods = [("comparator", Method::Comparator), ("index", Method::Index)];
+            let method = f.choice("method", &methods);
+            f.need("method");
+            ChartKind::Pitch {
+                method: method.unwrap_or(Method::Index),
+                k: f.optional_count("k", 2, MOST_TEETH),
+            }
+        }
+        Word::Profile => ChartKind::Trace(trace(f, true)),
+        Word::Helix => ChartKind::Trace(trace(f, false)),
+        Word::Runout => ChartKind::Runout,
+        Word::BasePitch => ChartKind::BasePitch,
+        Word::Span => ChartKind::Span {
+            k: f.optional_count("teeth", 1, MOST_TEETH),
+        },
+        Word::Balls => ChartKind::Balls {
+            diameter: f.quantity("diameter", Kind::Length, Range::Positive),
+        },
+        Word::Chord => ChartKind::Chord,
+        Word::ConstantChord => ChartKind::ConstantChord,
+        Word::DoubleFlank => ChartKind::DoubleFlank,
+        Word::SingleFlank => ChartKind::SingleFlank {
+            turns: f.optional_count("turns", 1, MOST_TEETH).unwrap_or(1),
+            along_action: f.choice(
+                "on",
+                &[("line_of_action", true), ("reference_circle", false)],
+            ),
+            first_contact: f.optional_quantity("first_contact", Kind::Angle, Range::Any),
+        },
+    }
+}
+
+fn trace(f: &mut Fields, is_profile: bool) -> TraceChart {
+    let along = f.optional_text("along").map(str::to_string);
+    f.need("along");
+    let along_unit = f.optional_text("along_unit").map(str::to_string);
+    let mut range = |key: &str| -> Option<[f64; 2]> {
+        let pair: [f64; 2] = f
+            .optional_quantities(key, Kind::Length, Range::Any, Some(2))?
+            .try_into()
+            .ok()?;
+        if pair[0] >= pair[1] {
+            let message = format!("`{key}` does not rise");
+            f.refuse_key(Code::OutOfRange, key, message, "it takes [from, to]");
+        }
+        Some(pair)
+    };
+    let (evaluation, active) = (range("evaluation"), range("active"));
+    let mut design = Vec::new();
+    let mut amount =
+        |key: &str| -> Option<f64> { f.optional_quantity(key, Kind::Length, Range::NotNegative) };
+    let (tip, crowning) = (amount("tip_relief"), amount("crowning"));
+    let relief_from = f.optional_quantity("relief_from", Kind::Length, Range::Any);
+    let ends = active.or(evaluation);
+    if let (Some(amount), Some([from, to])) = (crowning, ends) {
+        design.push(Modification::Crowning { from, to, amount });
+    }
+    if let (Some(amount), Some(from), Some([_, to])) = (tip, relief_from, ends) {
+        design.push(Modification::Relief { from, to, amount });
+    }
+    let wanting = (crowning.is_some() || tip.is_some()) && ends.is_none();
+    if wanting {
+        f.missing("active", ", between whose ends the design is stated");
+    }
+    if tip.is_some() && relief_from.is_none() {
+        f.missing("relief_from", ", where the designed tip relief begins");
+    }
+    if let (Some(from), Some([low, high])) = (relief_from, ends)
+        && !(low < from && from < high)
+    {
+        let message = "the relief begins outside the trace's range";
+        f.refuse_key(
+            Code::OutOfRange,
+            "relief_from",
+            message,
+            "it takes a place between the ends of `active`",
+        );
+    }
+    TraceChart {
+        is_profile,
+        along: along.unwrap_or_default(),
+        along_unit,
+        evaluation,
+        active,
+        design,
+        relief_from,
+    }
+}

@@ -1,0 +1,429 @@
+//! Laws of motion in scenes: motions known in time, and what follows.
+
+use geardyn::base::error::Error;
+use geardyn::base::stop::Stop;
+use geardyn::plan::motion::choice;
+use geardyn::plan::motion::run::{self, Motion};
+use geardyn::plan::motion::scene::MotionScene;
+use geardyn::plan::prepared::Prepared;
+use geardyn::scene::laws::StartAt;
+use geardyn::scene::study::SimulateStudy;
+use geardyn::scene::{self, Scene};
+
+/// A model in SI as a scene without studies.
+fn scene_of(text: &str) -> Scene {
+    let head = "title = \"t\"\nsource = \"t\"\nunits = \"SI\"\n";
+    scene::read_text("test.toml", &format!("{head}{text}")).unwrap()
+}
+
+fn study(until: f64, outputs: &[&str], method: Option<&str>) -> SimulateStudy {
+    SimulateStudy {
+        until: Some(until),
+        outputs: outputs.iter().map(|s| s.to_string()).collect(),
+        samples: Some(200),
+        energy: true,
+        method: method.map(str::to_string),
+        tolerance: method.filter(|m| !EXACT.contains(m)).map(|_| 1e-11),
+        ..SimulateStudy::default()
+    }
+}
+
+/// Methods that take no tolerance.
+const EXACT: [&str; 3] = ["exact", "switched", "periodic"];
+
+fn ready(scene: &Scene, study: &SimulateStudy) -> Result<MotionScene, Error> {
+    MotionScene::new(&Prepared::new(&scene.model)?, &scene.start, study)
+}
+
+/// The motion and the method that was taken.
+fn moved(scene: &Scene, study: &SimulateStudy) -> (&'static str, Motion) {
+    let ready = ready(scene, study).unwrap();
+    let choice = choice::choose(&ready.moving.train, study).unwrap();
+    let motion = run::run(&ready, &choice, study.energy, &Stop::default()).unwrap();
+    (choice.method.name, motion)
+}
+
+fn refused(text: &str) -> String {
+    let error = ready(&scene_of(text), &study(1.0, &[], None))
+        .err()
+        .unwrap();
+    format!("{} {}", error.message, error.hint.unwrap_or_default())
+}
+
+/// The largest difference of an output as a share of its largest value.
+fn apart(a: &[f64], b: &[f64]) -> f64 {
+    let size = a.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    let gap = a
+        .iter()
+        .zip(b)
+        .fold(0.0f64, |m, (x, y)| m.max((x - y).abs()));
+    gap / size
+}
+
+/// Every output by two methods that step, against `name`, which must be the one taken by itself.
+fn agree(text: &str, until: f64, outputs: &[&str], name: &str) -> Motion {
+    let scene = scene_of(text);
+    let (taken, motion) = moved(&scene, &study(until, outputs, None));
+    assert_eq!(taken, name);
+    for other in ["radau5", "dop853-events"] {
+        let mut by_steps = study(until, outputs, Some(other));
+        by_steps.energy = false;
+        let (_, stepped) = moved(&scene, &by_steps);
+        for (at, output) in outputs.iter().enumerate() {
+            let gap = apart(&motion.values[at], &stepped.values[at]);
+            assert!(gap < 1e-9, "{other}: {output} {gap:e}");
+        }
+    }
+    motion
+}
+
+fn gap(motion: &Motion) -> f64 {
+    motion.balance.unwrap()[0].gap().abs()
+}
+
+/// A shaft whose far end is turned at a constant speed at once: J b̈ = k (Ωt − b), T = J_a·0 + k (Ωt − b).
+#[test]
+fn exact_constant_speed() {
+    let text = r#"
+inertia = [{ name = "a", J = 1.0 }, { name = "b", J = 2.0 }]
+shaft = [{ name = "s", between = ["a", "b"], k = 50.0 }]
+motor = [{ name = "m", at = "a", kind = "speed", speed = "3 rad/s" }]
+"#;
+    let outputs = ["a", "b", "b.speed", "s.force", "m.torque"];
+    let motion = agree(text, 4.0, &outputs, "exact");
+    for (k, t) in motion.time.iter().enumerate() {
+        let lag = 3.0 / 5.0 * (5.0 * t).sin();
+        let exact = [
+            3.0 * t,
+            3.0 * t - lag,
+            3.0 * (1.0 - (5.0 * t).cos()),
+            -50.0 * lag,
+            50.0 * lag,
+        ];
+        for (at, exact) in exact.iter().enumerate() {
+            let found = motion.values[at][k];
+            assert!(
+                (found - exact).abs() < 1e-12,
+                "{} {t}: {found} {exact}",
+                outputs[at]
+            );
+        }
+    }
+    assert!(gap(&motion) < 1e-12, "{}", gap(&motion));
+}
+
+/// A ramp of speed, a load on the driven body and a damper to ground: the torque of the drive by hand.
+#[test]
+fn exact_torque_of_a_drive() {
+    let text = r#"
+inertia = [{ name = "a", J = 1.5 }, { name = "b", J = 2.0 }, { name = "c", J = 0.5 }]
+shaft = [{ name = "s", between = ["a", "b"] }, { name = "far", between = ["b", "c"], k = 1e4, c = 40.0 }]
+damper = [{ name = "d", at = "a", c = 0.25 }]
+load = [{ at = "a", torque = 7.0 }]
+motor = [{ name = "m", at = "b", kind = "speed", times = [0.0, 2.0], speeds = [1.0, 5.0] }]
+"#;
+    let scene = scene_of(text);
+    let (name, motion) = moved(
+        &scene,
+        &study(1.9, &["m.torque", "far.force", "c.speed"], None),
+    );
+    assert_eq!(name, "exact");
+    for (k, t) in motion.time.iter().enumerate() {
+        let exact = 3.5 * 2.0 + 0.25 * (1.0 + 2.0 * t) - 7.0 - motion.values[1][k];
+        let found = motion.values[0][k];
+        assert!((found - exact).abs() < 1e-9, "{t}: {found} {exact}");
+    }
+    assert!(gap(&motion) < 1e-9, "{}", gap(&motion));
+}
+
+/// A driven gear pair with play and a ground damper: exact between switches and by steps, its speed swinging, or constant
+/// beside a brake; and as if a body of a thousand million times the inertia drove it.
+#[test]
+fn law_driven_pair_with_play() {
+    let text = |drive: &str, inertia: f64| {
+        format!(
+            r#"
+inertia = [{{ name = "p", J = {inertia} }}, {{ name = "w", J = 0.02 }}, {{ name = "z", J = 0.05 }}]
+shaft = [{{ name = "s", between = ["w", "z"], k = 900.0, c = 0.2 }}]
+gear_pair = [{{ name = "g", between = ["p", "w"], teeth = [20, 31], module = 0.004, k = 1e6, c = 200.0, backlash = 2e-4, contact_damping = "no-pull" }}]
+damper = [{{ name = "d", at = "z", c = 0.01 }}]
+load = [{{ at = "z", kind = "harmonic", torque = 3.0, frequency = "17 rad/s" }}]
+{drive}
+"#
+        )
+    };
+    let motor = |swing: &str| {
+        format!(
+            "motor = [{{ name = \"m\", at = \"p\", kind = \"speed\", speed = \"12 rad/s\"{swing} }}]\n"
+        )
+    };
+    let brake = "brake = [{ name = \"r\", at = \"z\", torque = 0.4 }]\n";
+    let outputs = ["w.speed", "z.speed", "g.force"];
+    let swing = motor(", amplitude = \"2 rad/s\", frequency = \"9 rad/s\", phase = \"0.3 rad\"");
+    for drive in [swing, motor("") + brake] {
+        let motion = agree(&text(&drive, 0.01), 0.3, &outputs, "switched");
+        assert!(motion.effort.events > 2, "{:?}", motion.effort);
+        assert!(gap(&motion) < 1e-4, "{}", gap(&motion));
+    }
+    let (_, steady) = moved(
+        &scene_of(&text(&(motor("") + brake), 0.01)),
+        &study(0.5, &outputs, None),
+    );
+    let mut heavy = scene_of(&text(brake, 1e13));
+    heavy.start.speeds = vec![(heavy.model.inertias[0].name.clone(), 12.0)];
+    let (_, heavy) = moved(&heavy, &study(0.5, &outputs, None));
+    for at in 0..3 {
+        let gap = apart(&steady.values[at], &heavy.values[at]);
+        assert!(gap < 1e-8, "{}: {gap:e}", outputs[at]);
+    }
+}
+
+/// A body dragged by dry friction up to the speed of its drive: J ω̇ = T, then both turn as one; the heat is ½ J Ω².
+#[test]
+fn exact_dragged_along() {
+    let text = r#"
+inertia = [{ name = "a", J = 1.0 }, { name = "b", J = 2.0 }, { name = "c", J = 1.0 }]
+shaft = [{ name = "s", between = ["b", "c"] }]
+brake = [{ name = "clutch", between = ["a", "b"], torque = 6.0 }]
+motor = [{ name = "m", at = "a", kind = "speed", speed = "4 rad/s" }]
+"#;
+    // Joined by nothing but friction, which the machine's check wants to see as a joint: a damper of no size would do as well.
+    let text = format!("{text}damper = [{{ name = \"d\", between = [\"a\", \"b\"], c = 0.0 }}]\n");
+    let motion = agree(
+        &text,
+        3.0,
+        &["b.speed", "clutch.force", "m.torque"],
+        "switched",
+    );
+    for (k, t) in motion.time.iter().enumerate() {
+        let exact = (2.0 * t).min(4.0);
+        assert!((motion.values[0][k] - exact).abs() < 1e-12, "{t}");
+        if *t < 1.99 {
+            assert!((motion.values[2][k] - 6.0).abs() < 1e-12, "{t}");
+        } else if *t > 2.01 {
+            assert!(motion.values[2][k].abs() < 1e-12, "{t}");
+        }
+    }
+    let balance = motion.balance.unwrap()[0];
+    assert!(
+        (balance.lost - 0.5 * 3.0 * 16.0).abs() < 1e-3,
+        "{balance:?}"
+    );
+}
+
+/// The waves of a pinion of prescribed speed are known in time, so that machines of rectangular stiffness stay piecewise linear.
+#[test]
+fn law_mesh_of_a_driven_pinion() {
+    let text = r#"
+inertia = [{ name = "p", J = 0.01 }, { name = "w", J = 0.01 }]
+gear_pair = [{ name = "g", between = ["w", "p"], teeth = [30, 20], module = 0.004, k = 1e7, c = 100.0, k_wave = { kind = "rectangular", high = 1.2, low = 0.7, share = 0.4 } }]
+motor = [{ name = "m", at = "p", kind = "speed", speed = "-40 rad/s" }]
+load = [{ at = "w", torque = 3.0 }]
+error = [{ on = "p", amplitude = 1e-5 }]
+"#;
+    let motion = agree(text, 0.05, &["g.deflection", "w.speed"], "switched");
+    assert!(gap(&motion) < 1e-3, "{}", gap(&motion));
+}
+
+/// Both ends of a shaft prescribed; the angle of one swings.
+#[test]
+fn exact_two_prescribed_ends() {
+    let text = r#"
+inertia = [{ name = "a", J = 1.0 }, { name = "b", J = 2.0 }, { name = "c", J = 1.0 }]
+shaft = [{ name = "s", between = ["a", "b"], k = 100.0 }, { name = "u", between = ["b", "c"], k = 100.0 }]
+motor = [
+  { name = "m", at = "a", kind = "angle", amplitude = 0.1, frequency = "6 rad/s" },
+  { name = "h", at = "c", kind = "speed", speed = "0 rad/s" },
+]
+"#;
+    let motion = agree(text, 3.0, &["b", "m.torque", "h.torque"], "exact");
+    for (k, t) in motion.time.iter().enumerate() {
+        // 2 b̈ + 200 b = 10 cos 6t: the forced part 10/(200 − 72) cos 6t.
+        let forced = 10.0 / (200.0 - 72.0);
+        let b = forced * ((6.0 * t).cos() - (10.0 * t).cos());
+        assert!((motion.values[0][k] - b).abs() < 1e-13, "{t}");
+        let a = 0.1 * (6.0 * t).cos();
+        assert!((motion.values[1][k] - (-36.0 * a + 100.0 * (a - b))).abs() < 1e-11);
+        assert!((motion.values[2][k] + 100.0 * b).abs() < 1e-11);
+    }
+}
+
+/// A speed that jumps jolts its own body only; the work of the jolt is booked.
+#[test]
+fn law_jumping_speed() {
+    let text = r#"
+inertia = [{ name = "a", J = 1.0 }, { name = "b", J = 2.0 }]
+shaft = [{ name = "s", between = ["a", "b"], k = 50.0, c = 1.0 }]
+motor = [{ name = "m", at = "a", kind = "speed", times = [0, 0.5, 0.5, 1, 1], speeds = [1, 1, 4, 4, 2] }]
+"#;
+    let motion = agree(text, 2.0, &["a.speed", "b", "s.force"], "exact");
+    assert!(gap(&motion) < 1e-3, "{}", gap(&motion));
+}
+
+/// Started steadily a driven train stays so: wound up by what lasts of the loads.
+#[test]
+fn law_steady_start_of_a_driven_train() {
+    let text = r#"
+inertia = [{ name = "a", J = 1.0 }, { name = "b", J = 2.0 }]
+shaft = [{ name = "s", between = ["a", "b"], k = 50.0, c = 1.0 }]
+motor = [{ name = "m", at = "a", kind = "speed", speed = "8 rad/s" }]
+load = [{ at = "b", torque = -5.0 }]
+[speed]
+a = "8 rad/s"
+"#;
+    let mut scene = scene_of(text);
+    scene.start.at = StartAt::Steady;
+    let (_, motion) = moved(&scene, &study(2.0, &["s.force", "m.torque"], None));
+    for k in 0..motion.time.len() {
+        assert!((motion.values[0][k] + 5.0).abs() < 1e-12);
+        assert!((motion.values[1][k] - 5.0).abs() < 1e-12);
+    }
+}
+
+/// What cannot be prescribed.
+#[test]
+fn refuses_impossible_motions() {
+    let all = refused(
+        "inertia = [{ name = \"a\", J = 1.0 }]\nmotor = [{ name = \"m\", at = \"a\", kind = \"speed\", speed = 1.0 }]",
+    );
+    assert!(all.contains("every body moves as prescribed"), "{all}");
+    let two = r#"
+inertia = [{ name = "a", J = 1.0 }, { name = "b", J = 1.0 }, { name = "c", J = 1.0 }]
+gear_pair = [{ name = "g", between = ["a", "b"], teeth = [20, 30] }]
+shaft = [{ name = "s", between = ["b", "c"], k = 1.0 }]
+motor = [{ name = "m", at = "a", kind = "speed", speed = 1.0 }, { name = "n", at = "b", kind = "angle", amplitude = 1.0, frequency = 1.0 }]
+"#;
+    let two = refused(two);
+    assert!(two.contains("`m` and `n`"), "{two}");
+    let curve = refused(
+        "inertia = [{ name = \"a\", J = 1.0 }, { name = \"b\", J = 1.0 }]\nshaft = [{ name = \"s\", between = [\"a\", \"b\"], k = 1.0 }]\nmotor = [{ name = \"m\", at = \"a\", kind = \"speed\", speed = 1.0 }, { name = \"n\", at = \"a\", kind = \"dc\", stall = 1.0, idle = 1.0 }]",
+    );
+    assert!(curve.contains("both drive a.theta"), "{curve}");
+}
+
+/// Springs in series are one spring, through a gear pair too; what lies between follows exactly.
+#[test]
+fn exact_springs_in_series() {
+    let text = |middle: f64| {
+        format!(
+            r#"
+inertia = [{{ name = "a", J = 2.0 }}, {{ name = "b", J = {middle} }}, {{ name = "c", J = {middle} }}, {{ name = "d", J = 3.0 }}]
+shaft = [{{ name = "s", between = ["a", "b"], k = 300.0 }}, {{ name = "u", between = ["c", "d"], k = 700.0 }}]
+gear_pair = [{{ name = "g", between = ["b", "c"], teeth = [20, 30], module = 0.01, k = 1e5 }}]
+load = [{{ at = "d", kind = "harmonic", torque = 5.0, frequency = "7 rad/s" }}, {{ at = "b", kind = "step", torque = 2.0, time = 0.3 }}]
+"#
+        )
+    };
+    let outputs = [
+        "a",
+        "b",
+        "c.speed",
+        "d",
+        "s.force",
+        "g.force",
+        "u.deflection",
+    ];
+    let motion = agree(&text(0.0), 2.0, &outputs, "exact");
+    // Simpson's rule over a step of a load.
+    assert!(gap(&motion) < 1e-4, "{}", gap(&motion));
+    let (_, light) = moved(
+        &scene_of(&text(1e-13)),
+        &study(2.0, &outputs, Some("exact")),
+    );
+    // What is light rings about what has no inertia, at a frequency beyond a million per second.
+    for at in [0, 3] {
+        let gap = apart(&motion.values[at], &light.values[at]);
+        assert!(gap < 1e-7, "{}: {gap:e}", outputs[at]);
+    }
+    // In the mesh F = s_force over the pitch radius and the load beside it; K₁K₂/ΣK thrice by hand.
+    let radius = 0.5 * 20.0 * 0.01 * 20f64.to_radians().cos();
+    for k in 0..motion.time.len() {
+        let load = if motion.time[k] >= 0.3 { 2.0 } else { 0.0 };
+        let balance = motion.values[4][k] + radius * motion.values[5][k] - load;
+        assert!(balance.abs() < 1e-11, "{balance}");
+        let turned = motion.values[6][k] * 700.0 - 1.5 * radius * motion.values[5][k];
+        assert!(turned.abs() < 1e-11, "{turned}");
+    }
+}
+
+/// A star of three shafts at a node without inertia, with dampers in proportion, as β K is.
+#[test]
+fn law_star_without_inertia() {
+    let text = r#"
+inertia = [{ name = "a", J = 2.0 }, { name = "b", J = 1.0 }, { name = "c", J = 0.5 }, { name = "hub", J = 0.0 }]
+shaft = [{ name = "s", between = ["a", "hub"], k = 300.0 }, { name = "u", between = ["hub", "b"], k = 700.0 }, { name = "v", between = ["hub", "c"], k = 100.0 }]
+load = [{ at = "c", kind = "step", torque = 2.0, time = 0.3 }]
+damping = { rayleigh_stiffness = 1e-3 }
+"#;
+    let motion = agree(
+        text,
+        2.0,
+        &["a", "hub", "s.force", "u.force", "v.force"],
+        "exact",
+    );
+    for k in 0..motion.time.len() {
+        let sum = motion.values[2][k] - motion.values[3][k] - motion.values[4][k];
+        assert!(sum.abs() < 1e-11, "{sum}");
+    }
+}
+
+/// A damper and springs at a node without inertia: the limit of a small one, by an unrelated method.
+#[test]
+fn law_damper_behind_a_spring() {
+    let text = |light: f64| {
+        format!(
+            r#"
+inertia = [{{ name = "a", J = 2.0 }}, {{ name = "e", J = {light} }}, {{ name = "b", J = 1.0 }}]
+shaft = [{{ name = "s", between = ["a", "e"], k = 300.0, c = 0.5 }}, {{ name = "u", between = ["e", "b"], k = 100.0 }}]
+damper = [{{ name = "d", at = "e", c = 4.0 }}]
+bearing = []
+load = [{{ at = "b", kind = "step", torque = 2.0, time = 0.3 }}]
+"#
+        )
+        .replace("bearing = []\n", "")
+    };
+    let outputs = ["a", "b", "b.speed"];
+    let motion = agree(&text(0.0), 3.0, &outputs, "exact");
+    let (_, light) = moved(
+        &scene_of(&text(1e-9)),
+        &study(3.0, &outputs, Some("radau5")),
+    );
+    for at in 0..3 {
+        let gap = apart(&motion.values[at], &light.values[at]);
+        assert!(gap < 1e-7, "{}: {gap:e}", outputs[at]);
+    }
+}
+
+/// Nodes without inertia beside what is no spring and no damper, named with the remedy.
+#[test]
+fn refuses_massless_nodes_elsewhere() {
+    let play = refused(
+        r#"
+inertia = [{ name = "a", J = 2.0 }, { name = "e", J = 0.0 }, { name = "b", J = 1.0 }]
+shaft = [{ name = "s", between = ["a", "e"], k = 300.0 }]
+gear_pair = [{ name = "g", between = ["e", "b"], teeth = [20, 30], module = 0.01, k = 1e5, backlash = 1e-4 }]
+"#,
+    );
+    assert!(
+        play.contains("e.theta has no inertia, and `g`, no plain spring or damper, acts there"),
+        "{play}"
+    );
+    assert!(play.contains("give the node its inertia"), "{play}");
+    let row = refused(
+        r#"
+inertia = [{ name = "a", J = 2.0 }, { name = "e", J = 0.0 }, { name = "f", J = 0.0 }, { name = "b", J = 1.0 }]
+shaft = [{ name = "s", between = ["a", "e"], k = 300.0, c = 1.0 }, { name = "u", between = ["e", "f"], k = 100.0 }, { name = "v", between = ["f", "b"], k = 100.0, c = 2.0 }]
+"#,
+    );
+    assert!(row.contains("in a row"), "{row}");
+    let kept = ready(
+        &scene_of(
+            r#"
+inertia = [{ name = "a", J = 2.0 }, { name = "e", J = 0.0 }, { name = "b", J = 1.0 }]
+shaft = [{ name = "s", between = ["a", "e"], k = 300.0, c = 1.0 }, { name = "u", between = ["e", "b"], k = 100.0 }]
+"#,
+        ),
+        &study(1.0, &["e"], None),
+    );
+    assert!(kept.err().unwrap().message.contains("`e` is not kept"));
+}

@@ -1,0 +1,422 @@
+//! `geardyn measure` as it is called.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "a test that cannot go on has failed"
+)]
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+fn geardyn(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_geardyn"))
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+fn document(arguments: &[&str]) -> Value {
+    let output = geardyn(arguments);
+    serde_json::from_slice(&output.stdout).unwrap_or_else(|e| {
+        panic!(
+            "{arguments:?}: {e}\n{}",
+            String::from_utf8_lossy(&output.stderr)
+        )
+    })
+}
+
+/// A file in a folder of its own.
+fn put(folder: &Path, name: &str, text: &str) -> String {
+    let path = folder.join(name);
+    std::fs::write(&path, text).unwrap();
+    path.to_str().unwrap().to_string()
+}
+
+const GEAR: &str = "[measured_gear]\nteeth = 18\nmodule = \"3 mm\"\nface_width = \"20 mm\"\n";
+
+const READINGS: [i32; 18] = [3, -2, 1, 0, -4, 2, 5, -1, -3, 2, 0, 1, -2, 4, -1, -3, 0, -2];
+
+fn readings() -> String {
+    let rows: Vec<String> = READINGS
+        .iter()
+        .enumerate()
+        .map(|(i, r)| format!("{},{r}", i + 1))
+        .collect();
+    format!("tooth,left [µm]\n{}\n", rows.join("\n"))
+}
+
+fn chart(more: &str) -> String {
+    format!(
+        "[[chart]]\nkind = \"pitch\"\nmethod = \"comparator\"\nfile = \"p.csv\"\nleft = \"left\"\n{more}"
+    )
+}
+
+/// The measured deviation of a name.
+fn of<'d>(found: &'d Value, name: &str, side: &str) -> &'d Value {
+    let is = |d: &&Value| d["name"] == name && d["side"] == side && d["predicted"] == false;
+    let list = found["deviations"].as_array().unwrap();
+    list.iter()
+        .find(is)
+        .unwrap_or_else(|| panic!("{name}: {found}"))
+}
+
+fn micro(found: &Value, name: &str, side: &str) -> f64 {
+    of(found, name, side)["value_um"].as_f64().unwrap()
+}
+
+/// Eighteen readings whose answers are known, through file, table and every format; the limit is kept at one grade, missed at a finer.
+#[test]
+fn ref_pitch_readings_through_the_command() {
+    let folder = tempfile::tempdir().unwrap();
+    put(folder.path(), "p.csv", &readings());
+    let asked = |grade: u32| {
+        let text = format!(
+            "title = \"t\"\n{GEAR}standard = \"ISO 1328-1:2013\"\naccuracy = {grade}\n{}",
+            chart("uncertainty = \"0.1 µm\"\n")
+        );
+        put(folder.path(), "gear.toml", &text)
+    };
+    // f_pT is 6.254 µm at grade 5, F_pT 18.2: f_p 5.0 reaches grade 5 (6.5 allowed), F_p 8.0 grade 3.
+    let gear = asked(5);
+    let output = geardyn(&["measure", &gear, "--json"]);
+    assert_eq!(output.status.code(), Some(0));
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    for (name, value, grade) in [
+        ("fp", 5.0, 5),
+        ("Fp", 8.0, 3),
+        ("Fpk", 7.0, 4),
+        ("fu", 6.0, 4),
+    ] {
+        let row = of(&found, name, "left");
+        assert!(
+            (row["value_um"].as_f64().unwrap() - value).abs() < 1e-9,
+            "{row}"
+        );
+        assert_eq!(row["grade_2013"], grade, "{row}");
+        assert_eq!(row["grade"], row["grade_2013"]);
+        assert_eq!(row["limiting"], name == "fp");
+    }
+    assert_eq!(of(&found, "Fp", "left")["old_name"], "Δt_Σ");
+    assert_eq!(of(&found, "fp", "left")["upper_limit_um"], 6.5);
+    assert_eq!(
+        (&found["within"], &found["asked"]["meaning"]),
+        (&Value::Bool(true), &Value::from("grade 5"))
+    );
+    let csv = folder.path().join("out.csv").to_str().unwrap().to_string();
+    let output = geardyn(&["measure", &asked(4), "--csv", &csv]);
+    assert_eq!(output.status.code(), Some(1), "out of grade 4");
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.contains("OUT of what was asked: f_p left"), "{text}");
+    assert!(text.contains("sets the grade"), "{text}");
+    let rows = std::fs::read_to_string(&csv).unwrap();
+    assert_eq!(rows.lines().count(), 5, "{rows}");
+    assert!(
+        rows.lines()
+            .nth(1)
+            .unwrap()
+            .starts_with("fp,,left,pitch 7,false,5"),
+        "{rows}"
+    );
+}
+
+/// The shipped gear: every true value inside twice the stated uncertainty and what noise adds to extremes; nothing out of grade 6.
+#[test]
+fn law_shipped_gear_tells_its_true_values() {
+    let found = document(&["measure", "data/index_gear.toml", "--json"]);
+    assert_eq!(found["within"], true);
+    let truth =
+        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("data/index_gear.toml"))
+            .unwrap();
+    let truth = |key: &str| -> f64 {
+        let line = truth.lines().find(|line| line.starts_with(key)).unwrap();
+        line.split('=').nth(1).unwrap().trim().parse().unwrap()
+    };
+    // Noise makes a range larger by about two of its own uncertainties where many readings compete for the extremes.
+    for (name, side, key, allowed) in [
+        ("fp", "left", "fp_left_um", 1.0),
+        ("fp", "right", "fp_right_um", 1.0),
+        ("Fp", "left", "Fp_left_um", 1.2),
+        ("Fp", "right", "Fp_right_um", 1.2),
+        ("Fis", "left", "Fis_um", 0.6),
+        ("fis", "left", "fis_um", 0.6),
+    ] {
+        let value = micro(&found, name, side).abs();
+        let true_value = truth(key);
+        assert!(
+            (value - true_value).abs() < allowed,
+            "{name} {side}: {value}, truly {true_value}"
+        );
+    }
+    let list = found["deviations"].as_array().unwrap();
+    for row in list.iter().filter(|d| d["name"] == "fe") {
+        let off = row["value_um"].as_f64().unwrap() - truth("eccentricity_um");
+        let std = row["std_um"].as_f64().unwrap();
+        // The difference of both sides' cut has an order 1 of its own, some tenths of a µm.
+        assert!(off.abs() < 2.0 * std + 0.6, "{row}");
+    }
+    for row in list.iter().filter(|d| d["name"] == "Ca") {
+        let off = row["value_um"].as_f64().unwrap() - truth("tip_relief_um");
+        // The form wave is part of what stands beyond the line.
+        assert!(off.abs() < 0.8, "{row}");
+    }
+    // Expected from pitch and four profiles a side, and the pitch told back by the record.
+    let predicted = |name: &str| {
+        let is = |d: &&Value| d["name"] == name && d["side"] == "left" && d["predicted"] == true;
+        list.iter().find(is).unwrap()["value_um"].as_f64().unwrap()
+    };
+    assert!(
+        (predicted("Fis") - truth("Fis_um")).abs() < 2.0,
+        "{}",
+        predicted("Fis")
+    );
+    assert!(
+        (predicted("Fp") - truth("Fp_left_um")).abs() < 1.5,
+        "{}",
+        predicted("Fp")
+    );
+    let thickness: Vec<f64> = list
+        .iter()
+        .filter(|d| d["name"] == "Esn")
+        .map(|d| d["value_um"].as_f64().unwrap())
+        .collect();
+    assert_eq!(thickness.len(), 2);
+    assert!(
+        thickness.iter().all(|t| (-96.0..-84.0).contains(t)),
+        "{thickness:?}"
+    );
+}
+
+/// The charts are drawn, unrolled and round; what is not there is not drawn.
+#[test]
+fn keeps_pictures_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let svg = folder.path().join("g.svg").to_str().unwrap().to_string();
+    let output = geardyn(&["measure", "data/index_gear.toml", "--svg", &svg]);
+    assert_eq!(
+        output.status.code(),
+        Some(0),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let text = std::fs::read_to_string(&svg).unwrap();
+    for said in [
+        "pitch, left flanks",
+        "profile, right flanks",
+        "helix, left flanks",
+        "expected from pitch",
+        "double-flank",
+    ] {
+        assert!(text.contains(said), "{said}");
+    }
+    let polar = std::fs::read_to_string(folder.path().join("g-polar.svg")).unwrap();
+    assert!(polar.contains("run-out by ball") && polar.contains("270°"));
+    assert!(!text.contains("NaN") && !polar.contains("NaN"));
+}
+
+/// Grades of JB 179-60 with limits out of a table; without a table they are refused, never made up.
+#[test]
+fn exact_limits_out_of_a_table() {
+    let folder = tempfile::tempdir().unwrap();
+    put(folder.path(), "p.csv", &readings());
+    put(
+        folder.path(),
+        "limits.csv",
+        "quantity,grade,module_from,module_to,diameter_from,diameter_to,limit\n# mm and µm\ndt_sum,8,1,10,50,80,9\ndt_sum,7,1,10,50,80,7\ndt,7,1,10,,,6\n",
+    );
+    let gear = |limits: &str| {
+        let text = format!(
+            "title = \"t\"\n{GEAR}standard = \"JB 179-60\"\naccuracy = \"8-7-7 Dc\"\n{limits}{}",
+            chart("")
+        );
+        put(folder.path(), "gear.toml", &text)
+    };
+    let found = document(&["measure", &gear("limits = \"limits.csv\"\n"), "--json"]);
+    let total = of(&found, "Fp", "left");
+    assert_eq!(
+        (total["upper_limit_um"].as_f64(), &total["grade"]),
+        (Some(9.0), &Value::from(8))
+    );
+    assert_eq!(total["within"], true);
+    let adjacent = of(&found, "fu", "left");
+    assert_eq!(
+        (adjacent["grade_asked"].as_u64(), &adjacent["within"]),
+        (Some(7), &Value::Bool(true))
+    );
+    assert_eq!(of(&found, "fp", "left")["upper_limit_um"], Value::Null);
+    assert!(
+        found["asked"]["meaning"]
+            .as_str()
+            .unwrap()
+            .contains("normal backlash")
+    );
+    let output = geardyn(&["measure", &gear("")]);
+    assert_eq!(output.status.code(), Some(2));
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        said.contains("table of limits") && said.contains("limits"),
+        "{said}"
+    );
+}
+
+/// What is wrong is said with the file, the line and what to do; nothing panics, the exit code is 2.
+#[test]
+fn refuses_bad_gears() {
+    let folder = tempfile::tempdir().unwrap();
+    put(folder.path(), "p.csv", &readings());
+    put(folder.path(), "short.csv", "left [µm]\n1\n2\n3\n");
+    put(folder.path(), "bare.csv", "left\n1\n2\n3\n");
+    put(
+        folder.path(),
+        "holes.csv",
+        &readings().replace("5,-4\n", "5,NaN\n"),
+    );
+    put(folder.path(), "volts.csv", &readings().replace("µm", "V"));
+    let pitch = |file: &str| chart("").replace("p.csv", file);
+    let cases = [
+        (
+            format!("{GEAR}{}", pitch("short.csv")),
+            "3 pitch readings for 18 teeth",
+        ),
+        (format!("{GEAR}{}", pitch("bare.csv")), "no unit"),
+        (format!("{GEAR}{}", pitch("holes.csv")), "reading 5"),
+        (format!("{GEAR}{}", pitch("volts.csv")), "V"),
+        (format!("{GEAR}{}", pitch("none.csv")), "cannot be read"),
+        (
+            format!("{GEAR}{}", chart("").replace("= \"left\"", "= \"lft\"")),
+            "did you mean",
+        ),
+        (format!("{GEAR}{}", chart("k = 18\n")), "`k` is 18"),
+        (
+            format!("{GEAR}{}", chart("method = \"guess\"\n")),
+            "duplicate",
+        ),
+        (GEAR.to_string(), "nothing is measured"),
+        (
+            format!("{GEAR}accuracy = 6\n{}", chart("")),
+            "has no `standard`",
+        ),
+        (
+            format!(
+                "{GEAR}accuracy = \"8-5-5\"\nstandard = \"JB 179-60\"\n{}",
+                chart("")
+            ),
+            "smoothness",
+        ),
+        (format!("{}{}", GEAR.replace("18", "2"), chart("")), "teeth"),
+        (
+            format!("{}{}", GEAR.replace("3 mm", "-3 mm"), chart("")),
+            "module",
+        ),
+        (
+            format!("{GEAR}thickness = [\"-1 µm\", \"-2 µm\"]\n{}", chart("")),
+            "falls",
+        ),
+        ("[measured_gear]\n".to_string(), "has no `teeth`"),
+        (
+            format!("{GEAR}[[chart]]\nkind = \"chord\"\nfile = \"p.csv\"\ncolumn = \"left\"\n"),
+            "tip_diameter",
+        ),
+        (
+            format!(
+                "{GEAR}[[chart]]\nkind = \"single_flank\"\nfile = \"p.csv\"\nleft = \"left\"\n"
+            ),
+            "along what",
+        ),
+        (
+            format!(
+                "{GEAR}[[chart]]\nkind = \"double_flank\"\nfile = \"p.csv\"\ncolumn = \"left\"\n"
+            ),
+            "pitch",
+        ),
+        (
+            format!(
+                "{GEAR}[[chart]]\nkind = \"span\"\nteeth = 3\nfile = \"p.csv\"\ncolumn = \"left\"\n"
+            ),
+            "more than a module",
+        ),
+        (
+            format!("{GEAR}[[chart]]\nkind = \"runout\"\nfile = \"p.csv\"\nleft = \"left\"\n"),
+            "no `column`",
+        ),
+        ("title = \"t\"\n".to_string(), "no [measured_gear]"),
+        (format!("{GEAR}teeth = 3\n"), "duplicate"),
+    ];
+    for (text, said) in cases {
+        let gear = put(folder.path(), "gear.toml", &text);
+        let output = geardyn(&["measure", &gear]);
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{text}\n{told}");
+        assert!(told.contains(said), "{said} not in: {told}");
+        assert!(!told.contains("panicked"), "{told}");
+        assert!(
+            told.contains("gear.toml") || told.contains("none.csv"),
+            "{told}"
+        );
+    }
+    let output = geardyn(&["measure", "data/index_gear_pitch.csv"]);
+    assert_eq!(output.status.code(), Some(2));
+    let gear = put(folder.path(), "gear.toml", &format!("{GEAR}{}", chart("")));
+    let over = folder.path().join("p.csv").to_str().unwrap().to_string();
+    let output = geardyn(&["measure", &gear, "--csv", &over]);
+    assert_eq!(
+        output.status.code(),
+        Some(2),
+        "what is read is not overwritten"
+    );
+}
+
+/// `check` understands the kind by its top key; errors come as JSON where JSON was asked for.
+#[test]
+fn keeps_check_and_json_errors() {
+    let output = geardyn(&["check", "data/index_gear.toml"]);
+    assert_eq!(output.status.code(), Some(0));
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(
+        text.contains("measured gear of 40 teeth, 7 charts"),
+        "{text}"
+    );
+    let folder = tempfile::tempdir().unwrap();
+    let gear = put(folder.path(), "gear.toml", "[measured_gear]\nteeth = 0\n");
+    let output = geardyn(&["measure", &gear, "--json"]);
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(found["errors"][0]["line"].is_number(), "{found}");
+    assert_eq!(output.status.code(), Some(2));
+}
+
+/// A gear beyond the standard's sizes has values and no limits, and is told so.
+#[test]
+fn survives_sizes_outside_the_standard() {
+    let folder = tempfile::tempdir().unwrap();
+    put(folder.path(), "p.csv", &readings());
+    let small = GEAR.replace("3 mm", "0.1 mm");
+    let text = format!(
+        "title = \"t\"\n{small}standard = \"ISO 1328-1:2013\"\naccuracy = 6\n{}",
+        chart("")
+    );
+    let gear = put(folder.path(), "gear.toml", &text);
+    let found = document(&["measure", &gear, "--json"]);
+    assert_eq!(found["within"], Value::Null);
+    assert_eq!(of(&found, "fp", "left")["grade"], Value::Null);
+    assert_eq!(found["warnings"][0]["code"], "outside-standard");
+}
+
+/// The examples of its help run, and end it.
+#[test]
+fn law_examples_of_help_run() {
+    let help = String::from_utf8(geardyn(&["measure", "--help"]).stdout).unwrap();
+    let examples: Vec<&str> = help
+        .lines()
+        .rev()
+        .map_while(|line| line.strip_prefix("  geardyn "))
+        .filter(|line| !line.contains("--svg"))
+        .collect();
+    assert_eq!(examples.len(), 2, "{help}");
+    for example in examples {
+        let output = geardyn(&example.split_whitespace().collect::<Vec<_>>());
+        assert_eq!(output.status.code(), Some(0), "{example}");
+    }
+}

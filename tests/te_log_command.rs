@@ -1,0 +1,355 @@
+//! `geardyn te LOG` as a person uses it: the shipped record, angles, pulses, tracks, simulated motion, wrong input.
+#![cfg(feature = "cli")]
+
+use std::f64::consts::TAU;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+fn geardyn(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_geardyn"))
+        .args(arguments)
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .env("NO_COLOR", "1")
+        .output()
+        .unwrap()
+}
+
+fn document(arguments: &[&str]) -> Value {
+    let output = geardyn(arguments);
+    let text = String::from_utf8(output.stdout).unwrap();
+    let errors = String::from_utf8_lossy(&output.stderr).to_string();
+    assert_eq!(
+        output.status.code(),
+        Some(0),
+        "{arguments:?}\n{text}{errors}"
+    );
+    serde_json::from_str(&text).unwrap()
+}
+
+/// Code and message of the first error, which must end the command with 2 and carry a hint.
+fn refusal(arguments: &[&str]) -> (String, String) {
+    let output = geardyn(&[arguments, &["--json"]].concat());
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}\n{text}");
+    let found: Value = serde_json::from_str(&text).unwrap();
+    let first = &found["errors"][0];
+    assert!(first["hint"].is_string(), "{first}");
+    let word = |key: &str| first[key].as_str().unwrap().to_string();
+    (word("code"), word("message"))
+}
+
+fn put(folder: &Path, name: &str, text: &str) -> PathBuf {
+    let path = folder.join(name);
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+/// A temporary folder of this test.
+fn folder(name: &str) -> PathBuf {
+    let path = std::env::temp_dir().join(format!("geardyn-te-{name}-{}", std::process::id()));
+    std::fs::create_dir_all(&path).unwrap();
+    path
+}
+
+const SHIPPED: [&str; 10] = [
+    "te",
+    "data/y2250_te.csv",
+    "--input",
+    "index_gear_1",
+    "--output",
+    "work_spindle",
+    "--teeth",
+    "30:37,54:36,1:90",
+    "--lines",
+    "10000,36000",
+];
+
+/// The record that is shipped gives its answers back: what its model declares, through the dynamics, lies inside the intervals.
+#[test]
+fn exact_shipped_record() {
+    let folder = folder("shipped");
+    let (csv, svg) = (folder.join("te.csv"), folder.join("te.svg"));
+    let files = [csv.to_str().unwrap(), svg.to_str().unwrap()];
+    let more = [
+        "--json", "--radius", "270mm", "--csv", files[0], "--svg", files[1],
+    ];
+    let found = document(&[&SHIPPED[..], &more].concat());
+    let truth = std::fs::read_to_string("data/y2250_te.toml").unwrap();
+    let list = |key: &str| -> Vec<f64> {
+        let line = truth.lines().find(|l| l.starts_with(key)).unwrap();
+        let inner = line.split(['[', ']']).nth(1).unwrap();
+        inner
+            .split(',')
+            .map(|x| x.trim().parse().unwrap())
+            .collect()
+    };
+    let (orders, amplitudes) = (list("order"), list("amplitude_arcsec"));
+    let lines = found["orders"].as_array().unwrap();
+    let mut inside = 0;
+    for (order, amplitude) in orders.iter().zip(&amplitudes) {
+        let line = lines.iter().find(|l| l["order_value"] == *order);
+        let line = line.unwrap_or_else(|| panic!("order {order}"));
+        let interval = line["interval_arcsec"].as_array().unwrap();
+        let (low, high) = (interval[0].as_f64().unwrap(), interval[1].as_f64().unwrap());
+        inside += usize::from(low <= *amplitude && *amplitude <= high);
+        let std = line["std_arcsec"].as_f64().unwrap();
+        let off = (line["amplitude_arcsec"].as_f64().unwrap() - amplitude).abs();
+        assert!(off < 4.0 * std, "{order}: {amplitude} {line}");
+        assert!(line["significant"].as_bool().unwrap());
+        let um = line["amplitude_um"].as_f64().unwrap();
+        let arcsec = line["amplitude_arcsec"].as_f64().unwrap();
+        assert!((um / arcsec * 206_264.806 / 270e3 - 1.0).abs() < 1e-6);
+    }
+    // One in twenty lies outside its interval of 95 %.
+    assert!(orders.len() == 5 && inside >= 4, "{inside}");
+    let worm = lines.iter().find(|l| l["order_value"] == 90.0).unwrap();
+    assert_eq!(worm["shared"], true);
+    assert!(worm["sources"].as_array().unwrap().len() > 1);
+    let total = found["total_arcsec"].as_f64().unwrap();
+    let sum: f64 = 2.0 * amplitudes.iter().sum::<f64>();
+    assert!(
+        total > 2.0 * amplitudes[0] && total < 1.2 * sum,
+        "{total} {sum}"
+    );
+    assert!(found["warnings"].to_string().contains("mesh-above-band"));
+    let rows = std::fs::read_to_string(&csv).unwrap();
+    assert!(rows.starts_with("direction,angle_deg,te_arcsec,long_wave_arcsec,te_um\nforward,"));
+    assert!(
+        rows.lines()
+            .nth(1)
+            .unwrap()
+            .split(',')
+            .skip(1)
+            .all(|x| x.parse::<f64>().is_ok())
+    );
+    assert!(std::fs::read_to_string(&svg).unwrap().contains("</svg>"));
+    let text = geardyn(&SHIPPED);
+    let text = String::from_utf8(text.stdout).unwrap();
+    assert!(
+        text.contains("F_i′") && text.contains("not told apart"),
+        "{text}"
+    );
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+/// The error of a made-up pair 21:64 at an angle of the output, turns: 8 arcsec of order 1, 2 of the mesh.
+fn error(turns: f64) -> f64 {
+    let arcsec = TAU / 1_296_000.0;
+    8.0 * arcsec * (TAU * turns + 0.4).cos() + 2.0 * arcsec * (TAU * 64.0 * turns).sin()
+}
+
+fn amplitude(found: &Value, order: f64) -> f64 {
+    let lines = found["orders"].as_array().unwrap();
+    let line = lines.iter().find(|l| l["order_value"] == order);
+    line.unwrap_or_else(|| panic!("order {order}"))["amplitude_arcsec"]
+        .as_f64()
+        .unwrap()
+}
+
+/// Angles in degrees that begin again, at even times and at uneven ones, and without any time.
+#[test]
+fn exact_angles() {
+    let folder = folder("angles");
+    let table = |heads: &str, row: &dyn Fn(f64) -> String| {
+        let rows: String = (0..6000).map(|k| row(f64::from(k) / 2500.0)).collect();
+        put(&folder, "angles.csv", &format!("{heads}\n{rows}"))
+    };
+    let degrees = |turns: f64| 360.0 * turns.rem_euclid(1.0);
+    let both = |turns: f64| {
+        let (a, b) = (turns * 64.0 / 21.0, turns + error(turns) / TAU);
+        format!("{:.9},{:.9}\n", degrees(a), degrees(b))
+    };
+    let asked = |path: &Path, more: &[&str]| {
+        let path = path.to_str().unwrap().to_string();
+        let flags = [
+            "--input", "a", "--output", "b", "--teeth", "21:64", "--json",
+        ];
+        document(&[&["te", &path][..], &flags, more].concat())
+    };
+    let even = table("time [s],a [deg],b [deg]", &|t| {
+        format!("{t:.6},{}", both(0.9 * t))
+    });
+    let found = asked(&even, &[]);
+    assert!((amplitude(&found, 1.0) - 8.0).abs() < 2e-3);
+    assert!((amplitude(&found, 64.0) - 2.0).abs() < 2e-3);
+    assert!((found["speed"]["mean_rpm"].as_f64().unwrap() - 54.0).abs() < 0.05);
+    let uneven = table("time [s],a [deg],b [deg]", &|t| {
+        format!("{:.9},{}", t + 5e-5 * (300.0 * t).sin(), both(0.9 * t))
+    });
+    assert!((amplitude(&asked(&uneven, &[]), 64.0) - 2.0).abs() < 2e-3);
+    let bare = table("a [deg],b [deg]", &|t| both(0.9 * t));
+    let found = asked(&bare, &["--angle-base"]);
+    assert!((amplitude(&found, 1.0) - 8.0).abs() < 2e-3);
+    assert_eq!(found["speed"], Value::Null);
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+/// Instants of pulses in columns of different length; a line that is missing each turn is found, and put right where asked for.
+#[test]
+fn exact_pulses() {
+    let folder = folder("pulses");
+    let (a, b) = (720.0, 1800.0);
+    // the instant at which the output has turned so far: the error is small, one step of Newton is exact enough
+    let instant = |turns: f64| turns - error(turns) / TAU;
+    let input: Vec<f64> = (0..(2.3 * 64.0 / 21.0 * a) as usize)
+        .map(|k| k as f64 / a * 21.0 / 64.0)
+        .collect();
+    let output: Vec<f64> = (0..(2.3 * b) as usize)
+        .map(|k| instant(k as f64 / b))
+        .collect();
+    let write = |skip: &dyn Fn(usize) -> bool| {
+        let kept: Vec<f64> = (0..output.len())
+            .filter(|k| !skip(*k))
+            .map(|k| output[k])
+            .collect();
+        let mut text = String::from("motor [s],wheel [s]\n");
+        for k in 0..input.len().max(kept.len()) {
+            let cell = |list: &[f64]| {
+                list.get(k)
+                    .map_or(String::new(), |t| format!("{:.12}", t + 1.0))
+            };
+            text += &format!("{},{}\n", cell(&input), cell(&kept));
+        }
+        put(&folder, "pulses.csv", &text)
+    };
+    let flags = [
+        "--input", "motor", "--output", "wheel", "--teeth", "21:64", "--stamps", "--lines",
+        "720,1800",
+    ];
+    let path = write(&|_| false);
+    let path = path.to_str().unwrap();
+    let arguments = [&["te", path][..], &flags].concat();
+    let found = document(&[&arguments[..], &["--json"]].concat());
+    assert!(
+        (amplitude(&found, 1.0) - 8.0).abs() < 0.02,
+        "{}",
+        amplitude(&found, 1.0)
+    );
+    assert!(
+        (amplitude(&found, 64.0) - 2.0).abs() < 0.05,
+        "{}",
+        amplitude(&found, 64.0)
+    );
+    write(&|k| k % 1800 == 700);
+    let (code, message) = refusal(&arguments);
+    assert_eq!(code, "lost-counts");
+    assert!(
+        message.contains("wheel misses 2 pulses") && message.contains("always behind line 700"),
+        "{message}"
+    );
+    let found = document(&[&arguments[..], &["--repair", "--json"]].concat());
+    assert!((amplitude(&found, 1.0) - 8.0).abs() < 0.05);
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+/// Two tracks in quadrature for each shaft.
+#[test]
+fn exact_tracks() {
+    let folder = folder("tracks");
+    let mut text = String::from("time [s],a1 [V],b1 [V],a2 [V],b2 [V]\n");
+    for k in 0..40_000 {
+        let turns = 2.2 * f64::from(k) / 40_000.0 + 0.003;
+        let pair = |angle: f64, lines: f64| [0.0, 0.25].map(|s| (TAU * (lines * angle - s)).sin());
+        let (a, b) = (
+            pair(turns * 64.0 / 21.0, 600.0),
+            pair(turns + error(turns) / TAU, 1500.0),
+        );
+        text += &format!(
+            "{:.5},{:.6},{:.6},{:.6},{:.6}\n",
+            f64::from(k) * 1e-4,
+            a[0],
+            a[1],
+            b[0],
+            b[1]
+        );
+    }
+    let path = put(&folder, "tracks.csv", &text);
+    let found = document(&[
+        "te",
+        path.to_str().unwrap(),
+        "--input",
+        "a1,b1",
+        "--output",
+        "a2,b2",
+        "--teeth",
+        "21:64",
+        "--lines",
+        "600,1500",
+        "--json",
+    ]);
+    assert!(
+        (amplitude(&found, 1.0) - 8.0).abs() < 0.3,
+        "{}",
+        amplitude(&found, 1.0)
+    );
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+/// Every wrong input ends with 2 and says what to do.
+#[test]
+fn refuses_wrong_input() {
+    let with = |from: &str, to: &str| -> Vec<String> {
+        let one = |a: &&str| {
+            if *a == from {
+                to.to_string()
+            } else {
+                (*a).to_string()
+            }
+        };
+        SHIPPED.iter().map(one).collect()
+    };
+    let code = |list: &[String], more: &[&str]| {
+        let mut all: Vec<&str> = list.iter().map(String::as_str).collect();
+        all.extend(more);
+        refusal(&all)
+    };
+    let same = with("", "");
+    let (word, message) = code(&with("30:37,54:36,1:90", "30:37,54:36,1:91"), &[]);
+    assert_eq!(word, "ratio-mismatch");
+    assert!(message.contains("0.0135135"), "{message}");
+    assert_eq!(code(&with("30:37,54:36,1:90", "30-37"), &[]).0, "usage");
+    assert_eq!(
+        code(&with("30:37,54:36,1:90", "0:37"), &[]).0,
+        "out-of-range"
+    );
+    assert_eq!(
+        code(&with("work_spindle", "spindle_x"), &[]).0,
+        "no-channel"
+    );
+    assert_eq!(code(&with("work_spindle", "index_gear_1"), &[]).0, "usage");
+    assert_eq!(code(&with("10000,36000", "10000,x"), &[]).0, "usage");
+    assert_eq!(
+        code(&with("10000,36000", "10000,36005"), &[]).0,
+        "ratio-mismatch"
+    );
+    assert_eq!(code(&same, &["--harmonics", "40"]).0, "out-of-range");
+    assert_eq!(code(&same, &["--harmonics", "0"]).0, "usage");
+    assert_eq!(code(&same, &["--radius", "nan"]).0, "out-of-range");
+    assert_eq!(code(&same, &["--radius", "-3"]).0, "usage");
+    assert_eq!(code(&same, &["--speed", "100"]).0, "usage");
+    assert_eq!(code(&same, &["--before", "60"]).0, "too-short");
+    let none = [
+        "te",
+        "data/y2250_te.csv",
+        "--input",
+        "index_gear_1",
+        "--output",
+        "work_spindle",
+    ];
+    assert_eq!(refusal(&none).0, "usage");
+    let bare = [&none[..], &["--teeth", "30:37,54:36,1:90"]].concat();
+    let (word, message) = refusal(&bare);
+    assert_eq!(word, "usage");
+    assert!(message.contains("lines"), "{message}");
+    let folder = folder("wrong");
+    let text = std::fs::read_to_string("data/y2250_te.csv").unwrap();
+    let mut rows: Vec<String> = text.lines().map(str::to_string).collect();
+    let place = rows[500].rfind(',').unwrap();
+    rows[500].truncate(place + 1);
+    let path = put(&folder, "hole.csv", &(rows.join("\n") + "\n"));
+    let (word, message) = code(&with("data/y2250_te.csv", path.to_str().unwrap()), &[]);
+    assert_eq!(word, "not-a-number", "{message}");
+    std::fs::remove_dir_all(folder).unwrap();
+}
