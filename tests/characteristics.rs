@@ -1,6 +1,6 @@
 //! Couplings and teeth that are not linear: their tangents under load, their motion, what is refused.
 
-use std::sync::atomic::AtomicBool;
+use geardyn::base::stop::Stop;
 
 use geardyn::plan::motion::run::{self, Motion};
 use geardyn::plan::motion::scene::MotionScene;
@@ -40,7 +40,7 @@ fn moved(scene: &Scene, until: f64, outputs: &[&str], method: Option<&str>) -> (
     let ready =
         MotionScene::new(&Prepared::new(&scene.model).unwrap(), &scene.start, &study).unwrap();
     let choice = choice::choose(&ready.moving.train, &study).unwrap();
-    let motion = run::run(&ready, &choice, study.energy, &AtomicBool::new(false)).unwrap();
+    let motion = run::run(&ready, &choice, study.energy, &Stop::default()).unwrap();
     (choice, motion)
 }
 
