@@ -123,8 +123,10 @@ pub struct Brake {
     pub element: usize,
     /// Its direction.
     pub direction: Direction,
-    /// Its law.
+    /// Its law, of a clutch at its largest capacity.
     pub friction: Friction,
+    /// The share of that capacity over time, s; always all of it where left out.
+    pub grip: Option<Vec<(f64, f64)>>,
 }
 
 /// An error that repeats with every turn of a gear, a coupling or a belt, in some branches.
@@ -132,6 +134,8 @@ pub struct Brake {
 pub struct FormError {
     /// The node or element it is declared on, with the pair where one is named.
     pub on: String,
+    /// The node or element alone.
+    pub element: String,
     /// Where it is declared.
     pub place: Place,
     /// What it comes from.
