@@ -14,6 +14,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use beside::{Took, best, best_on_processor, peers, row};
+use geardyn::base::stop::Stop;
 use geardyn::machine::direction::Direction;
 use geardyn::motion::combination::Combination;
 use geardyn::motion::contact::{Contact, Flanks, Losses};
@@ -293,6 +294,7 @@ impl Moved {
             samples: self.samples,
             effort: wanted,
             budget: BUDGET,
+            stop: Stop::default(),
         };
         let mut states = Vec::with_capacity((self.samples + 1) * self.start.len());
         let run = (method.run)(&self.train, &ask, &mut |_, y| {

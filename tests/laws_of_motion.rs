@@ -1,8 +1,7 @@
 //! Laws of motion in scenes: motions known in time, and what follows.
 
-use std::sync::atomic::AtomicBool;
-
 use geardyn::base::error::Error;
+use geardyn::base::stop::Stop;
 use geardyn::plan::motion::choice;
 use geardyn::plan::motion::run::{self, Motion};
 use geardyn::plan::motion::scene::MotionScene;
@@ -40,7 +39,7 @@ fn ready(scene: &Scene, study: &SimulateStudy) -> Result<MotionScene, Error> {
 fn moved(scene: &Scene, study: &SimulateStudy) -> (&'static str, Motion) {
     let ready = ready(scene, study).unwrap();
     let choice = choice::choose(&ready.moving.train, study).unwrap();
-    let motion = run::run(&ready, &choice, study.energy, &AtomicBool::new(false)).unwrap();
+    let motion = run::run(&ready, &choice, study.energy, &Stop::default()).unwrap();
     (choice.method.name, motion)
 }
 

@@ -184,10 +184,8 @@ fn rubbed(friction: &Friction, stand: Option<BranchStand>, rate: f64) -> (f64, f
             friction.slope(slip, rate),
         ),
         _ => {
-            let step = 1e-3 * friction.creep;
-            let ahead = friction.smoothed(rate + step);
-            let slope = (ahead - friction.smoothed(rate - step)) / (2.0 * step);
-            (friction.smoothed(rate), 0.0, slope)
+            let (force, slope) = friction.smoothed(rate);
+            (force, 0.0, slope)
         }
     }
 }

@@ -24,6 +24,9 @@ pub mod statistics;
 /// Exact fractions.
 pub mod fraction;
 
+/// Points that fill a cube evenly.
+pub mod lattice;
+
 /// Constraints in exact fractions.
 pub mod exact;
 
@@ -47,6 +50,9 @@ pub mod collinearity;
 
 /// Symmetric eigenproblems, Cholesky factors, linear systems.
 pub mod definite;
+
+/// Vector registers as they should be left.
+pub mod registers;
 
 /// LU factors that are kept.
 pub mod lu;

@@ -1,4 +1,4 @@
-//! Levels over time and frequency as a picture.
+//! Levels over time or speed, and frequency, as a picture.
 
 use super::axes::frame;
 use super::style::{
@@ -12,7 +12,9 @@ pub struct Map {
     pub title: String,
     /// What the levels are, with the unit of 0 dB.
     pub level: String,
-    /// Middles of the rows, s, rising.
+    /// Name of the horizontal axis.
+    pub across: String,
+    /// Middles of the rows along that axis, rising.
     pub times: Vec<f64>,
     /// Lines, Hz, evenly rising.
     pub places: Vec<f64>,
@@ -74,7 +76,7 @@ fn draw(map: &Map, canvas: &mut Canvas, down: (f64, f64)) {
         return;
     };
     panel.rule_y(canvas, &ticks(panel.y, 6));
-    frame(&panel, canvas, "frequency, Hz", Some("time, s"));
+    frame(&panel, canvas, "frequency, Hz", Some(&map.across));
     for column in &cells.columns {
         let across = (
             panel.right_of(column.from),
@@ -99,7 +101,7 @@ fn draw(map: &Map, canvas: &mut Canvas, down: (f64, f64)) {
 }
 
 /// The scale of colours beside the map.
-fn colours(canvas: &mut Canvas, down: (f64, f64), scale: (f64, f64), name: &str) {
+pub(super) fn colours(canvas: &mut Canvas, down: (f64, f64), scale: (f64, f64), name: &str) {
     let bar = Panel {
         across: (RIGHT + 16.0, RIGHT + 30.0),
         down,
@@ -134,7 +136,7 @@ struct Cells {
 }
 
 struct Column {
-    /// Its edges, s.
+    /// Its edges.
     from: f64,
     to: f64,
     /// dB, by rising frequency.
@@ -202,12 +204,14 @@ impl Cells {
     }
 }
 
-fn step_of(level: f64, (low, high): (f64, f64)) -> usize {
+/// Which colour a level has.
+pub(super) fn step_of(level: f64, (low, high): (f64, f64)) -> usize {
     let share = (level - low) / (high - low);
     ((share * STEPS as f64).max(0.0) as usize).min(STEPS - 1)
 }
 
-fn ink(step: usize) -> Ink {
+/// A colour of the scale.
+pub(super) fn ink(step: usize) -> Ink {
     let place = step as f64 / (STEPS - 1) as f64 * (SCALE.len() - 1) as f64;
     let below = (place as usize).min(SCALE.len() - 2);
     let (one, other, share) = (SCALE[below], SCALE[below + 1], place - below as f64);

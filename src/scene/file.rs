@@ -53,6 +53,13 @@ fn read_source(source: Arc<Source>) -> Result<Scene, Errors> {
     if document.root.get("model").is_some() {
         return read_scene(document, notes);
     }
+    if let Some(entry) = document.root.get("measured_gear") {
+        let message = "this file describes a measured gear, not a machine";
+        let error = Error::new(Code::Usage, message).at(&entry.key_place);
+        return Err(error
+            .hint(format!("`geardyn measure {}` evaluates it", source.path))
+            .into());
+    }
     let belongs = |key: &&str| document.root.get(key).is_some();
     if let (Some(key), None) = (SCENE_KEYS.into_iter().find(belongs), &document.broken) {
         let place = Place::new(source.clone(), 0..0);

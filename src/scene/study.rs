@@ -32,6 +32,10 @@ pub enum StudyKind {
     Stability(StabilityStudy),
     /// Steady answers to steady excitation.
     Response(ResponseStudy),
+    /// Periodic motions over speed, play and all.
+    HarmonicBalance(HarmonicBalanceStudy),
+    /// Answers to all orders of a running machine over speed.
+    RunUp(RunUpStudy),
     /// Transmission error of a chain.
     Transmission(TransmissionStudy),
 }
@@ -49,7 +53,79 @@ pub struct TransmissionStudy {
     pub radius: Option<f64>,
     /// Speed of the first node of `[speed]` for the error at speed, rad/s.
     pub speed: Option<f64>,
+    /// Speeds of a map of all lines.
+    pub speeds: Option<SpeedRange>,
+    /// Turns of the output over which ranges are told and a record is made.
+    pub window: Option<u32>,
+    /// Teeth of the output by which a record is told tooth by tooth.
+    pub teeth: Option<u32>,
+    /// A machine that indexes tooth by tooth.
+    pub index: Option<IndexStudy>,
+    /// The error over the angle is wanted.
+    pub record: bool,
 }
+
+/// A machine that indexes tooth by tooth.
+#[derive(Debug, Clone, PartialEq)]
+pub struct IndexStudy {
+    /// The pair or shaft whose output side moves on from tooth to tooth.
+    pub behind: String,
+    /// Teeth of the work.
+    pub teeth: u32,
+}
+
+impl IndexStudy {
+    /// Reads `ELEMENT:TEETH`.
+    ///
+    /// # Errors
+    /// What is not of that form.
+    pub fn parse(text: &str, subject: &str) -> Result<IndexStudy, Error> {
+        let parts = text.rsplit_once(':');
+        let read = parts.and_then(|(behind, teeth)| {
+            Some((behind, teeth.trim().parse().ok().filter(|z| *z >= 2)?))
+        });
+        let Some((behind, teeth)) = read else {
+            let message = format!("\"{}\" is no indexing", units::shortened(text));
+            let hint = format!(
+                "{subject} takes the element behind which the work moves on, and the teeth of the work, such as differential:37"
+            );
+            return Err(Error::new(Code::OutOfRange, message).hint(hint));
+        };
+        Ok(IndexStudy {
+            behind: behind.trim().to_string(),
+            teeth,
+        })
+    }
+}
+
+/// Answers to all orders of a running machine over speed, as the command has them.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct RunUpStudy {
+    /// Speeds of the first node of `[speed]`.
+    pub speeds: Option<SpeedRange>,
+    /// What is measured, as of a frequency response; forces in all meshes where left out.
+    pub outputs: Vec<String>,
+    /// Freedoms held still.
+    pub held: Vec<String>,
+}
+
+/// Periodic motions over speed, as the command has them.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct HarmonicBalanceStudy {
+    /// Speeds of the first node of `[speed]`; the number of points bounds the steps.
+    pub speeds: Option<SpeedRange>,
+    /// Signals as of a motion; deflections of what has play or varies where left out.
+    pub outputs: Vec<String>,
+    /// What higher orders may add, of the size of the deflections.
+    pub tolerance: Option<f64>,
+    /// So many orders; as many as the tolerance asks where absent.
+    pub orders: Option<u32>,
+    /// By orders alone, without refining motions by events.
+    pub orders_alone: bool,
+}
+
+/// The most orders of a balance.
+pub const MOST_ORDERS: u32 = 500;
 
 /// Steady answers to steady excitation, as the command has them.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -350,6 +426,14 @@ pub struct SpeedRange {
 }
 
 impl SpeedRange {
+    /// The speeds, rising, rad/s.
+    pub fn all(self) -> Vec<f64> {
+        let steps = f64::from(self.count - 1);
+        (0..self.count)
+            .map(|k| self.from + (self.to - self.from) * f64::from(k) / steps)
+            .collect()
+    }
+
     /// Reads `A:B:N`, two speeds (rpm where bare) and how many points; 50 points where `N` is left out.
     pub fn parse(text: &str, subject: &str) -> Result<SpeedRange, Error> {
         const USUAL: u32 = 50;
@@ -387,6 +471,8 @@ enum Word {
     Accuracy,
     Stability,
     Response,
+    HarmonicBalance,
+    RunUp,
     Transmission,
 }
 
@@ -398,6 +484,8 @@ pub fn read(f: &mut Fields) -> Option<Study> {
         ("accuracy", Word::Accuracy),
         ("stability", Word::Stability),
         ("response", Word::Response),
+        ("harmonic_balance", Word::HarmonicBalance),
+        ("run_up", Word::RunUp),
         ("te", Word::Transmission),
     ];
     let known = f.choice("kind", &words);
@@ -413,6 +501,19 @@ pub fn read(f: &mut Fields) -> Option<Study> {
             over: parsed(f, "over", Over::parse),
         }),
         Word::Response => StudyKind::Response(response(f)),
+        Word::RunUp => StudyKind::RunUp(RunUpStudy {
+            speeds: speeds(f, "speeds"),
+            outputs: texts(f, "outputs"),
+            held: texts(f, "hold"),
+        }),
+        Word::HarmonicBalance => StudyKind::HarmonicBalance(HarmonicBalanceStudy {
+            speeds: speeds(f, "speeds"),
+            outputs: texts(f, "outputs"),
+            tolerance: f
+                .optional_number("tolerance", Range::Between(0.0, 1.0, "above 0 and below 1")),
+            orders: f.optional_count("orders", 1, MOST_ORDERS),
+            orders_alone: f.flag("orders_alone"),
+        }),
         Word::Transmission => StudyKind::Transmission(transmission(f)),
     };
     Some(Study {
@@ -497,6 +598,11 @@ fn transmission(f: &mut Fields) -> TransmissionStudy {
         against: text(f, "against"),
         radius: f.optional_quantity("radius", Kind::Length, Range::Positive),
         speed: f.optional_quantity("speed", Kind::Speed, Range::Any),
+        speeds: speeds(f, "speeds"),
+        window: f.optional_count("window", 1, MOST),
+        teeth: f.optional_count("teeth", 1, MOST),
+        index: parsed(f, "index", IndexStudy::parse),
+        record: false,
     }
 }
 
