@@ -539,16 +539,16 @@ p = "5 rad/s"
     assert_eq!((known, followed), ("exact", "radau5"));
     assert!(gap(&angle) < 1e-6, "{}", gap(&angle));
     let force = 3.0 / (0.5 * 20.0 * 0.004 * 20f64.to_radians().cos());
-    for motion in [&time, &angle] {
-        let worst = motion.values[0]
-            .iter()
-            .fold(0.0f64, |m, f| m.max((f - force).abs()));
-        // Inertia of what the errors shake, m ë = 0.03 N, and its ring; without the speeds of the errors k ė/ω would be 2 N.
-        assert!(worst < 0.1 && worst > 1e-4, "{worst}");
+    // Inertia of what the errors shake, m ë = 0.03 N, and its ring; without the speeds of the errors k ė/ω would be 2 N. Where e
+    // follows the angle the start takes it at angle zero: k e′ q = 1 N.
+    for (motion, most) in [(&time, 0.1), (&angle, 1.0)] {
+        let worst = motion.values[0].iter();
+        let worst = worst.fold(0.0f64, |m, f| m.max((f - force).abs()));
+        assert!(worst < most && worst > 1e-4, "{worst}");
     }
-    // The angle differs from that of even speed by what the errors turn: 4e-4 rad, times 30 teeth, on speeds of 2e-3.
+    // The load works on errors that follow the angle: F e = 3e-3 J of 0.24 J, which changes the speed by half a percent.
     let gap = apart(&time.values[1], &angle.values[1]);
-    assert!(gap < 1e-4, "{gap:e}");
+    assert!(gap < 1e-2, "{gap:e}");
 }
 
 /// Two motors on one node add up.
