@@ -122,8 +122,13 @@ pub fn table(machine: &Machine, answer: &Answer, all: bool) -> String {
 
 /// Amplitudes that were assumed from grades.
 fn assumed(machine: &Machine) -> String {
-    let each = machine.errors.iter().filter_map(|error| Some((error, error.assumed.as_ref()?)));
-    let lines: String = each.map(|(error, how)| format!("    {}: {how}\n", error.on)).collect();
+    let each = machine
+        .errors
+        .iter()
+        .filter_map(|error| Some((error, error.assumed.as_ref()?)));
+    let lines: String = each
+        .map(|(error, how)| format!("    {}: {how}\n", error.on))
+        .collect();
     match lines.is_empty() {
         true => lines,
         false => format!("\nAssumed:\n{lines}"),

@@ -223,7 +223,11 @@ fn refuse_what_cannot_be(f: &mut Fields, cause: Cause, size: &ErrorSize) {
     let once = matches!(size, ErrorSize::Orders(terms) if terms.iter().all(|t| t.0 == 1));
     let known = [Cause::Eccentricity, Cause::CumulativePitch, Cause::Profile];
     if graded && !known.contains(&cause) {
-        refuse(f, "grade", "a grade says what an eccentricity, a cumulative-pitch or a profile may be");
+        refuse(
+            f,
+            "grade",
+            "a grade says what an eccentricity, a cumulative-pitch or a profile may be",
+        );
     }
     if is_offset && !once && !graded {
         let key = [

@@ -213,15 +213,25 @@ fn shape(part: &model::FormError, teeth: u32) -> Result<Shape, Error> {
 
 /// What a grade allows, and how that was taken: half of F_r as an offset, half of F_p once a turn, a quarter of f_fα at the mesh, where two
 /// pairs of teeth share the load.
-fn graded(part: &model::FormError, gear: &Gear, grade: u32, phase: f64) -> Result<(Shape, String), Error> {
+fn graded(
+    part: &model::FormError,
+    gear: &Gear,
+    grade: u32,
+    phase: f64,
+) -> Result<(Shape, String), Error> {
     let refuse = |message: String| {
         let hint = "state an `amplitude`, and in a comment where it comes from";
-        Error::new(Code::OutOfRange, message).at(&part.on.place).hint(hint)
+        Error::new(Code::OutOfRange, message)
+            .at(&part.on.place)
+            .hint(hint)
     };
     let name = Edition::Y1995.name();
     let teeth = gear.teeth.unwrap_or(1);
     let Some([module, radius]) = gear.seats.first().and_then(|seat| seat.cylindrical) else {
-        return Err(refuse(format!("{name} is of cylindrical gears, and `{}` is none", part.on.text)));
+        return Err(refuse(format!(
+            "{name} is of cylindrical gears, and `{}` is none",
+            part.on.text
+        )));
     };
     let (quantity, symbol, share, word, order) = match part.cause {
         Cause::Eccentricity => (Quantity::Runout, "F_r", 0.5, "half", 1),
@@ -237,11 +247,19 @@ fn graded(part: &model::FormError, gear: &Gear, grade: u32, phase: f64) -> Resul
         contact_ratio: None,
         designed_short_wave: None,
     };
-    let limit = Edition::Y1995.exact(quantity, &size, grade).ok_or_else(|| {
-        refuse(format!("{name} has no {symbol} for a gear of {teeth} teeth and module {} mm", 1e3 * module))
-    })?;
+    let limit = Edition::Y1995
+        .exact(quantity, &size, grade)
+        .ok_or_else(|| {
+            refuse(format!(
+                "{name} has no {symbol} for a gear of {teeth} teeth and module {} mm",
+                1e3 * module
+            ))
+        })?;
     let amplitude = share * limit;
-    let how = format!("{name} grade {grade}: {word} of {symbol}, {:.1} µm", 1e6 * amplitude);
+    let how = format!(
+        "{name} grade {grade}: {word} of {symbol}, {:.1} µm",
+        1e6 * amplitude
+    );
     let shape = Shape::Fourier {
         mean: 0.0,
         terms: vec![(order, amplitude, phase)],
