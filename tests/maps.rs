@@ -14,6 +14,7 @@ fn count(svg: &str, what: &str) -> usize {
 fn map() -> Map {
     Map {
         title: "log.csv: ax".into(),
+        across: "time, s".to_string(),
         level: "dB re 1 g²/Hz".into(),
         times: (0..10).map(f64::from).collect(),
         places: vec![0.0, 10.0, 20.0, 30.0],

@@ -192,3 +192,147 @@ fn refuses_with_exit_two() {
         assert!(text.contains(word), "{more:?}: {text}");
     }
 }
+
+/// Folds of the shipped pair: 0.828462 and 0.708032 of its natural frequency, by command and by file.
+#[test]
+fn ref_folds_by_command() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let (csv, svg) = (path("curve.csv"), path("curve.svg"));
+    let found = document(&[
+        "response",
+        "examples/backlash_jumps.toml",
+        "--harmonic-balance",
+        "4000:4400:6",
+        "--tolerance",
+        "1e-4",
+        "--json",
+        "--csv",
+        &csv,
+        "--svg",
+        &svg,
+    ]);
+    let natural = 2115.0 * 60.0 / 25.0;
+    let fold = &found["special"][0];
+    assert_eq!(fold["kind"], "fold");
+    assert!(
+        (fold["speed_rpm"].as_f64().unwrap() / natural - 0.82846).abs() < 1e-4,
+        "{fold}"
+    );
+    let points = found["points"].as_array().unwrap();
+    assert!(points.iter().any(|p| p["stable"] == false));
+    assert_eq!(
+        std::fs::read_to_string(&csv).unwrap().lines().count(),
+        points.len() + 1
+    );
+    assert!(std::fs::read_to_string(&svg).unwrap().contains("fold"));
+}
+
+/// One pair between two shafts: the mesh meets its natural frequency where teeth times speed is that.
+#[test]
+fn exact_critical_speed_of_a_mesh() {
+    let folder = tempfile::tempdir().unwrap();
+    let csv = folder.path().join("map.csv").to_str().unwrap().to_string();
+    let found = document(&[
+        "response",
+        "models/gear_pair.toml",
+        "--run-up",
+        "0:6000:61",
+        "--json",
+        "--csv",
+        &csv,
+    ]);
+    let critical = found["critical"].as_array().unwrap();
+    let modes = document(&["modes", "models/gear_pair.toml", "--json"]);
+    let natural = modes["modes"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .find(|m| m["rigid"] == false)
+        .unwrap();
+    let natural = natural["frequency_hz"].as_f64().unwrap();
+    let mesh = critical
+        .iter()
+        .find(|c| c["source"] == "pair: mesh")
+        .unwrap();
+    assert_eq!(mesh["order"], "25");
+    assert!((mesh["speed_rpm"].as_f64().unwrap() * 25.0 / 60.0 / natural - 1.0).abs() < 1e-9);
+    assert_eq!(mesh["danger"], "pair");
+    // At resonance 1 µm moves the force by k (1 + 2iζ)/(2iζ) · 1 µm and the mean stays: k = 400 N/µm, ζ = 0.05.
+    let exact = 400.0 * (1.0f64 + 0.01).sqrt() / 0.1;
+    assert!(
+        (mesh["amplitude"].as_f64().unwrap() / exact - 1.0).abs() < 1e-9,
+        "{mesh}"
+    );
+    let orders: Vec<&str> = critical
+        .iter()
+        .map(|c| c["order"].as_str().unwrap())
+        .collect();
+    assert!(
+        ["24", "25", "26", "50", "75"]
+            .iter()
+            .all(|o| orders.contains(o)),
+        "{orders:?}"
+    );
+    assert_eq!(std::fs::read_to_string(&csv).unwrap().lines().count(), 62);
+    // Declared errors take the place of assumed ones.
+    let declared = document(&[
+        "response",
+        "examples/backlash_jumps.toml",
+        "--run-up",
+        "0:6000:4",
+        "--json",
+    ]);
+    let first = declared["excitations"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .find(|e| e["order"] == "25")
+        .unwrap();
+    assert_eq!(
+        (first["declared"].as_bool(), first["amplitude"].as_f64()),
+        (Some(true), Some(2.5e-6))
+    );
+}
+
+#[test]
+fn refuses_speeds_that_cannot_be() {
+    let pair = "examples/backlash_jumps.toml";
+    for (arguments, word) in [
+        (&["--harmonic-balance", "0:3000:10"][..], "standstill"),
+        (&["--harmonic-balance", "-100:3000:10"], "standstill"),
+        (&["--harmonic-balance", "3000:1000:10"], "range of speeds"),
+        (&["--harmonic-balance", "nan:1000:10"], ""),
+        (&["--harmonic-balance", "1000:3000:1"], "range of speeds"),
+        (
+            &["--harmonic-balance", "1000:3000", "--orders", "0"],
+            "orders",
+        ),
+        (
+            &["--harmonic-balance", "1000:3000", "--orders", "100000"],
+            "orders",
+        ),
+        (
+            &["--harmonic-balance", "1000:3000", "--tolerance", "nan"],
+            "tolerance",
+        ),
+        (
+            &["--harmonic-balance", "1000:3000", "--output", "nobody"],
+            "nobody",
+        ),
+        (
+            &["--harmonic-balance", "1000:3000", "--band", "1:2"],
+            "--band",
+        ),
+        (&["--run-up", "3000:0:10"], "range of speeds"),
+        (&["--run-up", "0:3000:10", "--output", "nobody"], "nobody"),
+        (&["--orders", "3"], "--harmonic-balance"),
+    ] {
+        let arguments = [&["response", pair][..], arguments].concat();
+        let output = geardyn(&arguments);
+        let text = String::from_utf8(output.stderr).unwrap();
+        let code = output.status.code();
+        assert!(matches!(code, Some(2)), "{arguments:?}: {code:?} {text}");
+        assert!(text.contains(word), "{arguments:?}: {text}");
+    }
+}

@@ -78,7 +78,9 @@ pub enum Command {
     /// Frequency responses between torques, transmission errors, base motion and what they move
     #[command(after_help = "Examples:
   geardyn response models/y2250.toml --input motor --output workpiece --band 1:400
-  geardyn response models/y2250.toml --input index_drive.te --output workpiece --hold motor --band 1:400 --svg te.svg")]
+  geardyn response models/y2250.toml --input index_drive.te --output workpiece --hold motor --band 1:400 --svg te.svg
+  geardyn response models/y2250.toml --run-up 50:3000:120 --svg run_up.svg
+  geardyn response examples/backlash_jumps.toml --harmonic-balance 2000:7000:60 --svg jumps.svg")]
     Response(ResponseArgs),
     /// Gear charts and readings: deviations, uncertainty, grades
     #[command(after_help = "Exit code 1 where a value is out of what was asked.
@@ -94,7 +96,8 @@ Examples:
   geardyn te models/three_stage_chain.toml --output spindle --radius 270mm --speed 1400 --all
   geardyn te examples/y2250_te.toml --svg te.svg --speeds 200:3000:141
   geardyn te models/three_stage_chain.toml --output spindle --record record.csv --window 1
-  geardyn te data/y2250_te.csv --input index_gear_1 --output work_spindle --teeth 30:37,54:36,1:90 --lines 10000,36000")]
+  geardyn te data/y2250_te.csv --input index_gear_1 --output work_spindle --teeth 30:37,54:36,1:90 --lines 10000,36000
+  geardyn te data/y2250_te.csv --input index_gear_1 --output work_spindle --teeth 30:37,54:36,1:90 --lines 10000,36000 --model examples/y2250_index_te.toml --at index_gear_1,work_spindle --svg te.svg")]
     Te(TeArgs),
     /// Every study a scene lists
     #[command(after_help = "Example:\n  geardyn run examples/linear_chain.toml")]
@@ -721,13 +724,30 @@ pub struct ResponseArgs {
     /// How; chosen from the machine and the number of lines where left out
     #[arg(long, value_enum, value_name = "METHOD")]
     pub method: Option<ResponseWayWord>,
+    /// Answers to all orders over speed instead: meshes with sidebands, eccentricities, declared errors; speeds of the first node of
+    /// `[speed]` (rpm where bare). Where no amplitude is declared, 1 µm is taken
+    #[arg(long, value_name = "A:B:POINTS", allow_hyphen_values = true, conflicts_with_all = ["input", "band", "lines", "kind", "speed", "method", "harmonic_balance"])]
+    pub run_up: Option<String>,
+    /// Periodic motions over speed instead, with play, friction and varying stiffness: a balance of orders followed by arc length;
+    /// speeds of the first node of `[speed]` (rpm where bare), POINTS bounds the steps. --output takes what `simulate` takes
+    #[arg(long, value_name = "A:B:POINTS", allow_hyphen_values = true, conflicts_with_all = ["input", "hold", "band", "lines", "kind", "speed", "method"])]
+    pub harmonic_balance: Option<String>,
+    /// What higher orders may add to the balance, of the size of the deflections; 1e-6 where left out
+    #[arg(long, value_name = "SHARE", requires = "harmonic_balance")]
+    pub tolerance: Option<f64>,
+    /// So many orders; as many as the tolerance asks where left out
+    #[arg(long, value_name = "N", requires = "harmonic_balance")]
+    pub orders: Option<u32>,
+    /// The balance alone, motions not refined by locating every switch
+    #[arg(long, requires = "harmonic_balance")]
+    pub orders_alone: bool,
     /// One JSON document on standard output, nothing else there
     #[arg(long)]
     pub json: bool,
-    /// Write the responses, real and imaginary part, one row a line
+    /// Write the responses, real and imaginary part, one row a line; or the curve, one row a motion or a speed
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
-    /// Draw magnitude and phase, and the complex plane beside (FILE-nyquist.svg)
+    /// Draw magnitude and phase, and the complex plane beside (FILE-nyquist.svg); or the jump curve, or the map
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
     /// No warnings, no word about what was done

@@ -60,6 +60,12 @@ pub mod stability;
 /// `response`.
 pub mod response;
 
+/// `response --run-up`.
+pub mod run_up;
+
+/// `response --harmonic-balance`.
+pub mod harmonic_balance;
+
 /// `measure`.
 pub mod measure;
 
@@ -143,6 +149,8 @@ fn carry_out(command: &Command) -> Result<u8, Errors> {
         Command::Simulate(args) => simulate::run(args)?,
         Command::Accuracy(args) => accuracy::run(args)?,
         Command::Stability(args) => stability::run(args)?,
+        Command::Response(args) if args.harmonic_balance.is_some() => harmonic_balance::run(args)?,
+        Command::Response(args) if args.run_up.is_some() => run_up::run(args)?,
         Command::Response(args) => response::run(args)?,
         Command::Measure(args) => measure::run(args)?,
         Command::Te(args) => te::run(args)?,

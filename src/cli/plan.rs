@@ -13,6 +13,7 @@ use crate::modes::reduction::{Advice, advise};
 use crate::plan::motion::choice;
 use crate::plan::motion::scene::MotionScene;
 use crate::plan::prepared::Prepared;
+use crate::plan::response::{harmonic_balance, run_up};
 use crate::plan::stages::{Plan, Verdict, solver};
 use crate::report;
 use crate::scene::study::StudyKind;
@@ -85,6 +86,17 @@ fn motions(scene: &Scene, prepared: &Prepared) -> Result<Vec<(&'static str, Rows
                     "response",
                     crate::plan::response::choice::plan(prepared, response),
                 ));
+                continue;
+            }
+            StudyKind::HarmonicBalance(balance) => {
+                all.push((
+                    "harmonic_balance",
+                    harmonic_balance::plan(prepared, balance)?,
+                ));
+                continue;
+            }
+            StudyKind::RunUp(study) => {
+                all.push(("run_up", run_up::plan(prepared, study)?));
                 continue;
             }
             StudyKind::Transmission(te) => {

@@ -52,3 +52,18 @@ pub fn busy<T>(what: &'static str, quiet: bool, work: impl FnOnce() -> T) -> T {
     sign.finish_and_clear();
     done
 }
+
+/// Work that knows how far it is: hears its share, 0 to 1, and `None` when it is done.
+pub fn share(what: &'static str, quiet: bool) -> impl Fn(Option<f64>) {
+    let bar = (!quiet).then(|| {
+        let look = ProgressStyle::with_template("{msg} {wide_bar} {percent} %");
+        let bar = ProgressBar::new(STEPS).with_message(what);
+        bar.set_style(look.unwrap_or_else(|_| ProgressStyle::default_bar()));
+        bar
+    });
+    move |share| match (&bar, share) {
+        (Some(bar), Some(share)) => bar.set_position((share * STEPS as f64) as u64),
+        (Some(bar), None) => bar.finish_and_clear(),
+        (None, _) => {}
+    }
+}

@@ -4,7 +4,9 @@ use serde_json::{Value, json};
 
 use super::accuracy::Measured;
 use super::args::RunArgs;
+use super::harmonic_balance::Balanced;
 use super::response::Linear;
+use super::run_up::Raised;
 use super::simulate::Moved;
 use super::te::Traced;
 use super::{interrupt, modes, output, stability};
@@ -37,9 +39,9 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
             Code::MissingKey,
             format!("{} lists no [[study]]", args.scene.display()),
         );
-        return Err(error.hint("write [[study]] and below it kind = \"modes\", \"simulate\", \"accuracy\", \"stability\", \"response\" or \"te\"; or call the command of the analysis").into());
+        return Err(error.hint("write [[study]] and below it kind = \"modes\", \"simulate\", \"accuracy\", \"stability\", \"response\", \"run_up\", \"te\" or \"harmonic_balance\"; or call the command of the analysis").into());
     }
-    let stop = interrupt::flag();
+    let stop = interrupt::stop();
     let mut documents = Vec::new();
     let mut exit = 0;
     for study in &scene.studies {
@@ -56,16 +58,34 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
             ),
             StudyKind::Accuracy(study) => (
                 "accuracy",
-                Measured::new(&scene, study, args.quiet || args.json).map(|measured| Done {
+                Measured::new(&scene, study, args.quiet || args.json, &stop).map(|measured| Done {
                     text: measured.text(),
                     json: measured.json(&scene),
-                    epilogue: String::new(),
-                    exit: 0,
+                    epilogue: measured.epilogue().to_string(),
+                    exit: measured.exit(),
                 }),
             ),
             StudyKind::Response(study) => (
                 "response",
                 Linear::new(&scene, study).map(|found| Done {
+                    text: found.text(),
+                    json: found.json(&scene),
+                    epilogue: found.epilogue(),
+                    exit: 0,
+                }),
+            ),
+            StudyKind::HarmonicBalance(study) => (
+                "harmonic_balance",
+                Balanced::new(&scene, study, args.quiet || args.json).map(|found| Done {
+                    text: found.text(),
+                    json: found.json(&scene),
+                    epilogue: found.epilogue(),
+                    exit: 0,
+                }),
+            ),
+            StudyKind::RunUp(study) => (
+                "run_up",
+                Raised::new(&scene, study).map(|found| Done {
                     text: found.text(),
                     json: found.json(&scene),
                     epilogue: found.epilogue(),
@@ -83,11 +103,13 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
             ),
             StudyKind::Stability(study) => (
                 "stability",
-                stability::study_of(&scene, study).map(|found| Done {
-                    text: report::stability_table::table(&found),
-                    json: report::stability::json(&scene.sources, &found),
-                    epilogue: String::new(),
-                    exit: stability::exit(&found),
+                stability::study_of(&scene, study, args.quiet || args.json, &stop).map(|found| {
+                    Done {
+                        text: report::stability_table::table(&found),
+                        json: report::stability::json(&scene.sources, &found),
+                        epilogue: stability::epilogue(&found).to_string(),
+                        exit: stability::exit(&found),
+                    }
                 }),
             ),
         };

@@ -41,6 +41,16 @@ impl Friction {
         }
     }
 
+    /// The same at a share of its capacity.
+    pub fn gripped(&self, share: f64) -> Friction {
+        let share = share.max(0.0);
+        Friction {
+            sliding: share * self.sliding,
+            breakaway: share * self.breakaway,
+            ..*self
+        }
+    }
+
     fn fall(&self, rate: f64) -> f64 {
         match self.is_coulomb() {
             true => 0.0,
@@ -53,8 +63,12 @@ impl Friction {
         self.breakaway == self.sliding
     }
 
-    /// The law with its step spread over the creep speed, `tanh(δ̇/creep)`: for methods without events.
-    pub fn smoothed(&self, rate: f64) -> f64 {
-        (rate / self.creep).tanh() * self.sliding(Slip::Forward, rate)
+    /// The law with its step spread over the creep speed, `tanh(δ̇/creep)`, for methods without events; and its derivative.
+    pub fn smoothed(&self, rate: f64) -> (f64, f64) {
+        let step = (rate / self.creep).tanh();
+        let size = self.sliding(Slip::Forward, rate);
+        let slope =
+            (1.0 - step * step) / self.creep * size + step * self.slope(Slip::Forward, rate);
+        (step * size, slope)
     }
 }

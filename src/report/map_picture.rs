@@ -1,4 +1,4 @@
-//! Levels over time and frequency as a picture.
+//! Levels over time or speed, and frequency, as a picture.
 
 use super::axes::frame;
 use super::style::{
@@ -12,7 +12,9 @@ pub struct Map {
     pub title: String,
     /// What the levels are, with the unit of 0 dB.
     pub level: String,
-    /// Middles of the rows, s, rising.
+    /// Name of the horizontal axis.
+    pub across: String,
+    /// Middles of the rows along that axis, rising.
     pub times: Vec<f64>,
     /// Lines, Hz, evenly rising.
     pub places: Vec<f64>,
@@ -74,7 +76,7 @@ fn draw(map: &Map, canvas: &mut Canvas, down: (f64, f64)) {
         return;
     };
     panel.rule_y(canvas, &ticks(panel.y, 6));
-    frame(&panel, canvas, "frequency, Hz", Some("time, s"));
+    frame(&panel, canvas, "frequency, Hz", Some(&map.across));
     for column in &cells.columns {
         let across = (
             panel.right_of(column.from),
@@ -134,7 +136,7 @@ struct Cells {
 }
 
 struct Column {
-    /// Its edges, s.
+    /// Its edges.
     from: f64,
     to: f64,
     /// dB, by rising frequency.

@@ -60,6 +60,15 @@ pub mod motion;
 /// Steady answers to steady excitation.
 pub mod response;
 
+/// Amplitude over speed, as a picture.
+mod jump_curve;
+
+/// Periodic motions over speed.
+pub mod harmonic_balance;
+
+/// Run-up maps.
+pub mod run_up;
+
 /// Transmission error of a chain.
 pub mod transmission;
 
@@ -89,6 +98,14 @@ pub mod motion_table;
 /// Tables of steady answers.
 #[cfg(feature = "cli")]
 pub mod response_table;
+
+/// Tables of run-ups.
+#[cfg(feature = "cli")]
+pub mod run_up_table;
+
+/// Tables of periodic motions over speed.
+#[cfg(feature = "cli")]
+pub mod harmonic_balance_table;
 
 /// Tables of transmission error.
 #[cfg(feature = "cli")]

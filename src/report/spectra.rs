@@ -132,6 +132,7 @@ pub fn maps(found: &Spectrum, title: &str) -> Vec<Map> {
     let map = |curve: &Curve| Map {
         title: format!("{title}: {}", curve.channel),
         level: format!("dB re 1 {}", curve.unit),
+        across: "time, s".to_string(),
         times: curve.rows.iter().map(|row| row.time_s).collect(),
         places: found.places.clone(),
         rows: curve.rows.iter().map(|row| row.density.clone()).collect(),

@@ -20,3 +20,9 @@ pub mod frequency;
 
 /// Peaks of a response.
 pub mod peaks;
+
+/// Strongly nonlinear steady motions over speed.
+pub mod harmonic;
+
+/// What excites a running machine.
+pub mod excitation;

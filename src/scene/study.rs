@@ -32,6 +32,10 @@ pub enum StudyKind {
     Stability(StabilityStudy),
     /// Steady answers to steady excitation.
     Response(ResponseStudy),
+    /// Periodic motions over speed, play and all.
+    HarmonicBalance(HarmonicBalanceStudy),
+    /// Answers to all orders of a running machine over speed.
+    RunUp(RunUpStudy),
     /// Transmission error of a chain.
     Transmission(TransmissionStudy),
 }
@@ -93,6 +97,35 @@ impl IndexStudy {
         })
     }
 }
+
+/// Answers to all orders of a running machine over speed, as the command has them.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct RunUpStudy {
+    /// Speeds of the first node of `[speed]`.
+    pub speeds: Option<SpeedRange>,
+    /// What is measured, as of a frequency response; forces in all meshes where left out.
+    pub outputs: Vec<String>,
+    /// Freedoms held still.
+    pub held: Vec<String>,
+}
+
+/// Periodic motions over speed, as the command has them.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct HarmonicBalanceStudy {
+    /// Speeds of the first node of `[speed]`; the number of points bounds the steps.
+    pub speeds: Option<SpeedRange>,
+    /// Signals as of a motion; deflections of what has play or varies where left out.
+    pub outputs: Vec<String>,
+    /// What higher orders may add, of the size of the deflections.
+    pub tolerance: Option<f64>,
+    /// So many orders; as many as the tolerance asks where absent.
+    pub orders: Option<u32>,
+    /// By orders alone, without refining motions by events.
+    pub orders_alone: bool,
+}
+
+/// The most orders of a balance.
+pub const MOST_ORDERS: u32 = 500;
 
 /// Steady answers to steady excitation, as the command has them.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -438,6 +471,8 @@ enum Word {
     Accuracy,
     Stability,
     Response,
+    HarmonicBalance,
+    RunUp,
     Transmission,
 }
 
@@ -449,6 +484,8 @@ pub fn read(f: &mut Fields) -> Option<Study> {
         ("accuracy", Word::Accuracy),
         ("stability", Word::Stability),
         ("response", Word::Response),
+        ("harmonic_balance", Word::HarmonicBalance),
+        ("run_up", Word::RunUp),
         ("te", Word::Transmission),
     ];
     let known = f.choice("kind", &words);
@@ -464,6 +501,19 @@ pub fn read(f: &mut Fields) -> Option<Study> {
             over: parsed(f, "over", Over::parse),
         }),
         Word::Response => StudyKind::Response(response(f)),
+        Word::RunUp => StudyKind::RunUp(RunUpStudy {
+            speeds: speeds(f, "speeds"),
+            outputs: texts(f, "outputs"),
+            held: texts(f, "hold"),
+        }),
+        Word::HarmonicBalance => StudyKind::HarmonicBalance(HarmonicBalanceStudy {
+            speeds: speeds(f, "speeds"),
+            outputs: texts(f, "outputs"),
+            tolerance: f
+                .optional_number("tolerance", Range::Between(0.0, 1.0, "above 0 and below 1")),
+            orders: f.optional_count("orders", 1, MOST_ORDERS),
+            orders_alone: f.flag("orders_alone"),
+        }),
         Word::Transmission => StudyKind::Transmission(transmission(f)),
     };
     Some(Study {

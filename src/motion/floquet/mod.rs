@@ -119,7 +119,7 @@ fn closed(train: &Train) -> Vec<BranchStand> {
 }
 
 /// Directions no row resists, then the others, and how many the first are.
-fn free_turning(rows: &[Vec<f64>], n: usize) -> Result<(Matrix, usize), Error> {
+pub(crate) fn free_turning(rows: &[Vec<f64>], n: usize) -> Result<(Matrix, usize), Error> {
     let mut gram = Matrix::zeros(n, n);
     for row in rows {
         let size: f64 = row.iter().map(|x| x * x).sum();

@@ -5,3 +5,9 @@ pub mod choice;
 
 /// The run.
 pub mod run;
+
+/// Periodic motions over speed.
+pub mod harmonic_balance;
+
+/// Run-up maps.
+pub mod run_up;

@@ -213,7 +213,7 @@ fn per(output: &str, input: &str) -> String {
 }
 
 /// Natural frequencies in the band, rad/s, with what is prescribed free: near enough for a search; none of a large machine.
-fn natural(prepared: &Prepared, ports: &Ports, (from, to): (f64, f64)) -> Vec<f64> {
+pub(super) fn natural(prepared: &Prepared, ports: &Ports, (from, to): (f64, f64)) -> Vec<f64> {
     const MOST: usize = 400;
     if prepared.linear.n > MOST {
         return Vec::new();
@@ -234,7 +234,7 @@ fn natural(prepared: &Prepared, ports: &Ports, (from, to): (f64, f64)) -> Vec<f6
 }
 
 /// What every spring is strained by each input.
-struct Strain<'a> {
+pub(super) struct Strain<'a> {
     direct: Direct,
     /// Element and stiffness of every output.
     springs: Vec<(usize, f64)>,
@@ -242,7 +242,7 @@ struct Strain<'a> {
 }
 
 impl<'a> Strain<'a> {
-    fn new(setting: &Setting<'a>, ports: &Ports) -> Result<Strain<'a>, Error> {
+    pub fn new(setting: &Setting<'a>, ports: &Ports) -> Result<Strain<'a>, Error> {
         let springs: Vec<_> = setting
             .linear
             .branches
@@ -271,16 +271,31 @@ impl<'a> Strain<'a> {
 
     /// The element with most of the strain energy.
     fn mostly(&self, omega: f64, input: usize) -> Result<Option<(usize, f64)>, Error> {
-        let deflections = self.direct.at(omega)?;
         let mut energy = vec![0.0; self.setting.machine.elements.len()];
-        for (row, &(element, stiffness)) in self.springs.iter().enumerate() {
-            energy[element] += stiffness * deflections[(row, input)].norm().powi(2);
+        for (element, share) in self.energies(omega, &[(input, Complex::new(1.0, 0.0))])? {
+            energy[element] += share;
         }
         let total: f64 = energy.iter().sum();
-        let largest = (0..self.setting.machine.elements.len())
-            .max_by(|&a, &b| energy[a].total_cmp(&energy[b]));
+        let largest = (0..energy.len()).max_by(|&a, &b| energy[a].total_cmp(&energy[b]));
         Ok(largest
             .filter(|_| total > 0.0)
             .map(|element| (element, energy[element] / total)))
+    }
+
+    /// Of every spring its element and twice the energy that inputs of these amplitudes put into it, J.
+    pub fn energies(
+        &self,
+        omega: f64,
+        inputs: &[(usize, Complex)],
+    ) -> Result<Vec<(usize, f64)>, Error> {
+        let deflections = self.direct.at(omega)?;
+        let of = |(row, &(element, stiffness)): (usize, &(usize, f64))| {
+            let zero = Complex::new(0.0, 0.0);
+            let delta = inputs.iter().fold(zero, |sum, &(input, size)| {
+                sum + deflections[(row, input)] * size
+            });
+            (element, stiffness * delta.norm_sqr())
+        };
+        Ok(self.springs.iter().enumerate().map(of).collect())
     }
 }

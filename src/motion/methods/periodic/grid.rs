@@ -161,8 +161,11 @@ fn spectrum(train: &Train) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// T in two parts.
-fn common_period(train: &Train, fastest: f64) -> Result<(f64, f64), Error> {
+/// T in two parts, s; `2π/fastest` where nothing repeats.
+///
+/// # Errors
+/// `Hopeless` where the frequencies share no period.
+pub(crate) fn common_period(train: &Train, fastest: f64) -> Result<(f64, f64), Error> {
     let all: Vec<f64> = frequencies(train).chain(harmonics(train)).collect();
     let Some(&first) = all.first() else {
         return Ok((TAU / fastest, 0.0));

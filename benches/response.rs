@@ -1,0 +1,286 @@
+//! Steady answers, in one run: frequency responses against NumPy, harmonic balance against integration until steady.
+//!
+//! `cargo bench --bench response` prints times, errors and ratios; the peer needs `python3` with NumPy and SciPy, on one thread as
+//! ours is; where it is missing only our side is shown. Responses are those of a uniform chain of 200 discs held at its start,
+//! 10 000 lines, last disc by first; errors are against its modes in closed form, by the largest value. Periodic motions start
+//! from nothing on both sides; errors are against the orbit by shooting with every switch located.
+
+use std::f64::consts::{PI, TAU};
+use std::ops::ControlFlow;
+
+use beside::{Took, best, peers, row};
+use geardyn::machine::direction::Direction;
+use geardyn::motion::contact::{Contact, Flanks, Losses};
+use geardyn::motion::floquet::orbit::orbit;
+use geardyn::motion::methods;
+use geardyn::motion::outputs::Outputs;
+use geardyn::motion::problem::{Ask, Wanted};
+use geardyn::motion::signal::Signal;
+use geardyn::motion::train::{Branch, Drive, Law, Mass, Train};
+use geardyn::numeric::Complex;
+use geardyn::plan::prepared::Prepared;
+use geardyn::response::frequency::{Way, responses};
+use geardyn::response::harmonic::curve::{Course, follow};
+use geardyn::response::harmonic::family::Family;
+use geardyn::response::harmonic::point::Asked;
+use geardyn::response::ports::Ports;
+use geardyn::response::system::Setting;
+use geardyn::scene;
+
+mod beside;
+
+/// Of the first column.
+const WIDTH: usize = 62;
+
+const DISCS: usize = 200;
+const LINES: usize = 10_000;
+
+/// Of the stiffness.
+const LOSS: f64 = 0.01;
+
+fn main() {
+    frequency_responses();
+    periodic_motions();
+}
+
+fn frequency_responses() {
+    beside::head(WIDTH, "NumPy");
+    let text = format!(
+        "title = \"chain\"\nsource = \"bench\"\nunits = \"SI\"\n[damping]\nrayleigh_stiffness = {LOSS}\n[[chain]]\nname = \"c\"\ncount = {DISCS}\nJ = 1.0\nk = 1.0\nheld = \"start\"\n"
+    );
+    let scene = scene::read_text("chain.toml", &text).expect("the bench's own model is right");
+    let prepared = Prepared::new(&scene.model).expect("a chain is a machine");
+    let names = |k: usize| vec![prepared.machine.freedom_name(k)];
+    let ports =
+        Ports::read(&prepared.machine, &names(0), &names(DISCS - 1), &[]).expect("both exist");
+    let setting = Setting {
+        machine: &prepared.machine,
+        operating: &prepared.operating,
+        linear: &prepared.linear,
+        speeds: None,
+    };
+    let omega: Vec<f64> = (1..=LINES).map(|k| 2.2 * k as f64 / LINES as f64).collect();
+    let truth: Vec<Complex> = omega.iter().map(|&w| exact(w)).collect();
+    let largest = truth.iter().map(|z| z.norm()).fold(0.0, f64::max);
+    let theirs = peers(
+        "response_peer.py",
+        &[&DISCS.to_string(), &LINES.to_string(), &LOSS.to_string()],
+    );
+    let peer = |name: &str| theirs.iter().find(|t| t.0 == name).map(|t| t.1);
+    for (what, way, name, runs) in [
+        (
+            "200 discs, 10 000 lines, one by one (sparse)",
+            Way::Direct,
+            "dense",
+            3,
+        ),
+        (
+            "the same, against LAPACK's banded solution",
+            Way::Direct,
+            "banded",
+            3,
+        ),
+        (
+            "the same, sum over all modes, modes included",
+            Way::Modal,
+            "modes",
+            3,
+        ),
+    ] {
+        let (seconds, found) = best(runs, || {
+            responses(&setting, &ports, &omega, way).expect("damped")
+        });
+        let off = found
+            .values
+            .iter()
+            .zip(&truth)
+            .map(|(h, t)| (h[(0, 0)] - t).norm());
+        let error = Some(off.fold(0.0, f64::max) / largest);
+        row(WIDTH, what, Took { seconds, error }, peer(name));
+    }
+}
+
+/// `Σ φ_j(1) φ_j(n) / (ω_j² (1 + iωβ) − ω²)`, `φ_j(k) = 2 sin(k θ_j)/√(2n + 1)`, `θ_j = (2j − 1) π/(2n + 1)`, `ω_j = 2 sin(θ_j/2)`.
+fn exact(omega: f64) -> Complex {
+    let all = (2 * DISCS + 1) as f64;
+    (1..=DISCS).fold(Complex::new(0.0, 0.0), |sum, j| {
+        let theta = (2 * j - 1) as f64 * PI / all;
+        let square = (2.0 * (0.5 * theta).sin()).powi(2);
+        let shapes = 4.0 * theta.sin() * (DISCS as f64 * theta).sin() / all;
+        sum + Complex::new(shapes, 0.0)
+            / Complex::new(square - omega * omega, omega * LOSS * square)
+    })
+}
+
+fn branch(name: String, terms: &[(usize, f64)], law: Law) -> Branch {
+    Branch {
+        name,
+        direction: Direction::new(1.0, terms.iter().copied()),
+        force: None,
+        law,
+        variation: None,
+        imposed: None,
+        followed: Vec::new(),
+    }
+}
+
+/// Two rows of `side` discs of 1/side, joined by a pair with play that is shaken by its error, driven and braked at the ends.
+fn geared(side: usize, damping: f64) -> Train {
+    let n = 2 * side;
+    let mut branches = Vec::new();
+    for at in (0..n - 1).filter(|at| at + 1 != side) {
+        let law = Law::Linear {
+            stiffness: 10.0,
+            damping: 10.0 * damping,
+        };
+        branches.push(branch(
+            format!("shaft {at}"),
+            &[(at, 1.0), (at + 1, -1.0)],
+            law,
+        ));
+    }
+    let contact = Contact {
+        stiffness: 1.0,
+        damping,
+        half: 1.0,
+        losses: Losses::Throughout,
+        flanks: Flanks::Both,
+    };
+    let mut mesh = branch(
+        "mesh".into(),
+        &[(side - 1, 1.0), (side, -1.0)],
+        Law::Contact(contact),
+    );
+    mesh.imposed = Some(Signal::harmonic(0.05, 1.0, 0.0));
+    branches.push(mesh);
+    let drive = |at: usize, torque: f64| Drive {
+        name: format!("torque {at}"),
+        direction: Direction::of(at),
+        signal: Signal::constant(torque),
+    };
+    Train {
+        coordinates: (0..n).map(|k| format!("x{k}")).collect(),
+        mass: Mass::Diagonal(vec![2.0 / side as f64; n]),
+        branches,
+        drives: vec![drive(0, 0.1), drive(n - 1, -0.1)],
+        drag: 0.0,
+        general: None,
+    }
+}
+
+fn periodic_motions() {
+    println!();
+    println!("{:<WIDTH$} {:>13} {:>9}", "", "time", "error");
+    for (side, damping, omega, what) in [
+        (1, 0.1, 1.2, "pair with play, ζ = 5 %"),
+        (1, 0.02, 1.2, "pair with play, ζ = 1 %"),
+        (10, 0.1, 1.15, "the same between two shafts of ten discs"),
+    ] {
+        let family = Family::new(&geared(side, damping), &vec![0.0; 2 * side]).expect("it repeats");
+        let outputs = Outputs::default();
+        let mut first = None;
+        for (name, events, tolerance) in [
+            ("balance alone", false, 1e-7),
+            ("balance and events", true, 1e-4),
+        ] {
+            let course = Course {
+                from: omega,
+                to: 1.1 * omega,
+                step: 0.01,
+                tolerance,
+                orders: None,
+                most: 1,
+            };
+            let asked = Asked {
+                outputs: &outputs,
+                events,
+            };
+            let (seconds, curve) = best(3, || {
+                follow(&family, asked, course, &mut |_| {}).expect("a motion")
+            });
+            let start = curve.points[0].start.clone();
+            let exact = orbit(&family.at(omega), &start, 1).expect("an orbit").start;
+            let error = Some(apart(&start, &exact));
+            row(
+                WIDTH,
+                &format!("{what}: {name}, {} orders", curve.points[0].orders),
+                Took { seconds, error },
+                None,
+            );
+            first = Some((exact, seconds));
+        }
+        let Some((exact, ours)) = first else { continue };
+        let train = family.at(omega);
+        for (name, wanted) in [
+            ("dop853-events", Wanted::Tolerance(1e-9)),
+            ("radau5", Wanted::Tolerance(1e-8)),
+            ("periodic", Wanted::Tolerance(1e-9)),
+        ] {
+            let (seconds, (error, periods)) =
+                best(1, || settled(&train, name, wanted, omega, &exact));
+            let ratio = seconds / ours;
+            let text = format!("{what}: {name}, {periods} periods, ratio {ratio:.0}");
+            row(
+                WIDTH,
+                &text,
+                Took {
+                    seconds,
+                    error: Some(error),
+                },
+                None,
+            );
+        }
+    }
+}
+
+/// Integrates from nothing until the state at the end of a period is within 1e-6 of the orbit, and gives up after 5 000.
+fn settled(train: &Train, name: &str, effort: Wanted, omega: f64, exact: &[f64]) -> (f64, u64) {
+    const NEAR: f64 = 1e-6;
+    const MOST: usize = 5000;
+    let mut start = vec![0.0; exact.len()];
+    // On the driving flank, wound up.
+    let mesh = train
+        .branches
+        .iter()
+        .find(|b| b.name == "mesh")
+        .expect("it has one");
+    let along = mesh.direction.dot(&exact[..train.n()]);
+    start[..train.n()]
+        .iter_mut()
+        .zip(exact)
+        .for_each(|(s, e)| *s = e * (1.1 / along));
+    let ask = Ask {
+        from: 0.0,
+        to: MOST as f64 * TAU / omega,
+        start,
+        samples: MOST,
+        effort,
+        budget: 2_000_000_000,
+        stop: Default::default(),
+    };
+    let (mut error, mut periods) = (f64::INFINITY, 0);
+    let mut sink = |_: f64, y: &[f64]| {
+        error = apart(y, exact);
+        periods += 1;
+        match error < NEAR {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
+    };
+    let method = methods::find(name).expect("a method of that name");
+    (method.run)(train, &ask, &mut sink).expect("it runs");
+    (error, periods)
+}
+
+/// The largest difference of two states, positions and speeds each by their largest.
+fn apart(a: &[f64], b: &[f64]) -> f64 {
+    let n = b.len() / 2;
+    [0..n, n..2 * n]
+        .into_iter()
+        .map(|part| {
+            let size = b[part.clone()].iter().fold(0.0f64, |m, x| m.max(x.abs()));
+            let off = part.map(|i| (a[i] - b[i]).abs()).fold(0.0, f64::max);
+            off / size
+        })
+        .fold(0.0, f64::max)
+}

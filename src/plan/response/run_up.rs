@@ -1,0 +1,420 @@
+//! A run-up map: what every order of a running machine does to the outputs over speed, and the speeds that are critical.
+
+use std::time::Instant;
+
+use super::choice::{self, Choice};
+use super::run::{Strain, natural};
+use crate::base::code::Code;
+use crate::base::error::{Error, Warning};
+use crate::base::words::counted;
+use crate::modes::orders::reference;
+use crate::numeric::Complex;
+use crate::plan::prepared::Prepared;
+use crate::plan::stages::Verdict;
+use crate::response::excitation::{Excitation, excitations};
+use crate::response::frequency::Solver;
+use crate::response::ports::{Input, Port, Ports};
+use crate::response::system::Setting;
+use crate::scene::study::{ResponseStudy, RunUpStudy, SpeedRange};
+
+/// A run-up.
+pub struct Answer {
+    /// Speeds of the node, rad/s.
+    pub speeds: Vec<f64>,
+    /// Whose speed is counted.
+    pub node: String,
+    /// Names and units of the outputs.
+    pub outputs: Vec<(String, &'static str)>,
+    /// What excites.
+    pub excitations: Vec<Excitation>,
+    /// Amplitudes by output, excitation and speed.
+    pub amplitudes: Vec<Vec<Vec<f64>>>,
+    /// Critical speeds by falling answer of the first output.
+    pub critical: Vec<Critical>,
+    /// How responses were found.
+    pub choice: Choice,
+    /// Stages with what they do.
+    pub plan: Vec<(&'static str, Verdict)>,
+    /// Doubts.
+    pub warnings: Vec<Warning>,
+    /// s.
+    pub seconds: f64,
+}
+
+/// A speed at which an order meets a natural frequency and the machine answers.
+#[derive(Debug, Clone, Copy)]
+pub struct Critical {
+    /// Of the node, rad/s.
+    pub speed: f64,
+    /// The natural frequency, rad/s.
+    pub omega: f64,
+    /// Which excitation.
+    pub excitation: usize,
+    /// The first output there; absent where nothing damps the machine: it is infinite.
+    pub amplitude: Option<f64>,
+    /// The element with the largest share of the strain energy, and the share: the branch in danger.
+    pub danger: Option<(usize, f64)>,
+}
+
+impl Answer {
+    /// The square root of the sum of squares over all excitations of an output at a speed: their phases are not known.
+    pub fn total(&self, output: usize, speed: usize) -> f64 {
+        self.amplitudes[output]
+            .iter()
+            .map(|a| a[speed].powi(2))
+            .sum::<f64>()
+            .sqrt()
+    }
+}
+
+/// The strain energy at a resonance is so much of what it is beside.
+const STANDS_OUT: f64 = 2.0;
+
+/// Beside: this far off, relative.
+const BESIDE: f64 = 0.1;
+
+/// Responses that a map may take.
+const MOST: usize = 20_000_000;
+
+/// A study before it runs.
+struct Ready {
+    node: usize,
+    speeds: Vec<f64>,
+    ports: Ports,
+    excitations: Vec<Excitation>,
+    left_out: usize,
+    choice: Choice,
+}
+
+impl Ready {
+    fn new(prepared: &Prepared, study: &RunUpStudy) -> Result<Ready, Error> {
+        let Prepared {
+            machine,
+            kinematics,
+            linear,
+            ..
+        } = prepared;
+        let Some(range) = study.speeds else {
+            let error = Error::new(Code::Usage, "nothing says which speeds are wanted");
+            return Err(error.hint("add --run-up 0:3000:301, or `speeds` to the study"));
+        };
+        let node = reference(machine)?;
+        let all = excitations(machine, kinematics, &prepared.operating)?;
+        let count = all.len();
+        // A branch that is open or joins what moves as one carries no error.
+        let carries = |e: &Excitation| {
+            e.branches
+                .iter()
+                .all(|b| linear.branches.iter().any(|l| l.index == b.0))
+        };
+        let excitations: Vec<Excitation> = all.into_iter().filter(carries).collect();
+        if excitations.is_empty() {
+            let message = "nothing of this machine excites orders: it has no gears or belts that carry any load";
+            return Err(Error::new(Code::Conflict, message)
+                .hint("add gears, or state the torques in [[load]] that close their contacts"));
+        }
+        let meshes = linear.branches.iter().map(|l| l.index).filter(|b| {
+            excitations
+                .iter()
+                .any(|e| e.branches.iter().any(|own| own.0 == *b))
+        });
+        let outputs: Vec<String> = match study.outputs.is_empty() {
+            true => meshes
+                .map(|b| format!("{}.force", machine.branch_name(b)))
+                .collect(),
+            false => study.outputs.clone(),
+        };
+        let mut ports = Ports::read(machine, &[], &outputs, &study.held)?;
+        let mut driven: Vec<usize> = excitations
+            .iter()
+            .flat_map(|e| e.branches.iter().map(|b| b.0))
+            .collect();
+        driven.sort_unstable();
+        driven.dedup();
+        ports.inputs = driven
+            .iter()
+            .map(|&b| Port {
+                name: machine.branch_name(b),
+                unit: "m",
+                what: Input::Displacement(b),
+            })
+            .collect();
+        let lines = excitations.len() * range.count as usize;
+        if lines * ports.outputs.len() > MOST {
+            let message = format!(
+                "{} at {} are more responses than a map takes",
+                counted(excitations.len(), "excitation"),
+                counted(range.count as usize, "speed")
+            );
+            return Err(Error::new(Code::Hopeless, message).hint("ask for fewer speeds or outputs"));
+        }
+        let asked = ResponseStudy {
+            lines: Some(lines as u32),
+            ..ResponseStudy::default()
+        };
+        Ok(Ready {
+            node,
+            speeds: speeds(range),
+            left_out: count - excitations.len(),
+            choice: choice::choose(prepared, &asked),
+            ports,
+            excitations,
+        })
+    }
+
+    fn plan(&self, prepared: &Prepared) -> Vec<(&'static str, Verdict)> {
+        let declared = self.excitations.iter().filter(|e| e.declared).count();
+        let orders = format!(
+            "{} declared, {} of 1 µm for what meshes or turns",
+            counted(declared, "excitation"),
+            self.excitations.len() - declared
+        );
+        let mut rows = vec![
+            ("orders", Verdict::Runs(orders)),
+            (
+                "responses",
+                Verdict::Runs(format!(
+                    "{} at {}, {}",
+                    counted(self.excitations.len(), "order"),
+                    counted(self.speeds.len(), "speed"),
+                    self.choice.reason
+                )),
+            ),
+            (
+                "critical speeds",
+                Verdict::Runs(
+                    "where an order meets a natural frequency and the strain energy stands out"
+                        .to_string(),
+                ),
+            ),
+            (
+                "gyroscopic terms",
+                Verdict::LeftOut("responses are those of the machine without its spin".to_string()),
+            ),
+            (
+                "varying stiffness",
+                Verdict::LeftOut(
+                    "responses are linear: see --harmonic-balance for what it feeds".to_string(),
+                ),
+            ),
+        ];
+        if self.left_out > 0 {
+            rows.push((
+                "open contacts",
+                Verdict::LeftOut(format!(
+                    "{} in branches that carry nothing",
+                    counted(self.left_out, "excitation")
+                )),
+            ));
+        }
+        if prepared.machine.spins.is_empty() {
+            rows.retain(|row| row.0 != "gyroscopic terms");
+        }
+        rows
+    }
+}
+
+/// The plan of a study, row by row.
+///
+/// # Errors
+/// As for [`run`].
+pub fn plan(
+    prepared: &Prepared,
+    study: &RunUpStudy,
+) -> Result<Vec<(&'static str, Verdict)>, Error> {
+    Ok(Ready::new(prepared, study)?.plan(prepared))
+}
+
+/// Runs a study.
+///
+/// # Errors
+/// What is missing in the study; names that do not exist; machines without orders; those of the responses.
+pub fn run(prepared: &Prepared, study: &RunUpStudy) -> Result<Answer, Error> {
+    let start = Instant::now();
+    let ready = Ready::new(prepared, study)?;
+    let Prepared {
+        machine,
+        operating,
+        linear,
+        ..
+    } = prepared;
+    let setting = Setting {
+        machine,
+        operating,
+        linear,
+        speeds: None,
+    };
+    let ports = &ready.ports;
+    let mut solver = Solver::new(&setting, ports, ready.choice.way)?;
+    let frequencies = |speed: &f64| {
+        ready
+            .excitations
+            .iter()
+            .map(|e| (e.order * speed).abs())
+            .collect::<Vec<f64>>()
+    };
+    let all: Vec<f64> = ready.speeds.iter().flat_map(frequencies).collect();
+    solver.check(&all)?;
+    let weights: Vec<Vec<(usize, Complex)>> = ready
+        .excitations
+        .iter()
+        .map(|e| weights(e, ports))
+        .collect();
+    let empty = vec![vec![0.0; ready.speeds.len()]; ready.excitations.len()];
+    let mut amplitudes = vec![empty; ports.outputs.len()];
+    for (at, &speed) in ready.speeds.iter().enumerate() {
+        for (number, e) in ready.excitations.iter().enumerate() {
+            let h = solver.at((e.order * speed).abs())?;
+            for (o, table) in amplitudes.iter_mut().enumerate() {
+                table[number][at] = together(|i| h[(o, i)], &weights[number]);
+            }
+        }
+    }
+    let damped = linear.is_damped(machine);
+    let critical = critical(prepared, &ready, &solver, &weights, damped)?;
+    let mut warnings = prepared.warnings();
+    if !damped {
+        warnings.push(Warning {
+            code: "undamped",
+            message: "nothing damps this machine: at its critical speeds every answer is infinite, and none is given".to_string(),
+            hint: Some("give branches a damping_ratio or c".to_string()),
+        });
+    }
+    Ok(Answer {
+        node: machine.freedom_name(ready.node),
+        outputs: ports
+            .outputs
+            .iter()
+            .map(|p| (p.name.clone(), p.unit))
+            .collect(),
+        plan: ready.plan(prepared),
+        speeds: ready.speeds,
+        excitations: ready.excitations,
+        choice: ready.choice,
+        amplitudes,
+        critical,
+        warnings,
+        seconds: start.elapsed().as_secs_f64(),
+    })
+}
+
+/// Where orders meet natural frequencies and the machine answers.
+fn critical(
+    prepared: &Prepared,
+    ready: &Ready,
+    solver: &Solver,
+    weights: &[Vec<(usize, Complex)>],
+    damped: bool,
+) -> Result<Vec<Critical>, Error> {
+    let size = |s: &f64| s.abs();
+    let (low, high) = ready
+        .speeds
+        .iter()
+        .map(size)
+        .fold((f64::INFINITY, 0.0f64), |(l, h), s| (l.min(s), h.max(s)));
+    // A range through standstill holds every speed down to zero.
+    let through = ready.speeds.first().is_some_and(|f| *f < 0.0)
+        && ready.speeds.last().is_some_and(|l| *l > 0.0);
+    let low = if through { 0.0 } else { low };
+    let most = ready
+        .excitations
+        .iter()
+        .map(|e| e.order)
+        .fold(0.0, f64::max)
+        * high;
+    let omegas = natural(prepared, &ready.ports, (0.0, most));
+    let Prepared {
+        machine,
+        operating,
+        linear,
+        ..
+    } = prepared;
+    let setting = Setting {
+        machine,
+        operating,
+        linear,
+        speeds: None,
+    };
+    let strain = Strain::new(&setting, &ready.ports)?;
+    let mut all = Vec::new();
+    for &omega in &omegas {
+        for (excitation, e) in ready.excitations.iter().enumerate() {
+            let speed = omega / e.order;
+            if speed < low || speed > high || speed == 0.0 {
+                continue;
+            }
+            // On the very frequency of an undamped machine there is no answer; beside it the shape is the same.
+            let near = if damped { omega } else { omega * (1.0 + 1e-6) };
+            let energies = strain.energies(near, &weights[excitation])?;
+            let sum = |omega: f64| -> Result<f64, Error> {
+                Ok(strain
+                    .energies(omega, &weights[excitation])?
+                    .iter()
+                    .map(|e| e.1)
+                    .sum())
+            };
+            let total: f64 = energies.iter().map(|e| e.1).sum();
+            if total < STANDS_OUT * sum(omega * (1.0 - BESIDE))?.max(sum(omega * (1.0 + BESIDE))?) {
+                continue;
+            }
+            let mut by_element = vec![0.0; machine.elements.len()];
+            energies.iter().for_each(|e| by_element[e.0] += e.1);
+            let worst =
+                (0..by_element.len()).max_by(|&a, &b| by_element[a].total_cmp(&by_element[b]));
+            let amplitude = match damped {
+                true => {
+                    let h = solver.at(omega)?;
+                    Some(together(|i| h[(0, i)], &weights[excitation]))
+                }
+                false => None,
+            };
+            all.push(Critical {
+                speed,
+                omega,
+                excitation,
+                amplitude,
+                danger: worst.map(|w| (w, by_element[w] / total)),
+            });
+        }
+    }
+    all.sort_by(|a, b| {
+        b.amplitude
+            .unwrap_or(0.0)
+            .total_cmp(&a.amplitude.unwrap_or(0.0))
+            .then(a.speed.total_cmp(&b.speed))
+    });
+    Ok(all)
+}
+
+/// Inputs of an excitation, with their complex amplitudes.
+fn weights(e: &Excitation, ports: &Ports) -> Vec<(usize, Complex)> {
+    let input = |(branch, share): &(usize, Complex)| {
+        let number = ports
+            .inputs
+            .iter()
+            .position(|p| p.what == Input::Displacement(*branch))?;
+        Some((number, share * e.amplitude))
+    };
+    e.branches.iter().filter_map(input).collect()
+}
+
+fn together(h: impl Fn(usize) -> Complex, weights: &[(usize, Complex)]) -> f64 {
+    weights
+        .iter()
+        .fold(Complex::new(0.0, 0.0), |sum, &(i, a)| sum + h(i) * a)
+        .norm()
+}
+
+fn speeds(range: SpeedRange) -> Vec<f64> {
+    let last = range.count - 1;
+    let step = (range.to - range.from) / f64::from(last);
+    (0..range.count)
+        .map(|k| {
+            if k == last {
+                range.to
+            } else {
+                range.from + step * f64::from(k)
+            }
+        })
+        .collect()
+}
