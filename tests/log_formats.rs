@@ -706,6 +706,8 @@ fn responses(lines: impl Fn(f64) -> f64) -> FrequencyResponses {
         frequency_hz: (0..50).map(|k| lines(f64::from(k))).collect(),
         averages: Some(10.0),
         window_decay: 0.0,
+        usable_hz: None,
+        line_independence: None,
     }
 }
 
