@@ -475,6 +475,7 @@ fn refuses_what_cannot_be() {
         refused(&pair(on_a), &TransmissionStudy::default()).code,
         Code::Usage
     );
+    assert_eq!(refused(&pair(on_a), &study("a", "a")).code, Code::Conflict);
     let apart = pair(on_a).replace("inertia = [", "shaft = [{ name = \"s\", between = [\"x\", \"y\"], k = 1 }]\ninertia = [{ name = \"x\", J = 1 }, { name = \"y\", J = 1 }, ");
     assert_eq!(refused(&apart, &study("a", "x")).code, Code::NoSpeed);
 }
@@ -663,4 +664,55 @@ fn law_record_holds_its_lines() {
     assert!(made.total <= 2.0 * answer.budget.worst_case && made.by_turn <= made.total);
     let again = traced(&prepared, &ask);
     assert_eq!(&again.record.unwrap().record.values, samples);
+}
+
+/// A grade of ISO 1328-1:1995 by its formulas: F_p = 0.3 m + 1.25 √d + 7 µm at grade 5, F_r = 0.8 F_p, f_fα = 2.5 √m + 0.17 √d + 0.5,
+/// times √2 a grade; sizes as the standard rounds them.
+#[test]
+fn exact_grades() {
+    let text = |error: &str| {
+        format!(
+            "inertia = [{{ name = \"a\", J = 0.1 }}, {{ name = \"b\", J = 0.1 }}]\n\
+         gear_pair = [{{ name = \"pair\", between = [\"a\", \"b\"], teeth = [30, 60], module = 0.003, k = 1e8 }}]\n\
+         error = [{error}]\n"
+        )
+    };
+    let amplitude = |cause: &str, grade: u32| {
+        let error =
+            format!("{{ on = \"a\", cause = \"{cause}\", grade = {grade}, phase = \"unknown\" }}");
+        let prepared = written(&text(&error));
+        let error = &prepared.machine.errors[0];
+        assert!(
+            error
+                .assumed
+                .as_ref()
+                .unwrap()
+                .contains(&format!("grade {grade}"))
+        );
+        error.shape.harmonics()[0]
+    };
+    // d = 90 mm is taken as √(50 · 125) mm, m = 3 mm as √(2 · 3.5) mm.
+    let (m, d) = (7f64.sqrt(), (50f64 * 125.0).sqrt());
+    let total = 1e-6 * (0.3 * m + 1.25 * d.sqrt() + 7.0);
+    let form = 1e-6 * (2.5 * m.sqrt() + 0.17 * d.sqrt() + 0.5);
+    for (cause, order, wanted) in [
+        ("eccentricity", 1, 0.4 * total),
+        ("cumulative-pitch", 1, 0.5 * total),
+        ("profile", 30, 0.25 * form),
+    ] {
+        let (n, a, _) = amplitude(cause, 5);
+        assert!(
+            n == order && (a - wanted).abs() < 1e-12 * wanted,
+            "{cause}: {n} {a} {wanted}"
+        );
+        let (_, b, _) = amplitude(cause, 6);
+        assert!((b / a - 2f64.sqrt()).abs() < 1e-12);
+    }
+    for wrong in [
+        "{ on = \"a\", cause = \"form\", grade = 6 }",
+        "{ on = \"a\", cause = \"eccentricity\", grade = 13 }",
+    ] {
+        let found = refused(&text(wrong), &study("a", "b"));
+        assert!(found.to_string().contains("grade"), "{wrong}: {found}");
+    }
 }

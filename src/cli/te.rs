@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::te_args::TeArgs;
 use super::{diagnostic, output, te_log};
+use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::kind::Kind;
 use crate::base::units;
@@ -143,11 +144,18 @@ fn asked(args: &TeArgs, scene: &Scene) -> Result<TransmissionStudy, Error> {
             .map(|text| units::parse_or_bare(text, kind, unit, flag))
             .transpose()
     };
+    let radius = quantity(&args.radius, Kind::Length, "mm", "--radius")?;
+    if radius.is_some_and(|r| r <= 0.0) {
+        return Err(Error::new(
+            Code::OutOfRange,
+            "--radius takes a length above zero",
+        ));
+    }
     Ok(TransmissionStudy {
         output: args.output.clone().or(listed.output),
         driver: args.driver.clone().or(listed.driver),
         against: args.against.clone().or(listed.against),
-        radius: quantity(&args.radius, Kind::Length, "mm", "--radius")?.or(listed.radius),
+        radius: radius.or(listed.radius),
         speed: quantity(&args.speed, Kind::Speed, "rpm", "--speed")?.or(listed.speed),
         speeds: (args.speeds.as_deref())
             .map(|text| SpeedRange::parse(text, "--speeds"))

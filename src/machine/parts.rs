@@ -154,6 +154,8 @@ pub struct FormError {
     pub phase_known: bool,
     /// Half the width of what the amplitude may be, relative to it.
     pub tolerance: f64,
+    /// How the amplitude was assumed, where a grade was given in its place.
+    pub assumed: Option<String>,
 }
 
 /// How an error acts in one branch: it takes `gain · shape(φ + turn)` from its deflection.
@@ -229,6 +231,8 @@ pub struct Seat {
     pub along: f64,
     /// The lever of the tooth force over the radius of the pitch circle.
     pub lever: f64,
+    /// Normal module, m, and radius of the pitch circle, m, of a pair of parallel axes; tolerances are stated for these.
+    pub cylindrical: Option<[f64; 2]>,
     /// The module is given, so that lengths mean something.
     pub sized: bool,
 }

@@ -206,6 +206,7 @@ fn order(machine: &Machine, answer: &Answer, k: usize) -> Value {
         "source": source(machine, row),
         "cause": cause(machine, row),
         "harmonic": row.line.harmonic,
+        "assumed": row.line.declared(machine).and_then(|error| error.assumed.clone()),
         "amplitude_arcsec": slow.norm() * ARCSEC,
         "amplitude_um": answer.radius.map(|r| 1e6 * r * slow.norm()),
         "phase_deg": phase(machine, row, slow),

@@ -114,9 +114,25 @@ pub fn table(machine: &Machine, answer: &Answer, all: bool) -> String {
             percent(hidden)
         );
     }
+    text += &assumed(machine);
     text += &coincidences(machine, answer, &shown);
     text += &sums(answer);
     text
+}
+
+/// Amplitudes that were assumed from grades.
+fn assumed(machine: &Machine) -> String {
+    let each = machine
+        .errors
+        .iter()
+        .filter_map(|error| Some((error, error.assumed.as_ref()?)));
+    let lines: String = each
+        .map(|(error, how)| format!("    {}: {how}\n", error.on))
+        .collect();
+    match lines.is_empty() {
+        true => lines,
+        false => format!("\nAssumed:\n{lines}"),
+    }
 }
 
 /// The largest lines, by rising order.

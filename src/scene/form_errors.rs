@@ -18,11 +18,14 @@ const HIGHEST: u32 = 1_000_000;
 /// The highest harmonic of a mesh.
 const HIGHEST_OF_MESH: u32 = 1000;
 
+/// The coarsest grade of ISO 1328-1:1995.
+const COARSEST: u32 = 12;
+
 /// A tilt of a coupling's ends against each other.
 const TILT: Range = Range::Within(0.0, 1.0, "at least 0 and below 1 rad");
 
 /// Keys that say how large an error is.
-const SIZES: [&str; 5] = ["amplitude", "amplitudes", "values", "file", "tilt"];
+const SIZES: [&str; 6] = ["amplitude", "amplitudes", "values", "file", "tilt", "grade"];
 
 /// An error of a gear, a coupling or a belt.
 pub fn form_error(f: &mut Fields) -> FormError {
@@ -64,6 +67,10 @@ pub fn form_error(f: &mut Fields) -> FormError {
             let values = from_file(f, kind);
             table(f, "file", values)
         }
+        "grade" => ErrorSize::Grade {
+            grade: f.optional_count("grade", 0, COARSEST).unwrap_or(COARSEST),
+            phase,
+        },
         "tilt" => ErrorSize::Tilt {
             angle: f.quantity("tilt", Kind::Angle, TILT),
             phase,
@@ -212,8 +219,17 @@ fn refuse_what_cannot_be(f: &mut Fields, cause: Cause, size: &ErrorSize) {
         f.refuse_key(Code::Conflict, key, message, hint);
     };
     let is_offset = cause.is_offset();
+    let graded = matches!(size, ErrorSize::Grade { .. });
     let once = matches!(size, ErrorSize::Orders(terms) if terms.iter().all(|t| t.0 == 1));
-    if is_offset && !once {
+    let known = [Cause::Eccentricity, Cause::CumulativePitch, Cause::Profile];
+    if graded && !known.contains(&cause) {
+        refuse(
+            f,
+            "grade",
+            "a grade says what an eccentricity, a cumulative-pitch or a profile may be",
+        );
+    }
+    if is_offset && !once && !graded {
         let key = [
             "order",
             "orders",

@@ -524,6 +524,13 @@ pub enum ErrorSize {
     Mesh(Vec<(u32, f64, f64)>),
     /// Equally spaced values over one turn.
     Table(Vec<f64>),
+    /// What a tolerance grade of ISO 1328-1:1995 allows.
+    Grade {
+        /// 0 to 12.
+        grade: u32,
+        /// rad.
+        phase: f64,
+    },
     /// Angle between the axes of a joint, rad.
     Tilt {
         /// rad.

@@ -74,6 +74,14 @@ impl Chain {
                     .hint("transmission errors are of angles: name a node"));
             }
         }
+        if ends.output == ends.driver || ends.against == Some(ends.output) {
+            let message = format!(
+                "{} has no error against itself",
+                machine.freedom_name(ends.output)
+            );
+            return Err(Error::new(Code::Conflict, message)
+                .hint("name another node as the driver, or as the one it should turn with"));
+        }
         let turning = stated_joints(machine, ends.driver);
         let turns: Vec<Option<Fraction>> =
             (0..n).map(|i| turning.fraction(i, ends.output)).collect();

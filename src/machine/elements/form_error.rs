@@ -9,6 +9,8 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::gear::measurement::iso::{Edition, Size};
+use crate::gear::measurement::quantity::Quantity;
 use crate::machine::builder::Builder;
 use crate::machine::parts::{Acting, FormError, Gear, Machine, Reach, Seat};
 use crate::scene::laws::Shape;
@@ -55,6 +57,10 @@ fn gear(builder: &Builder, part: &model::FormError) -> Result<FormError, Error> 
             .at(&part.on.place)
             .hint("say with `mesh` which pair the error belongs to"));
     }
+    let graded = match part.size {
+        ErrorSize::Grade { grade, phase } => Some(graded(part, first, grade, phase)?),
+        _ => None,
+    };
     let mut acts = Vec::new();
     let zero = first.seats.first().map_or(0.0, |seat| seat.angle);
     for gear in &gears {
@@ -82,9 +88,13 @@ fn gear(builder: &Builder, part: &model::FormError) -> Result<FormError, Error> 
         carrier: first.carrier,
         pace: (1, 1),
         acts,
-        shape: shape(part, teeth)?,
+        shape: match &graded {
+            Some((shape, _)) => shape.clone(),
+            None => shape(part, teeth)?,
+        },
         phase_known: part.phase_known,
         tolerance: part.tolerance,
+        assumed: graded.map(|g| g.1),
     })
 }
 
@@ -193,10 +203,68 @@ fn shape(part: &model::FormError, teeth: u32) -> Result<Shape, Error> {
                 1,
             )
         }
+        // A grade says something of gears alone, and is taken before.
+        ErrorSize::Grade { .. } => orders(&[], 1),
         &ErrorSize::Joint {
             amplitude, phase, ..
         } => orders(&[(1, amplitude, phase)], 1),
     })
+}
+
+/// What a grade allows, and how that was taken: half of F_r as an offset, half of F_p once a turn, a quarter of f_fα at the mesh, where two
+/// pairs of teeth share the load.
+fn graded(
+    part: &model::FormError,
+    gear: &Gear,
+    grade: u32,
+    phase: f64,
+) -> Result<(Shape, String), Error> {
+    let refuse = |message: String| {
+        let hint = "state an `amplitude`, and in a comment where it comes from";
+        Error::new(Code::OutOfRange, message)
+            .at(&part.on.place)
+            .hint(hint)
+    };
+    let name = Edition::Y1995.name();
+    let teeth = gear.teeth.unwrap_or(1);
+    let Some([module, radius]) = gear.seats.first().and_then(|seat| seat.cylindrical) else {
+        return Err(refuse(format!(
+            "{name} is of cylindrical gears, and `{}` is none",
+            part.on.text
+        )));
+    };
+    let (quantity, symbol, share, word, order) = match part.cause {
+        Cause::Eccentricity => (Quantity::Runout, "F_r", 0.5, "half", 1),
+        Cause::CumulativePitch => (Quantity::CumulativePitch, "F_p", 0.5, "half", 1),
+        _ => (Quantity::ProfileForm, "f_fα", 0.25, "a quarter", teeth),
+    };
+    let size = Size {
+        teeth,
+        module,
+        diameter: 2.0 * radius,
+        face_width: 0.0,
+        helix: 0.0,
+        contact_ratio: None,
+        designed_short_wave: None,
+    };
+    let limit = Edition::Y1995
+        .exact(quantity, &size, grade)
+        .ok_or_else(|| {
+            refuse(format!(
+                "{name} has no {symbol} for a gear of {teeth} teeth and module {} mm",
+                1e3 * module
+            ))
+        })?;
+    let amplitude = share * limit;
+    let how = format!(
+        "{name} grade {grade}: {word} of {symbol}, {:.1} µm",
+        1e6 * amplitude
+    );
+    let shape = Shape::Fourier {
+        mean: 0.0,
+        terms: vec![(order, amplitude, phase)],
+    };
+    Ok((shape, how))
 }
 
 /// Cumulative deviations of single ones, whose mean is the size of the pitch and no error: the last is zero.
@@ -289,6 +357,7 @@ fn fixed(
         shape,
         phase_known: part.phase_known,
         tolerance: part.tolerance,
+        assumed: None,
     }
 }
 

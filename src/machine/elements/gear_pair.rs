@@ -19,6 +19,7 @@ pub fn add(builder: &mut Builder, element: usize, pair: &GearPair) -> Result<(),
         drive: sides(pair.pressure_angle),
         coast: sides(-pair.pressure_angle),
         teeth: pair.teeth,
+        cylindrical: (pair.module).filter(|_| pair.cone_angles == [0.0; 2]),
         sized: pair.module.is_some(),
     };
     add_pair(builder, element, &made, &pair.contact)

@@ -164,6 +164,7 @@ fn seat(stage: &Planetary, mesh: usize, position: f64) -> Seat {
         across,
         along: 0.0,
         lever: alpha.cos(),
+        cylindrical: None,
         sized: !matches!(stage.size, PlanetarySize::Teeth { module: None, .. }),
     }
 }

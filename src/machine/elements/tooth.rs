@@ -52,6 +52,8 @@ pub struct Pair<'a> {
     pub coast: [Side<'a>; 2],
     /// Their teeth.
     pub teeth: [u32; 2],
+    /// Normal module, m, of a pair of parallel axes.
+    pub cylindrical: Option<f64>,
     /// The module is given.
     pub sized: bool,
 }
@@ -79,6 +81,7 @@ pub fn add_pair(
             }),
             along: side.sign * side.normal[2],
             lever: (pair.scale * side.turns / side.radius).abs(),
+            cylindrical: pair.cylindrical.map(|module| [module, side.radius]),
             sized: pair.sized,
         };
         let gear = Gear {

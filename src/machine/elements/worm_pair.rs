@@ -17,6 +17,7 @@ pub fn add(builder: &mut Builder, element: usize, pair: &WormPair) -> Result<(),
         drive: sides(pair, module, pair.pressure_angle),
         coast: sides(pair, module, -pair.pressure_angle),
         teeth: pair.teeth,
+        cylindrical: None,
         sized: pair.module.is_some(),
     };
     add_pair(builder, element, &made, &pair.contact)?;
