@@ -705,7 +705,9 @@ fn responses(lines: impl Fn(f64) -> f64) -> FrequencyResponses {
         ],
         frequency_hz: (0..50).map(|k| lines(f64::from(k))).collect(),
         averages: Some(10.0),
-        window_decay: 0.0,
+        window_decay: 3.25,
+        usable_hz: Some((1.5, 20.0 / 3.0)),
+        line_independence: Some(0.625),
     }
 }
 
@@ -717,6 +719,10 @@ fn law_uff_of_responses_reads_back() {
             let mut bytes = Vec::new();
             write::uff::responses(&written, form, &mut bytes).unwrap();
             let read = read_with(uff::read, &bytes).responses.unwrap();
+            let behind = |r: &FrequencyResponses| {
+                (r.averages, r.window_decay, r.usable_hz, r.line_independence)
+            };
+            assert_eq!(behind(&read), behind(&written));
             // Thirteen digits in text, seven of uneven lines.
             let (digits, line_digits) = match form {
                 write::uff::Form::Binary => (0.0, 0.0),
