@@ -94,10 +94,11 @@ impl Cells {
             let from = from - REACH;
             let weights = &mut self.weight[from..from + 2 * REACH];
             let sums = &mut self.sum[from..from + 2 * REACH];
-            for j in 0..2 * REACH {
-                let w = low[j] + part * (high[j] - low[j]);
-                weights[j] += w;
-                sums[j] += w * value;
+            let table = low.iter().zip(high);
+            for ((low, high), (weight, sum)) in table.zip(weights.iter_mut().zip(sums)) {
+                let w = low + part * (high - low);
+                *weight += w;
+                *sum += w * value;
             }
             self.within.0 = self.within.0.min(u);
             self.within.1 = self.within.1.max(u);
