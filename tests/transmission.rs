@@ -8,8 +8,9 @@ use geardyn::numeric::Complex;
 use geardyn::plan::prepared::Prepared;
 use geardyn::plan::transmission::run::{Answer, Row, run};
 use geardyn::report::transmission::{ARCSEC, cause, source};
-use geardyn::scene::study::TransmissionStudy;
+use geardyn::scene::study::{IndexStudy, TransmissionStudy};
 use geardyn::transmission::coincidence::Test;
+use geardyn::transmission::indexing::Mark;
 use support::machines::Random;
 
 mod support;
@@ -329,7 +330,7 @@ fn refuses_loops_that_do_not_fit() {
         "{names:?}"
     );
     assert!(answer.warnings.iter().any(|w| w.code == "loop-misfit"));
-    assert!(answer.rss() > 0.0);
+    assert!(answer.budget.rss > 0.0);
     let mut rigid: String = looped(1.0, 1.1 * FITS);
     for k in ["2e4", "5e4", "3e8", "5e8"] {
         rigid = rigid.replace(&format!(", k = {k}"), "");
@@ -544,4 +545,122 @@ fn law_relative_error_forgets_what_is_common() {
             .iter()
             .all(|r| source(&prepared.machine, r) == "b" || r.line.kinematic.norm() > 0.0)
     );
+}
+
+/// The Y2250: slow and rigid, slow and elastic, and at ω → 0 agree; what happens before the fork is common; the percentiles lie between
+/// what cannot be less and what cannot be more.
+#[test]
+fn law_y2250() {
+    let prepared = shipped("examples/y2250_te.toml");
+    let machine = &prepared.machine;
+    let ask = TransmissionStudy {
+        against: Some("cradle".to_string()),
+        speed: Some(1e-8),
+        index: Some(IndexStudy {
+            behind: "differential".to_string(),
+            teeth: 37,
+        }),
+        ..study("motor", "workpiece")
+    };
+    let answer = traced(&prepared, &ask);
+    let largest = answer
+        .rows
+        .iter()
+        .map(|r| r.line.kinematic.norm())
+        .fold(0.0, f64::max);
+    for row in &answer.rows {
+        let off = |z: Complex| (z - row.line.kinematic).norm();
+        assert!(off(row.loaded) < 1e-9 * largest && off(row.dynamic.unwrap()) < 1e-9 * largest);
+        if row.line.kinematic.norm() > 0.0 {
+            assert!(
+                off(row.loaded) < 1e-9 * row.line.kinematic.norm(),
+                "{}",
+                source(machine, row)
+            );
+        }
+        let common = [
+            "belt",
+            "feed_gear_1",
+            "reverse_2",
+            "generating_2",
+            "speed_gear_1",
+            "cutter_ring",
+        ];
+        if common.contains(&source(machine, row).as_str()) {
+            assert_eq!(row.line.kinematic.norm(), 0.0, "{}", source(machine, row));
+        }
+    }
+    let of = |on: &str, word: &str| {
+        let k = (0..answer.rows.len()).find(|&k| {
+            source(machine, &answer.rows[k]) == on && cause(machine, &answer.rows[k]) == word
+        });
+        k.map(|k| (&answer.rows[k], &answer.marks.as_ref().unwrap()[k]))
+            .unwrap()
+    };
+    // Half of F_p over the radius, 206.265 · 9.5 / 270 arcsec; a 37th of a turn on, 2 sin(π/37) of it from tooth to tooth.
+    let (wheel, mark) = of("index_wheel", "cumulative-pitch");
+    assert!((answer.slow(wheel).norm() * 0.27 / 9.5e-6 - 1.0).abs() < 1e-12);
+    let Mark::Pitch { advance, adjacent } = mark else {
+        panic!("{mark:?}")
+    };
+    assert_eq!(advance.to_string(), "1/37");
+    assert!((adjacent - 2.0 * (std::f64::consts::PI / 37.0).sin()).abs() < 1e-14);
+    assert_eq!(of("cradle_wheel", "cumulative-pitch").1, &Mark::Form);
+    assert_eq!(of("roll_gear_1", "eccentricity").1, &Mark::Form);
+    // Two turns of the first index gear are one pitch of the work: it comes back.
+    assert_eq!(of("index_gear_1", "eccentricity").1, &Mark::Form);
+    let range = &answer.budget.range;
+    assert!(range.percentiles.windows(2).all(|w| w[0].1 < w[1].1));
+    assert!(
+        range.percentiles[0].1 > largest && range.percentiles[2].1 < 2.0 * answer.budget.worst_case
+    );
+    assert!(range.percentiles.iter().all(|p| p.2 < 0.1 * p.1));
+    assert!(answer.second_order > 0.0 && answer.second_order < 1e-3 * largest);
+}
+
+/// A record is the sum of its lines: its harmonics are theirs, its ranges those of gear measurement, and the same at every call.
+#[test]
+fn law_record_holds_its_lines() {
+    let prepared = shipped("models/three_stage_chain.toml");
+    let ask = TransmissionStudy {
+        record: true,
+        window: Some(4),
+        ..study("shaft_1", "spindle")
+    };
+    let answer = traced(&prepared, &ask);
+    let made = answer.record.as_ref().unwrap();
+    assert!(made.record.closed && made.teeth == Some(90));
+    let samples = &made.record.values;
+    for order in ["1", "45", "225/2", "6750"] {
+        let rows =
+            (0..answer.rows.len()).filter(|&k| answer.rows[k].line.order.to_string() == order);
+        let wanted = rows.fold(Complex::ZERO, |sum, k| sum + made.lines[k]);
+        let cycles = 4.0
+            * answer
+                .rows
+                .iter()
+                .find(|r| r.line.order.to_string() == order)
+                .unwrap()
+                .line
+                .order
+                .value();
+        let n = samples.len() as f64;
+        let found = samples
+            .iter()
+            .enumerate()
+            .fold(Complex::ZERO, |sum, (i, e)| {
+                sum + Complex::from_polar(
+                    *e,
+                    -std::f64::consts::TAU * (cycles * i as f64 / n).fract(),
+                )
+            })
+            * (2.0 / n);
+        assert!(
+            (found - wanted).norm() < 1e-9 * wanted.norm(),
+            "{order}: {found:?} {wanted:?}"
+        );
+    }
+    assert!(made.total <= 2.0 * answer.budget.worst_case && made.by_turn <= made.total);
+    let again = traced(&prepared, &ask);
+    assert_eq!(&again.record.unwrap().record.values, samples);
 }

@@ -94,6 +94,8 @@ Examples:
     #[command(after_help = "Examples:
   geardyn te models/three_stage_chain.toml --output spindle
   geardyn te models/three_stage_chain.toml --output spindle --radius 270mm --speed 1400 --all
+  geardyn te examples/y2250_te.toml --svg te.svg --speeds 200:3000:141
+  geardyn te models/three_stage_chain.toml --output spindle --record record.csv --window 1
   geardyn te data/y2250_te.csv --input index_gear_1 --output work_spindle --teeth 30:37,54:36,1:90 --lines 10000,36000")]
     Te(TeArgs),
     /// Every study a scene lists

@@ -1,6 +1,6 @@
 //! `geardyn te`: transmission error of a chain.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::te_args::TeArgs;
 use super::{diagnostic, output, te_log};
@@ -11,7 +11,7 @@ use crate::plan::prepared::Prepared;
 use crate::plan::stages::Verdict;
 use crate::plan::transmission::run::{self, Answer};
 use crate::report;
-use crate::scene::study::{StudyKind, TransmissionStudy};
+use crate::scene::study::{IndexStudy, SpeedRange, StudyKind, TransmissionStudy};
 use crate::scene::{self, Scene};
 
 /// Solves and prints.
@@ -25,20 +25,26 @@ pub fn run(args: &TeArgs) -> Result<u8, Errors> {
     te_log::refuse_of_model(args)?;
     let scene = scene::read(&args.file)?;
     let study = asked(args, &scene)?;
-    let outputs: Vec<PathBuf> = args.csv.iter().cloned().collect();
-    let inputs: Vec<PathBuf> = scene
-        .sources
-        .iter()
+    let outputs = outputs(args)?;
+    let inputs: Vec<PathBuf> = (scene.sources.iter())
         .map(|source| PathBuf::from(&source.path))
         .collect();
     output::check(&outputs, &inputs)?;
     let mut traced = Traced::new(&scene, &study)?;
     traced.all = args.all;
+    let (machine, answer) = (&traced.prepared.machine, &traced.answer);
     if let Some(path) = &args.csv {
-        output::write(
-            path,
-            report::transmission::csv(&traced.prepared.machine, &traced.answer).as_bytes(),
-        )?;
+        output::write(path, report::transmission::csv(machine, answer).as_bytes())?;
+    }
+    if let Some(path) = &args.written {
+        output::write_with(path, |to| report::transmission::record(answer, to))?;
+    }
+    if let Some(path) = &args.svg {
+        let title = &scene.model.title;
+        let pictures = report::transmission_pictures::all(title, machine, answer);
+        for (word, picture) in pictures {
+            output::write(&beside(path, word), picture.as_bytes())?;
+        }
     }
     match args.json {
         true => output::print(&format!("{:#}\n", traced.json(&scene)))?,
@@ -51,6 +57,30 @@ pub fn run(args: &TeArgs) -> Result<u8, Errors> {
         }
     }
     Ok(0)
+}
+
+/// Every file that is to be written.
+fn outputs(args: &TeArgs) -> Result<Vec<PathBuf>, Error> {
+    let mut all: Vec<PathBuf> = args.csv.iter().chain(&args.written).cloned().collect();
+    if let Some(path) = &args.svg {
+        output::ends(path, &["svg"])?;
+        let words: &[&str] = match args.speeds {
+            Some(_) => &["", "budget", "speeds"],
+            None => &["", "budget"],
+        };
+        all.extend(words.iter().map(|word| beside(path, word)));
+    }
+    Ok(all)
+}
+
+/// Where a picture goes: `FILE-word.svg`, the first FILE itself.
+fn beside(path: &Path, word: &str) -> PathBuf {
+    if word.is_empty() {
+        return path.to_path_buf();
+    }
+    let mut name = path.file_stem().unwrap_or_default().to_os_string();
+    name.push(format!("-{word}.svg"));
+    path.with_file_name(name)
 }
 
 /// The transmission error of a chain with all that is said of it.
@@ -119,5 +149,16 @@ fn asked(args: &TeArgs, scene: &Scene) -> Result<TransmissionStudy, Error> {
         against: args.against.clone().or(listed.against),
         radius: quantity(&args.radius, Kind::Length, "mm", "--radius")?.or(listed.radius),
         speed: quantity(&args.speed, Kind::Speed, "rpm", "--speed")?.or(listed.speed),
+        speeds: (args.speeds.as_deref())
+            .map(|text| SpeedRange::parse(text, "--speeds"))
+            .transpose()?
+            .or(listed.speeds),
+        window: args.window.or(listed.window),
+        teeth: args.output_teeth.or(listed.teeth),
+        index: (args.index.as_deref())
+            .map(|text| IndexStudy::parse(text, "--index"))
+            .transpose()?
+            .or(listed.index),
+        record: args.written.is_some(),
     })
 }

@@ -27,6 +27,21 @@ pub struct TeArgs {
     /// Also the error at speed: speed of the first node of `[speed]` (rpm where bare)
     #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
     pub speed: Option<String>,
+    /// Draw the lines over speeds A:B:N of that node (rpm where bare), and tell where each is largest
+    #[arg(long, value_name = "A:B:N", allow_hyphen_values = true)]
+    pub speeds: Option<String>,
+    /// Whole turns of the output over which ranges are told; 1 where left out, of a record the full common period
+    #[arg(long, value_name = "TURNS", value_parser = clap::value_parser!(u32).range(1..))]
+    pub window: Option<u32>,
+    /// The work is indexed tooth by tooth: the element behind which it moves on, and its teeth, such as differential:37
+    #[arg(long, value_name = "ELEMENT:TEETH")]
+    pub index: Option<String>,
+    /// Teeth of the output, by which --record is told tooth by tooth; those of the gear that turns with it where left out
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub output_teeth: Option<u32>,
+    /// Write the error over the angle; unknown phases are drawn, the same at every call
+    #[arg(long = "record", value_name = "FILE")]
+    pub written: Option<PathBuf>,
     /// Every line of the table, not only the largest
     #[arg(long)]
     pub all: bool,
@@ -36,7 +51,8 @@ pub struct TeArgs {
     /// Write every line
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
-    /// Draw a record of encoders: the error over the angle, and its orders with their sources
+    /// Draw the lines by order, the budget beside (FILE-budget.svg), with --speeds the map (FILE-speeds.svg); of a log the error over the
+    /// angle, and its orders with their sources
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
     /// No warnings, no word about what was done

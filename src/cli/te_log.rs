@@ -40,7 +40,6 @@ pub fn refuse_of_model(args: &TeArgs) -> Result<(), Error> {
         (record.harmonics.is_some(), "--harmonics"),
         (record.repair, "--repair"),
         (record.pressure_angle.is_some(), "--pressure-angle"),
-        (args.svg.is_some(), "--svg"),
     ];
     match given.iter().find(|g| g.0) {
         None => Ok(()),
@@ -55,11 +54,30 @@ pub fn refuse_of_model(args: &TeArgs) -> Result<(), Error> {
     }
 }
 
+/// Refuses what is said of a model where the file is a log.
+fn refuse_of_log(args: &TeArgs) -> Result<(), Error> {
+    let given = [
+        (args.speeds.is_some(), "--speeds"),
+        (args.window.is_some(), "--window"),
+        (args.index.is_some(), "--index"),
+        (args.output_teeth.is_some(), "--output-teeth"),
+        (args.written.is_some(), "--record"),
+    ];
+    match given.iter().find(|g| g.0) {
+        None => Ok(()),
+        Some((_, flag)) => {
+            let message = format!("{flag} is of models, and {} is a log", args.file.display());
+            Err(Error::new(Code::Usage, message).hint("leave it out"))
+        }
+    }
+}
+
 /// Evaluates and prints.
 ///
 /// # Errors
 /// Whatever is wrong with the flags or the log.
 pub fn run(args: &TeArgs) -> Result<u8, Errors> {
+    refuse_of_log(args)?;
     let mut study = study(args)?;
     let outputs: Vec<PathBuf> = args.csv.iter().chain(&args.svg).cloned().collect();
     for (path, end) in [(&args.csv, "csv"), (&args.svg, "svg")] {

@@ -132,6 +132,8 @@ pub struct Brake {
 pub struct FormError {
     /// The node or element it is declared on, with the pair where one is named.
     pub on: String,
+    /// The node or element alone.
+    pub element: String,
     /// Where it is declared.
     pub place: Place,
     /// What it comes from.

@@ -24,6 +24,9 @@ pub mod statistics;
 /// Exact fractions.
 pub mod fraction;
 
+/// Points that fill a cube evenly.
+pub mod lattice;
+
 /// Constraints in exact fractions.
 pub mod exact;
 

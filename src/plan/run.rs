@@ -263,11 +263,8 @@ impl Run<'_> {
             );
             return Err(Error::new(Code::Hopeless, message).hint("reduce the machine first"));
         };
-        let step = (range.to - range.from) / f64::from(range.count - 1);
         let options = CampbellOptions {
-            speeds: (0..range.count)
-                .map(|k| range.from + step * f64::from(k))
-                .collect(),
+            speeds: range.all(),
             damped: self.study.damped,
             orders: OrderOptions::default(),
             tracking: TrackingOptions::default(),

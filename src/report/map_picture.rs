@@ -101,7 +101,7 @@ fn draw(map: &Map, canvas: &mut Canvas, down: (f64, f64)) {
 }
 
 /// The scale of colours beside the map.
-fn colours(canvas: &mut Canvas, down: (f64, f64), scale: (f64, f64), name: &str) {
+pub(super) fn colours(canvas: &mut Canvas, down: (f64, f64), scale: (f64, f64), name: &str) {
     let bar = Panel {
         across: (RIGHT + 16.0, RIGHT + 30.0),
         down,
@@ -204,12 +204,14 @@ impl Cells {
     }
 }
 
-fn step_of(level: f64, (low, high): (f64, f64)) -> usize {
+/// Which colour a level has.
+pub(super) fn step_of(level: f64, (low, high): (f64, f64)) -> usize {
     let share = (level - low) / (high - low);
     ((share * STEPS as f64).max(0.0) as usize).min(STEPS - 1)
 }
 
-fn ink(step: usize) -> Ink {
+/// A colour of the scale.
+pub(super) fn ink(step: usize) -> Ink {
     let place = step as f64 / (STEPS - 1) as f64 * (SCALE.len() - 1) as f64;
     let below = (place as usize).min(SCALE.len() - 2);
     let (one, other, share) = (SCALE[below], SCALE[below + 1], place - below as f64);

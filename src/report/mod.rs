@@ -157,3 +157,6 @@ pub mod shapes;
 
 /// Where the energy of each mode sits, as a picture.
 pub mod energy_bars;
+
+/// Lines, budget and speeds of a transmission error as pictures.
+pub mod transmission_pictures;

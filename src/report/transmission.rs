@@ -1,18 +1,23 @@
 //! Transmission error of a chain as JSON and CSV.
 
 use std::f64::consts::PI;
+use std::io::Write;
 use std::sync::Arc;
 
 use serde_json::{Value, json};
 
 use super::csv::quoted;
 use super::json::{header, stages, warnings};
+use crate::base::code::Code;
+use crate::base::error::Error;
 use crate::base::place::Source;
 use crate::machine::parts::Machine;
 use crate::numeric::Complex;
 use crate::plan::stages::Verdict;
 use crate::plan::transmission::run::{Answer, Row};
+use crate::transmission::budget::Sensitivity;
 use crate::transmission::coincidence::Test;
+use crate::transmission::indexing::Mark;
 use crate::transmission::lines::Origin;
 
 /// Arc seconds in a radian.
@@ -82,13 +87,99 @@ pub fn json(sources: &[Arc<Source>], machine: &Machine, answer: &Answer) -> Valu
         "radius_m": answer.radius,
         "output_speed_rad_s": answer.speed,
         "orders": (0..answer.rows.len()).map(|k| order(machine, answer, k)).collect::<Vec<_>>(),
-        "budget": {
-            "worst_case_arcsec": answer.worst_case() * ARCSEC,
-            "rss_arcsec": answer.rss() * ARCSEC,
-        },
+        "budget": budget(answer),
+        "second_order_arcsec": answer.second_order * ARCSEC,
+        "map": answer.map.as_ref().map(|map| json!({
+            "speed_rad_s": map.speeds,
+            "amplitude_arcsec": map.amplitudes.iter().map(|row| row.iter().map(|a| a * ARCSEC).collect()).collect::<Vec<Vec<f64>>>(),
+        })),
+        "record": answer.record.as_ref().map(|made| json!({
+            "turns": made.record.turns,
+            "samples": made.record.values.len(),
+            "closed": made.record.closed,
+            "teeth": made.teeth,
+            "total_arcsec": made.total * ARCSEC,
+            "one_turn_arcsec": made.by_turn * ARCSEC,
+            "tooth_to_tooth_arcsec": made.by_tooth.map(|t| t[0] * ARCSEC),
+            "long_wave_arcsec": made.by_tooth.map(|t| t[1] * ARCSEC),
+            "short_wave_arcsec": made.by_tooth.map(|t| t[2] * ARCSEC),
+            "lines": made.lines.iter().map(|z| json!({ "amplitude_arcsec": z.norm() * ARCSEC, "phase_deg": z.arg().to_degrees() })).collect::<Vec<_>>(),
+        })),
         "stages": stages(answer.plan.iter().map(|(name, verdict)| (*name, verdict))),
         "warnings": warnings(&answer.warnings),
     })
+}
+
+fn budget(answer: &Answer) -> Value {
+    let budget = &answer.budget;
+    let element = |(name, e): (&String, &Sensitivity)| {
+        json!({
+            "element": name,
+            "share": e.share,
+            "one_grade_better": e.one_grade,
+            "without": e.without,
+            "worst_case_without": e.worst_without,
+        })
+    };
+    let (out, off, worst) = &answer.negligible;
+    json!({
+        "worst_case_arcsec": budget.worst_case * ARCSEC,
+        "rss_arcsec": budget.rss * ARCSEC,
+        "window_turns": budget.range.window,
+        "samples": budget.range.samples,
+        "percentiles": budget.range.percentiles.iter().map(|(p, value, error)| json!({
+            "percent": p,
+            "range_arcsec": value * ARCSEC,
+            "std_arcsec": error * ARCSEC,
+        })).collect::<Vec<_>>(),
+        "elements": answer.elements.iter().zip(&budget.elements).map(element).collect::<Vec<_>>(),
+        "could_be_left_out": {
+            "elements": out.iter().map(|&e| answer.elements[e].clone()).collect::<Vec<_>>(),
+            "rss_off": off,
+            "worst_case_off": worst,
+        },
+    })
+}
+
+/// A record: turns of the output, the error, its time where the speed is given; after a line of names.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn record(answer: &Answer, to: &mut dyn Write) -> Result<(), Error> {
+    let failed = |e: std::io::Error| {
+        Error::new(
+            Code::OutputFailed,
+            format!("the record could not be written: {e}"),
+        )
+    };
+    let Some(made) = &answer.record else {
+        return Ok(());
+    };
+    let seconds = answer
+        .speed
+        .map(|speed| 2.0 * PI / speed.abs())
+        .filter(|s| s.is_finite());
+    let mut head = String::from("turns,te [arcsec]");
+    if answer.radius.is_some() {
+        head += ",te [µm]";
+    }
+    if seconds.is_some() {
+        head += ",time [s]";
+    }
+    writeln!(to, "{head}").map_err(failed)?;
+    let count = made.record.values.len() as f64;
+    for (i, e) in made.record.values.iter().enumerate() {
+        let turns = made.record.turns as f64 * i as f64 / count;
+        write!(to, "{turns},{}", e * ARCSEC).map_err(failed)?;
+        if let Some(r) = answer.radius {
+            write!(to, ",{}", 1e6 * r * e).map_err(failed)?;
+        }
+        if let Some(s) = seconds {
+            write!(to, ",{}", s * turns).map_err(failed)?;
+        }
+        writeln!(to).map_err(failed)?;
+    }
+    Ok(())
 }
 
 fn order(machine: &Machine, answer: &Answer, k: usize) -> Value {
@@ -123,6 +214,14 @@ fn order(machine: &Machine, answer: &Answer, k: usize) -> Value {
         "dynamic_arcsec": row.dynamic.map(|z| z.norm() * ARCSEC),
         "dynamic_phase_deg": row.dynamic.and_then(|z| phase(machine, row, z)),
         "frequency_hz": answer.speed.map(|speed| row.line.order.value() * speed.abs() / (2.0 * PI)),
+        "mark": answer.marks.as_ref().map(|marks| match &marks[k] {
+            Mark::Form => json!({ "kind": "form" }),
+            Mark::Pitch { advance, adjacent } => json!({
+                "kind": "pitch",
+                "advance": advance.to_string(),
+                "adjacent_arcsec": adjacent * slow.norm() * ARCSEC,
+            }),
+        }),
         "coincides_with": others,
     })
 }

@@ -5,6 +5,7 @@ use super::table::{finish, plain};
 use super::transmission::{ARCSEC, cause, phase, source, test};
 use crate::machine::parts::Machine;
 use crate::plan::transmission::run::Answer;
+use crate::transmission::indexing::Mark;
 
 /// Lines shown unless all are wanted: the largest.
 const ROWS: usize = 25;
@@ -28,8 +29,10 @@ pub fn table(machine: &Machine, answer: &Answer, all: bool) -> String {
     let shown = shown(answer, all);
     let mut table = plain();
     let at_speed = answer.speed.is_some();
+    let largest = (answer.rows.iter()).fold(0.0f64, |m, row| m.max(answer.slow(row).norm()));
     let differs = answer.rows.iter().any(|row| {
-        (row.loaded.norm() - answer.slow(row).norm()).abs() > 5e-4 * answer.slow(row).norm()
+        let slow = answer.slow(row).norm();
+        (row.loaded.norm() - slow).abs() > 5e-4 * slow + 1e-9 * largest
     });
     let mut head = vec!["order", "source", "cause", "amplitude"];
     let mut units = vec!["", "", "", "arcsec"];
@@ -45,6 +48,9 @@ pub fn table(machine: &Machine, answer: &Answer, all: bool) -> String {
     column(differs, "loaded", "arcsec");
     column(at_speed, "at speed", "arcsec");
     column(at_speed, "frequency", "Hz");
+    column(answer.map.is_some(), "largest", "arcsec");
+    column(answer.map.is_some(), "at", "rpm");
+    column(answer.marks.is_some(), "work", "");
     column(!answer.coincidences.is_empty(), "", "");
     table.add_row(head);
     table.add_row(units);
@@ -68,6 +74,23 @@ pub fn table(machine: &Machine, answer: &Answer, all: bool) -> String {
             cells.push(significant(
                 row.line.order.value() * speed.abs() / std::f64::consts::TAU,
             ));
+        }
+        if let Some(map) = &answer.map {
+            let row = &map.amplitudes[k];
+            let at = (0..row.len())
+                .max_by(|&a, &b| row[a].total_cmp(&row[b]))
+                .unwrap_or(0);
+            cells.push(brief(row[at] * ARCSEC));
+            cells.push(brief(map.speeds[at] * 30.0 / std::f64::consts::PI));
+        }
+        if let Some(marks) = &answer.marks {
+            cells.push(match &marks[k] {
+                Mark::Form => "form".to_string(),
+                Mark::Pitch { adjacent, .. } => format!(
+                    "pitch, {} from tooth to tooth",
+                    brief(adjacent * slow.norm() * ARCSEC)
+                ),
+            });
         }
         if !answer.coincidences.is_empty() {
             let group = answer
@@ -98,7 +121,11 @@ pub fn table(machine: &Machine, answer: &Answer, all: bool) -> String {
 
 /// The largest lines, by rising order.
 fn shown(answer: &Answer, all: bool) -> Vec<usize> {
-    let mut shown: Vec<usize> = (0..answer.rows.len()).collect();
+    let moves = |k: &usize| {
+        let row = &answer.rows[*k];
+        answer.map.is_some() || row.dynamic.is_some() || answer.slow(row).norm() > 0.0
+    };
+    let mut shown: Vec<usize> = (0..answer.rows.len()).filter(moves).collect();
     if !all && shown.len() > ROWS {
         shown.sort_by(|&a, &b| answer.rows[b].share.total_cmp(&answer.rows[a].share));
         shown.truncate(ROWS);
@@ -153,25 +180,120 @@ fn coincidences(machine: &Machine, answer: &Answer, shown: &[usize]) -> String {
     text
 }
 
+/// Elements of the budget shown, the largest.
+const ELEMENTS: usize = 12;
+
 fn sums(answer: &Answer) -> String {
     let arc = |x: f64| {
-        let um = answer
-            .radius
-            .map_or(String::new(), |r| format!(", {} µm", brief(1e6 * r * x)));
+        let um = (answer.radius).map_or(String::new(), |r| format!(", {} µm", brief(1e6 * r * x)));
         format!("{} arcsec{um}", brief(x * ARCSEC))
     };
+    let budget = &answer.budget;
     let mut text = format!(
         "\nworst case {} (all crests together), root of sum of squares {}\n",
-        arc(answer.worst_case()),
-        arc(answer.rss())
+        arc(budget.worst_case),
+        arc(budget.rss)
+    );
+    let range = &budget.range;
+    let turns = if range.window == 1.0 {
+        "one turn".to_string()
+    } else {
+        format!("{} turns", range.window)
+    };
+    let each = range.percentiles.iter().map(|(p, value, error)| {
+        let value = super::number::with_deviation(value * ARCSEC, error * ARCSEC);
+        format!("{p} % {value}")
+    });
+    text += &format!(
+        "range over {turns}, over unknown phases and tolerances, arcsec: {}\n",
+        each.collect::<Vec<_>>().join(", ")
     );
     if answer.wind_up != 0.0 {
         text += &format!("wind-up under the mean loads {}\n", arc(answer.wind_up));
     }
+    if answer.second_order > 0.0 {
+        text += &format!(
+            "second order of offsets, left out of the lines: {} at most\n",
+            arc(answer.second_order)
+        );
+    }
     if let Some(period) = &answer.period {
-        text += &format!("everything repeats after {period} turns of the output\n");
+        let exact = period.to_string();
+        let shown = if exact.len() > 20 {
+            format!("{:.3e}", period.value())
+        } else {
+            exact
+        };
+        text += &format!("everything repeats after {shown} turns of the output\n");
+    }
+    text += &elements(answer);
+    text += &record(answer);
+    text
+}
+
+/// What each element counts for, and what could be left out.
+fn elements(answer: &Answer) -> String {
+    let mut order: Vec<usize> = (0..answer.elements.len()).collect();
+    order.sort_by(|&a, &b| {
+        answer.budget.elements[b]
+            .share
+            .total_cmp(&answer.budget.elements[a].share)
+    });
+    order.truncate(ELEMENTS);
+    let mut table = plain();
+    table.add_row(vec!["element", "share", "one grade better", "without it"]);
+    table.add_row(vec!["", "%", "% off", "% off"]);
+    for &e in order
+        .iter()
+        .filter(|&&e| answer.budget.elements[e].share > 0.0)
+    {
+        let found = &answer.budget.elements[e];
+        table.add_row(vec![
+            answer.elements[e].clone(),
+            percent(found.share),
+            percent(found.one_grade),
+            percent(found.without),
+        ]);
+    }
+    super::table::right_but_first(&mut table);
+    let mut text = format!(
+        "\nOff the root of the sum of squares (one grade: amplitudes 1/√2 of what they are):\n{}",
+        finish(&table)
+    );
+    let (out, off, worst) = &answer.negligible;
+    if !out.is_empty() {
+        let names: Vec<&str> = out.iter().map(|&e| answer.elements[e].as_str()).collect();
+        text += &format!(
+            "could be left out: {}; together {} % of the root of the sum of squares, {} % of the worst case\n",
+            names.join(", "),
+            percent(*off),
+            percent(*worst)
+        );
     }
     text
+}
+
+fn record(answer: &Answer) -> String {
+    let Some(made) = &answer.record else {
+        return String::new();
+    };
+    let arc = |x: f64| brief(x * ARCSEC);
+    let mut text = format!(
+        "\nrecord over {} turns, {} samples, arcsec: F_i′ {} over all, {} over a turn",
+        made.record.turns,
+        made.record.values.len(),
+        arc(made.total),
+        arc(made.by_turn)
+    );
+    if let (Some([tooth, long, short]), Some(teeth)) = (made.by_tooth, made.teeth) {
+        text += &format!(
+            "; by {teeth} teeth f_i′ {}, long wave {}, short wave {}",
+            arc(tooth),
+            arc(long),
+            arc(short)
+        );
+    }
+    text + "\n"
 }
 
 /// Words to the left, numbers to the right.

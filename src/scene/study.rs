@@ -53,6 +53,49 @@ pub struct TransmissionStudy {
     pub radius: Option<f64>,
     /// Speed of the first node of `[speed]` for the error at speed, rad/s.
     pub speed: Option<f64>,
+    /// Speeds of a map of all lines.
+    pub speeds: Option<SpeedRange>,
+    /// Turns of the output over which ranges are told and a record is made.
+    pub window: Option<u32>,
+    /// Teeth of the output by which a record is told tooth by tooth.
+    pub teeth: Option<u32>,
+    /// A machine that indexes tooth by tooth.
+    pub index: Option<IndexStudy>,
+    /// The error over the angle is wanted.
+    pub record: bool,
+}
+
+/// A machine that indexes tooth by tooth.
+#[derive(Debug, Clone, PartialEq)]
+pub struct IndexStudy {
+    /// The pair or shaft whose output side moves on from tooth to tooth.
+    pub behind: String,
+    /// Teeth of the work.
+    pub teeth: u32,
+}
+
+impl IndexStudy {
+    /// Reads `ELEMENT:TEETH`.
+    ///
+    /// # Errors
+    /// What is not of that form.
+    pub fn parse(text: &str, subject: &str) -> Result<IndexStudy, Error> {
+        let parts = text.rsplit_once(':');
+        let read = parts.and_then(|(behind, teeth)| {
+            Some((behind, teeth.trim().parse().ok().filter(|z| *z >= 2)?))
+        });
+        let Some((behind, teeth)) = read else {
+            let message = format!("\"{}\" is no indexing", units::shortened(text));
+            let hint = format!(
+                "{subject} takes the element behind which the work moves on, and the teeth of the work, such as differential:37"
+            );
+            return Err(Error::new(Code::OutOfRange, message).hint(hint));
+        };
+        Ok(IndexStudy {
+            behind: behind.trim().to_string(),
+            teeth,
+        })
+    }
 }
 
 /// Answers to all orders of a running machine over speed, as the command has them.
@@ -383,6 +426,14 @@ pub struct SpeedRange {
 }
 
 impl SpeedRange {
+    /// The speeds, rising, rad/s.
+    pub fn all(self) -> Vec<f64> {
+        let steps = f64::from(self.count - 1);
+        (0..self.count)
+            .map(|k| self.from + (self.to - self.from) * f64::from(k) / steps)
+            .collect()
+    }
+
     /// Reads `A:B:N`, two speeds (rpm where bare) and how many points; 50 points where `N` is left out.
     pub fn parse(text: &str, subject: &str) -> Result<SpeedRange, Error> {
         const USUAL: u32 = 50;
@@ -547,6 +598,11 @@ fn transmission(f: &mut Fields) -> TransmissionStudy {
         against: text(f, "against"),
         radius: f.optional_quantity("radius", Kind::Length, Range::Positive),
         speed: f.optional_quantity("speed", Kind::Speed, Range::Any),
+        speeds: speeds(f, "speeds"),
+        window: f.optional_count("window", 1, MOST),
+        teeth: f.optional_count("teeth", 1, MOST),
+        index: parsed(f, "index", IndexStudy::parse),
+        record: false,
     }
 }
 

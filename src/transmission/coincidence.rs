@@ -45,24 +45,27 @@ pub enum Test {
 /// Apart in phase by less is not worth a test, turns.
 const WORTH: f64 = 0.02;
 
-/// Every order that several lines share.
-pub fn coincidences(machine: &Machine, chain: &Chain, lines: &[Line]) -> Vec<Coincidence> {
+/// Every order that several of the lines share whose amplitudes count.
+pub fn coincidences(
+    machine: &Machine,
+    chain: &Chain,
+    lines: &[Line],
+    counts: &[bool],
+) -> Vec<Coincidence> {
     let mut all = Vec::new();
-    let mut at = 0;
-    while at < lines.len() {
-        let count = lines[at..]
-            .iter()
-            .take_while(|line| line.order == lines[at].order)
-            .count();
-        if count > 1 {
-            let tests =
-                (at + 1..at + count).map(|other| test(machine, chain, &lines[at], &lines[other]));
+    let counted: Vec<usize> = (0..lines.len()).filter(|&k| counts[k]).collect();
+    for group in counted.chunk_by(|&a, &b| lines[a].order == lines[b].order) {
+        if let [first, others @ ..] = group
+            && !others.is_empty()
+        {
+            let tests = others
+                .iter()
+                .map(|&other| test(machine, chain, &lines[*first], &lines[other]));
             all.push(Coincidence {
-                lines: (at..at + count).collect(),
+                lines: group.to_vec(),
                 tests: tests.collect(),
             });
         }
-        at += count;
     }
     all
 }
@@ -157,7 +160,7 @@ fn remeshed(
 }
 
 /// Of every freedom: it hangs on `from` with the element taken out.
-fn side(machine: &Machine, without: usize, from: usize) -> Vec<bool> {
+pub fn side(machine: &Machine, without: usize, from: usize) -> Vec<bool> {
     let mut reached = vec![false; machine.freedoms.len()];
     reached[from] = true;
     let mut queue = VecDeque::from([from]);

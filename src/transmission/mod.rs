@@ -13,6 +13,18 @@ pub mod dynamic;
 /// What stiffness that changes under load adds.
 pub mod loaded;
 
+/// An eccentric pair, exactly.
+pub mod eccentric_pair;
+
+/// Worst case, root of sum of squares, percentiles, what a better element buys.
+pub mod budget;
+
+/// Flank form and pitch of work that is indexed tooth by tooth.
+pub mod indexing;
+
+/// The error over the angle.
+pub mod record;
+
 /// Orders that coincide, and which test tells their sources apart.
 pub mod coincidence;
 

@@ -75,6 +75,7 @@ fn gear(builder: &Builder, part: &model::FormError) -> Result<FormError, Error> 
     };
     Ok(FormError {
         on,
+        element: part.on.text.clone(),
         place: part.on.place.clone(),
         cause: part.cause,
         turning,
@@ -278,6 +279,7 @@ fn fixed(
     let flanks = [Reach { gain, turn: 0.0 }; 2];
     FormError {
         on: part.on.text.clone(),
+        element: part.on.text.clone(),
         place: part.on.place.clone(),
         cause: part.cause,
         turning,

@@ -10,12 +10,16 @@ use crate::numeric::Complex;
 use crate::numeric::fraction::Fraction;
 use crate::plan::prepared::Prepared;
 use crate::plan::stages::Verdict;
+use crate::plan::transmission::recorded::{self, Recorded};
 use crate::response::frequency::Way;
 use crate::response::system::Setting;
-use crate::scene::study::TransmissionStudy;
+use crate::scene::study::{IndexStudy, TransmissionStudy};
+use crate::transmission::budget::{self, Budget, Term};
 use crate::transmission::chain::{Chain, Ends};
 use crate::transmission::coincidence::{self, Coincidence};
 use crate::transmission::dynamic::Transfer;
+use crate::transmission::eccentric_pair;
+use crate::transmission::indexing::{self, Mark};
 use crate::transmission::lines::{self, Line, Origin};
 use crate::transmission::loaded;
 
@@ -31,6 +35,20 @@ pub struct Answer {
     pub period: Option<Fraction>,
     /// A rigid loop does not fit the errors, so that only elastic joints have an answer: the branches of the loop.
     pub misfit: Option<Vec<String>>,
+    /// Sums and percentiles.
+    pub budget: Budget,
+    /// Names of the elements of the budget.
+    pub elements: Vec<String>,
+    /// Elements that could be left out, and what that takes off the root of the sum of squares and off the worst case.
+    pub negligible: (Vec<usize>, f64, f64),
+    /// Second order of offsets, which the lines leave out, at the output, rad.
+    pub second_order: f64,
+    /// What each line does to work that is indexed tooth by tooth.
+    pub marks: Option<Vec<Mark>>,
+    /// Lines over speed.
+    pub map: Option<Map>,
+    /// The error over the angle.
+    pub record: Option<Recorded>,
     /// By how much the mean loads wind up the chain, rad.
     pub wind_up: f64,
     /// m.
@@ -41,6 +59,14 @@ pub struct Answer {
     pub plan: Vec<(&'static str, Verdict)>,
     /// Doubts.
     pub warnings: Vec<Warning>,
+}
+
+/// Every line over the speed of the machine.
+pub struct Map {
+    /// Speeds of the first node of `[speed]`, rad/s.
+    pub speeds: Vec<f64>,
+    /// Of every row A at each speed, rad.
+    pub amplitudes: Vec<Vec<f64>>,
 }
 
 /// A line of the table.
@@ -67,20 +93,6 @@ impl Answer {
     /// Rigid joints have an answer for every single error: no loop shares it out.
     pub fn is_rigid(&self) -> bool {
         self.chain.conditions.is_empty()
-    }
-
-    /// Sum of all amplitudes, rad.
-    pub fn worst_case(&self) -> f64 {
-        self.rows.iter().map(|row| self.slow(row).norm()).sum()
-    }
-
-    /// Root of the sum of squared amplitudes, rad.
-    pub fn rss(&self) -> f64 {
-        self.rows
-            .iter()
-            .map(|row| self.slow(row).norm_sqr())
-            .sum::<f64>()
-            .sqrt()
     }
 }
 
@@ -144,17 +156,72 @@ pub fn run(prepared: &Prepared, study: &TransmissionStudy) -> Result<Answer, Err
     let transfer = Transfer::new(&setting, &chain, &all, Way::Direct)?;
     let refs: Vec<&Line> = all.iter().collect();
     let under_load = transfer.at(0.0, &refs)?;
-    let speed = match study.speed {
+    let output_at = |speed: f64| -> Result<f64, Error> {
+        Ok(mean_speeds(machine, kinematics, Some(speed))?[ends.output])
+    };
+    let speed = study.speed.map(output_at).transpose()?;
+    let map = match study.speeds {
         None => None,
-        Some(speed) => Some(mean_speeds(machine, kinematics, Some(speed))?[ends.output]),
+        Some(range) => {
+            let speeds = range.all();
+            let mut amplitudes = vec![Vec::with_capacity(speeds.len()); all.len()];
+            for &speed in &speeds {
+                let values = transfer.at_speed(output_at(speed)?, &all)?;
+                let each = amplitudes.iter_mut().zip(values);
+                each.for_each(|(row, z)| row.push(z.norm()));
+            }
+            Some(Map { speeds, amplitudes })
+        }
+    };
+    let marks = match &study.index {
+        None => None,
+        Some(index) => {
+            let moved = indexed(machine, &chain, index)?;
+            Some(indexing::marks(machine, &chain, &all, &moved, index.teeth))
+        }
     };
     let at_speed = speed
         .map(|speed| transfer.at_speed(speed, &all))
         .transpose()?;
-    let coincidences = coincidence::coincidences(machine, &chain, &all);
+    let slow: Vec<Complex> = (all.iter().zip(&under_load))
+        .map(|(line, &loaded)| match line.origin {
+            Origin::Declared(_) if chain.conditions.is_empty() => line.kinematic,
+            _ => loaded,
+        })
+        .collect();
+    // Of the largest line: what is common to both ends of a relative error cancels, and rounding is left.
+    const COUNTS: f64 = 1e-12;
+    let largest = slow.iter().fold(0.0f64, |m, z| m.max(z.norm()));
+    let counts: Vec<bool> = slow.iter().map(|z| z.norm() > COUNTS * largest).collect();
+    let coincidences = coincidence::coincidences(machine, &chain, &all, &counts);
+    let (terms, sources, elements) = of_budget(machine, &all, &slow);
+    let window = f64::from(study.window.unwrap_or(1));
+    let budget = budget::budget(&terms, &sources, window, POINTS);
+    let squares = budget.rss.powi(2);
+    let counted = all.iter().zip(&counts).filter(|(_, counts)| **counts);
+    let period = Fraction::common_measure(counted.map(|(line, _)| &line.order))
+        .map(|measure| &Fraction::one() / &measure);
+    let shown = at_speed.as_ref().unwrap_or(&slow);
+    let record = match study.record {
+        true => Some(recorded::recorded(
+            machine,
+            &chain,
+            &all,
+            shown,
+            period.as_ref(),
+            study,
+        )?),
+        false => None,
+    };
     let mut answer = Answer {
-        period: Fraction::common_measure(all.iter().map(|line| &line.order))
-            .map(|m| &Fraction::one() / &m),
+        negligible: budget::negligible(&budget.elements, THRESHOLD),
+        budget,
+        elements,
+        second_order: eccentric_pair::second_order(machine, &chain),
+        marks,
+        map,
+        record,
+        period,
         misfit: misfit.map(|list| list.iter().map(|&b| machine.branch_name(b)).collect()),
         wind_up: loaded::wind_up(&setting, &chain)?,
         radius: study.radius,
@@ -167,26 +234,86 @@ pub fn run(prepared: &Prepared, study: &TransmissionStudy) -> Result<Answer, Err
                 line,
                 loaded: under_load[k],
                 dynamic: at_speed.as_ref().map(|all| all[k]),
-                share: 0.0,
+                share: match squares > 0.0 {
+                    true => slow[k].norm_sqr() / squares,
+                    false => 0.0,
+                },
             })
             .collect(),
         chain,
     };
-    let total: f64 = answer.rss().powi(2);
-    let shares: Vec<f64> = answer
-        .rows
-        .iter()
-        .map(|row| answer.slow(row).norm_sqr() / total)
-        .collect();
-    if total > 0.0 {
-        answer
-            .rows
-            .iter_mut()
-            .zip(shares)
-            .for_each(|(row, share)| row.share = share);
-    }
     answer.warnings.extend(doubts(machine, &answer));
     Ok(answer)
+}
+
+/// Lattice points a shift of the budget's percentiles.
+const POINTS: usize = 61;
+
+/// Of the root of the sum of squares: so much may be left out.
+pub const THRESHOLD: f64 = 0.01;
+
+/// Terms, sources and names of elements: each declared error is a source, errors on one node are one element.
+fn of_budget(
+    machine: &Machine,
+    lines: &[Line],
+    values: &[Complex],
+) -> (Vec<Term>, Vec<budget::Source>, Vec<String>) {
+    let mut sources: Vec<(Origin, budget::Source)> = Vec::new();
+    let mut elements: Vec<String> = Vec::new();
+    let mut terms = Vec::new();
+    for (line, &value) in lines.iter().zip(values) {
+        let known = sources.iter().position(|s| s.0 == line.origin);
+        let source = known.unwrap_or_else(|| {
+            let name = match line.origin {
+                Origin::Declared(number) => machine.errors[number].element.clone(),
+                Origin::Stiffness(branch) => machine.branch_name(branch),
+            };
+            let known = elements.iter().position(|e| *e == name);
+            let element = known.unwrap_or_else(|| {
+                elements.push(name);
+                elements.len() - 1
+            });
+            let source = budget::Source {
+                element,
+                phase_known: line.phase_known(machine),
+                tolerance: line.declared(machine).map_or(0.0, |error| error.tolerance),
+            };
+            sources.push((line.origin, source));
+            sources.len() - 1
+        });
+        terms.push(Term {
+            source,
+            order: line.order.value(),
+            harmonic: line.harmonic,
+            value,
+        });
+    }
+    let sources = sources.into_iter().map(|s| s.1).collect();
+    (terms, sources, elements)
+}
+
+/// Of every freedom: it moves on with the work from tooth to tooth.
+fn indexed(machine: &Machine, chain: &Chain, index: &IndexStudy) -> Result<Vec<bool>, Error> {
+    let named = machine.elements.iter().position(|e| e.name == index.behind);
+    let Some(element) = named else {
+        let known = machine.elements.iter().map(|e| e.name.as_str());
+        let hint = match suggestion(&index.behind, known) {
+            Some(meant) => format!("did you mean `{meant}`?"),
+            None => "name a pair or a shaft of the model".to_string(),
+        };
+        let message = format!("there is no element `{}`", index.behind);
+        return Err(Error::new(Code::UnknownNode, message).hint(hint));
+    };
+    let side = coincidence::side(machine, element, chain.ends.output);
+    if side[chain.ends.driver] {
+        let message = format!(
+            "`{}` does not lie between the driver and the output",
+            index.behind
+        );
+        return Err(Error::new(Code::Conflict, message)
+            .hint("name the element behind which the work is moved on: the differential"));
+    }
+    Ok(side)
 }
 
 /// The rotation of a node.
@@ -257,15 +384,26 @@ fn doubts(machine: &Machine, answer: &Answer) -> Vec<Warning> {
             "they stand still, or nothing ties their speed to the output's",
         );
     }
-    let slips = machine.elements.iter().enumerate().find(|(at, element)| {
-        let pulley = |g: &crate::machine::parts::Gear| g.element == *at && g.teeth.is_none();
-        element.kind == "belt" && machine.gears.iter().any(pulley)
-    });
-    if let Some((_, element)) = slips {
-        let message = format!(
-            "{} is no gear: if it slips, the orders of what lies beyond it wander",
-            element.name
-        );
+    // What lies on the far side of a friction belt, and still has a line.
+    let slips = |at: usize| {
+        let pulley = machine
+            .gears
+            .iter()
+            .any(|g| g.element == at && g.teeth.is_none());
+        let near = coincidence::side(machine, at, answer.chain.ends.output);
+        let across = answer.rows.iter().any(|row| {
+            let far = row
+                .line
+                .declared(machine)
+                .is_some_and(|error| !near[error.turning]);
+            far && row.share > 0.0
+        });
+        machine.elements[at].kind == "belt" && pulley && across
+    };
+    if let Some(at) = (0..machine.elements.len()).find(|&at| slips(at)) {
+        let name = &machine.elements[at].name;
+        let message =
+            format!("{name} is no gear: if it slips, the orders of what lies beyond it wander");
         warn(
             "belt",
             message,
@@ -303,9 +441,31 @@ pub fn plan(machine: &Machine, study: &TransmissionStudy) -> Vec<(&'static str, 
         ),
         (
             "at speed",
-            match study.speed {
-                Some(_) => runs("the dynamic stiffness solved at every order"),
-                None => out("no speed was asked for"),
+            match (study.speed, study.speeds) {
+                (None, None) => out("no speed was asked for"),
+                _ => runs("the dynamic stiffness solved at every order"),
+            },
+        ),
+        (
+            "budget",
+            runs("sums, and percentiles of the range over unknown phases and tolerances"),
+        ),
+        (
+            "second order of offsets",
+            out("told as a sum, not line by line"),
+        ),
+        (
+            "flank form and pitch",
+            match study.index {
+                Some(_) => runs("what repeats from tooth to tooth and what does not"),
+                None => out("the work is not indexed"),
+            },
+        ),
+        (
+            "record",
+            match study.record {
+                true => runs("the error over the angle, with its ranges"),
+                false => out("no record was asked for"),
             },
         ),
     ]

@@ -1,0 +1,100 @@
+//! The error of a chain over the angle of its output, with the ranges gear measurement reads off it.
+
+use std::f64::consts::TAU;
+
+use crate::base::error::Error;
+use crate::gear::measurement::composite::Record;
+use crate::machine::parts::Machine;
+use crate::numeric::Complex;
+use crate::numeric::fraction::Fraction;
+use crate::numeric::lattice::Lattice;
+use crate::scene::study::TransmissionStudy;
+use crate::transmission::chain::Chain;
+use crate::transmission::lines::{Line, Origin};
+use crate::transmission::record::{self, Synthetic};
+
+/// A record and its ranges, rad.
+pub struct Recorded {
+    /// The record.
+    pub record: Synthetic,
+    /// Of every line A and ψ as they went into it; unknown phases are drawn.
+    pub lines: Vec<Complex>,
+    /// Teeth of the output; absent where no gear turns with it and none are stated.
+    pub teeth: Option<u32>,
+    /// F_i′ over the whole record.
+    pub total: f64,
+    /// F_i′ over one turn.
+    pub by_turn: f64,
+    /// f_i′, long wave, short wave, by teeth.
+    pub by_tooth: Option<[f64; 3]>,
+}
+
+/// Makes the record of `values`, one of every line.
+///
+/// # Errors
+/// More samples than a record holds; those of the evaluation.
+pub fn recorded(
+    machine: &Machine,
+    chain: &Chain,
+    lines: &[Line],
+    values: &[Complex],
+    period: Option<&Fraction>,
+    study: &TransmissionStudy,
+) -> Result<Recorded, Error> {
+    let drawn = drawn(machine, lines, values);
+    let fastest = lines
+        .iter()
+        .fold(1.0f64, |m, line| m.max(line.order.value()));
+    let (turns, closed) = record::turns(study.window, period, fastest)?;
+    let added: Vec<(f64, Complex)> = lines
+        .iter()
+        .zip(&drawn)
+        .map(|(line, z)| (line.order.value(), *z))
+        .collect();
+    let made = record::synthetic(&added, turns, closed);
+    let teeth = study.teeth.or_else(|| teeth(machine, chain));
+    let record = Record::new(&made.values, turns, teeth.unwrap_or(1) as usize, closed)?;
+    let (total, by_turn) = (record.total(), record.by_turn().sliding);
+    let by_tooth = teeth.map(|_| {
+        let split = record.split_by_order();
+        [
+            record.by_pitch().sliding,
+            split.long_range,
+            split.short_ranges.sliding,
+        ]
+    });
+    Ok(Recorded {
+        lines: drawn,
+        teeth,
+        total,
+        by_turn,
+        by_tooth,
+        record: made,
+    })
+}
+
+/// Values with unknown phases drawn from a fixed seed: harmonics of one error turn together.
+fn drawn(machine: &Machine, lines: &[Line], values: &[Complex]) -> Vec<Complex> {
+    let phases = Lattice::new(machine.errors.len(), 1, 1).point(0, 0);
+    let turned = |(line, value): (&Line, &Complex)| match line.origin {
+        Origin::Declared(number) if !machine.errors[number].phase_known => {
+            *value * Complex::cis(TAU * phases[number] * f64::from(line.harmonic))
+        }
+        _ => *value,
+    };
+    lines.iter().zip(values).map(turned).collect()
+}
+
+/// Teeth of a gear that turns with the output.
+fn teeth(machine: &Machine, chain: &Chain) -> Option<u32> {
+    let with_output = |freedom: usize| {
+        chain
+            .turns(freedom)
+            .is_some_and(|t| t.abs() == Fraction::one())
+    };
+    let gears = machine
+        .gears
+        .iter()
+        .filter(|gear| gear.carrier.is_none() && with_output(gear.turning));
+    gears.filter_map(|gear| gear.teeth).max()
+}

@@ -1,0 +1,59 @@
+//! A machine that indexes tooth by tooth: what an error does to every tooth alike is flank form, what it does to each anew is pitch.
+//!
+//! From one tooth to the next the shafts on the work's side of the differential turn on by `i / z` turns, i of theirs a turn of the
+//! work; all others come back to where they were. A line of order o on those shafts moves on by o/z cycles: a whole number repeats and
+//! is form, any other part p is pitch, with the cumulative amplitude A and `2 A |sin πp|` from tooth to tooth.
+
+use super::chain::Chain;
+use super::lines::Line;
+use crate::machine::parts::Machine;
+use crate::numeric::fraction::Fraction;
+
+/// What a line does to the work.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Mark {
+    /// The same on every tooth: it shapes the flank.
+    Form,
+    /// Another on every tooth.
+    Pitch {
+        /// Cycles it moves on from tooth to tooth, less whole ones.
+        advance: Fraction,
+        /// Amplitude from tooth to tooth over that of the line: `2 |sin πp|`.
+        adjacent: f64,
+    },
+}
+
+/// Of every line; `indexed` says of every freedom whether it moves on with the work, `teeth` are those of the work.
+pub fn marks(
+    machine: &Machine,
+    chain: &Chain,
+    lines: &[Line],
+    indexed: &[bool],
+    teeth: u32,
+) -> Vec<Mark> {
+    let z = Fraction::new(i64::from(teeth), 1);
+    let mark = |line: &Line| {
+        let turning = match line.declared(machine) {
+            Some(error) => Some(error.turning),
+            None => {
+                let branch = line.displacements.first().map(|d| d.0);
+                let gear = machine
+                    .gears
+                    .iter()
+                    .find(|g| branch.is_some_and(|b| g.branches.contains(&b)));
+                gear.map(|g| g.turning)
+            }
+        };
+        let moves =
+            turning.is_some_and(|freedom| indexed[freedom] && chain.turns(freedom).is_some());
+        let advance = (&line.order / &z).fract();
+        match moves && !advance.is_zero() {
+            false => Mark::Form,
+            true => Mark::Pitch {
+                adjacent: 2.0 * (std::f64::consts::PI * advance.value()).sin().abs(),
+                advance,
+            },
+        }
+    };
+    lines.iter().map(mark).collect()
+}
