@@ -14,6 +14,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use beside::{Took, best, best_on_processor, peers, row};
+use geardyn::base::stop::Stop;
 use geardyn::machine::direction::Direction;
 use geardyn::motion::combination::Combination;
 use geardyn::motion::contact::{Contact, Flanks, Losses};
@@ -245,7 +246,7 @@ fn one_freedom() -> Moved {
         }),
         variation: Some(Wave { shape, phase }),
         imposed: None,
-        followed: None,
+        followed: Vec::new(),
     };
     let load = Signal::constant(0.1).plus(&Signal::harmonic(0.05 * omega * omega, omega, 0.0));
     let output = |name: &str, quantity| Output {
@@ -293,6 +294,7 @@ impl Moved {
             samples: self.samples,
             effort: wanted,
             budget: BUDGET,
+            stop: Stop::default(),
         };
         let mut states = Vec::with_capacity((self.samples + 1) * self.start.len());
         let run = (method.run)(&self.train, &ask, &mut |_, y| {
@@ -553,7 +555,7 @@ fn signal(signal: &Signal) -> Value {
 
 fn branch(b: &Branch) -> Value {
     assert!(
-        b.followed.is_none(),
+        b.followed.is_empty(),
         "{} has an error that follows an angle",
         b.name
     );

@@ -5,8 +5,9 @@ error is about what is wanted, and prints a line `seconds error name` for each; 
 compilation. It reads `reference.bin` and `outputs.json` from the same folder. `motion_peer.py truth FILE OUT` writes the states of a
 linear machine at its samples, by a matrix exponential in whole numbers of 500 bits.
 
-`DOP853`, `Radau` and `BDF` step in Python (SciPy's solve_ivp), `LSODA` in Fortran (odeint), `CVODE` in C (scikit-sundae): all of
-them call the compiled right-hand side through Python.
+`DOP853`, `Radau` and `BDF` step in Python (SciPy's solve_ivp), `LSODA` in Fortran (odeint): these call the compiled right-hand side
+through Python. `CVODE` steps in C and calls the compiled right-hand side, Jacobian and roots by their addresses: between two samples
+no Python runs. Its library is the one that scikit-sundae brings.
 """
 
 import json
@@ -252,7 +253,7 @@ def equations(machine):
     contacts = np.array([b for b in range(count) if law[b] == 1], dtype=np.int64)
 
     @numba.njit
-    def roots(t, y, values, userdata):
+    def roots(t, y, values):
         for place in range(len(contacts)):
             b = contacts[place]
             x, _ = deflection(b, t, y)
@@ -263,6 +264,144 @@ def equations(machine):
 
 
 # The peers.
+
+
+def compiled(f, roots, free, contacts, length, jacobian):
+    """SUNDIALS as scikit-sundae brings it, and functions that it can call by their addresses; none where it is missing."""
+    import ctypes
+    import glob
+
+    import numba
+    import numpy as np
+    from numba import types
+
+    try:
+        import sksundae
+    except ImportError:
+        return None, None
+    beside = os.path.join(os.path.dirname(os.path.dirname(sksundae.__file__)), "scikit_sundae.libs")
+    (path,) = glob.glob(os.path.join(beside, "libsundials_cvode-*.so*"))
+    library = ctypes.CDLL(path)
+    values, frozen_count, root_count = length, len(free), 2 * len(contacts)
+    content = library.N_VGetArrayPointer
+    content.restype, content.argtypes = ctypes.c_void_p, [ctypes.c_void_p]
+    matrix = library.SUNDenseMatrix_Data
+    matrix.restype, matrix.argtypes = ctypes.c_void_p, [ctypes.c_void_p]
+
+    @numba.extending.intrinsic
+    def as_doubles(context, address):
+        def build(context, builder, signature, arguments):
+            return builder.inttoptr(arguments[0], context.get_value_type(types.CPointer(types.float64)))
+
+        return types.CPointer(types.float64)(types.uintp), build
+
+    @numba.extending.intrinsic
+    def as_integers(context, address):
+        def build(context, builder, signature, arguments):
+            return builder.inttoptr(arguments[0], context.get_value_type(types.CPointer(types.int64)))
+
+        return types.CPointer(types.int64)(types.uintp), build
+
+    word = types.uintp
+
+    @numba.cfunc(types.int32(types.float64, word, word, word))
+    def right_hand_side(t, y, dy, user):
+        state = numba.carray(as_doubles(content(y)), (values,))
+        slope = numba.carray(as_doubles(content(dy)), (values,))
+        f(t, state, numba.carray(as_integers(user), (frozen_count,)), slope)
+        return 0
+
+    @numba.cfunc(types.int32(types.float64, word, word, word))
+    def switches(t, y, out, user):
+        state = numba.carray(as_doubles(content(y)), (values,))
+        roots(t, state, numba.carray(as_doubles(out), (root_count,)))
+        return 0
+
+    known = None
+    if jacobian is not None:
+        columns = np.ascontiguousarray(jacobian.T).ravel()
+
+        @numba.cfunc(types.int32(types.float64, word, word, word, word, word, word, word))
+        def known(t, y, fy, into, user, a, b, c):
+            data = numba.carray(as_doubles(matrix(into)), (values * values,))
+            for at in range(values * values):
+                data[at] = columns[at]
+            return 0
+
+    return library, (right_hand_side, switches, known)
+
+
+class Cvode:
+    """CVODE with a dense Jacobian, the right-hand side called from C."""
+
+    def __init__(self, race, name, tolerance, frozen, roots=0):
+        import ctypes
+
+        import numpy as np
+
+        self.c, self.library, self.frozen, self.roots = ctypes, race.library, frozen, roots
+        if self.library is None:
+            raise RuntimeError("scikit-sundae is missing")
+        right_hand_side, switches, known = race.addresses
+        n = len(race.start)
+        self.context = ctypes.c_void_p()
+        self.call("SUNContext_Create", 0, ctypes.byref(self.context))
+        self.vector, absolute = (self.new("N_VNew_Serial", ctypes.c_int64(n), self.context) for _ in range(2))
+        self.y = self.array(self.vector, n)
+        self.array(absolute, n)[:] = 1e-2 * tolerance * race.size
+        self.memory = self.new("CVodeCreate", {"Adams": 1, "BDF": 2}[name], self.context)
+        self.y[:] = race.start
+        rhs = ctypes.c_void_p(right_hand_side.address)
+        self.call("CVodeInit", self.memory, rhs, ctypes.c_double(0.0), self.vector)
+        self.call("CVodeSVtolerances", self.memory, ctypes.c_double(tolerance), absolute)
+        self.call("CVodeSetUserData", self.memory, ctypes.c_void_p(frozen.ctypes.data))
+        size = ctypes.c_int64(n)
+        matrix = self.new("SUNDenseMatrix", size, size, self.context)
+        linear = self.new("SUNLinSol_Dense", self.vector, matrix, self.context)
+        self.call("CVodeSetLinearSolver", self.memory, linear, matrix)
+        if known is not None:
+            self.call("CVodeSetJacFn", self.memory, ctypes.c_void_p(known.address))
+        self.call("CVodeSetMaxNumSteps", self.memory, ctypes.c_long(10**8))
+        if roots:
+            self.call("CVodeRootInit", self.memory, roots, ctypes.c_void_p(switches.address))
+        self.t, self.found = 0.0, np.zeros(max(roots, 1), dtype=np.intc)
+
+    def new(self, name, *arguments):
+        make = getattr(self.library, name)
+        make.restype = self.c.c_void_p
+        return self.c.c_void_p(make(*arguments))
+
+    def call(self, name, *arguments):
+        """The flag; below zero it failed."""
+        flag = getattr(self.library, name)(*arguments)
+        if flag < 0:
+            raise RuntimeError(f"{name} ended with {flag}")
+        return flag
+
+    def array(self, vector, n):
+        import numpy as np
+
+        address = self.library.N_VGetArrayPointer(vector)
+        return np.ctypeslib.as_array((self.c.c_double * n).from_address(address))
+
+    def start(self, t, y):
+        self.t, self.y[:] = t, y
+        self.again()
+
+    def again(self):
+        self.call("CVodeReInit", self.memory, self.c.c_double(self.t), self.vector)
+
+    def step(self, stop):
+        """To `stop` or a root before it; gives which functions crossed zero, and how, where it was one."""
+        ROOT = 2
+        reached = self.c.c_double(self.t)
+        self.call("CVodeSetStopTime", self.memory, self.c.c_double(stop))
+        flag = self.call("CVode", self.memory, self.c.c_double(stop), self.vector, self.c.byref(reached), 1)
+        self.t = reached.value
+        if flag != ROOT:
+            return None
+        self.call("CVodeGetRootInfo", self.memory, self.c.c_void_p(self.found.ctypes.data))
+        return self.found.copy()
 
 
 class Race:
@@ -296,17 +435,13 @@ class Race:
             f(t, y, free, dy)
             return dy
 
-        @numba.njit
-        def filling(t, y, dy, userdata):
-            f(t, y, userdata[0], dy)
-
         returning(0.0, self.start)
-        filling(0.0, self.start, np.empty(length), (free,))
-        self.free, self.returning, self.filling, self.roots = free, returning, filling, roots
+        self.free, self.returning, self.roots = free, returning, roots
         self.jacobian = None
         if self.machine["is_linear"]:
             base = returning(0.0, np.zeros(length))
             self.jacobian = np.array([returning(0.0, e) - base for e in np.eye(length)]).T
+        self.library, self.addresses = compiled(f, roots, self.free, self.contacts, length, self.jacobian)
 
     def error(self, states):
         import numpy as np
@@ -338,27 +473,16 @@ class Race:
             self.returning, self.start, self.times, tfirst=True, rtol=tolerance, atol=atol, mxstep=10**8
         )
 
-    def solver(self, name, tolerance, **options):
-        from sksundae.cvode import CVODE
-
-        if self.jacobian is not None:
-            known = self.jacobian
-
-            def jacobian(t, y, dy, into, userdata):
-                into[:] = known
-
-            options["jacfn"] = jacobian
-        return CVODE(
-            self.filling,
-            method=name,
-            rtol=tolerance,
-            atol=1e-2 * tolerance * self.size,
-            max_num_steps=10**8,
-            **options,
-        )
-
     def cvode(self, name, tolerance):
-        return self.solver(name, tolerance, userdata=(self.free,)).solve(self.times, self.start).y
+        import numpy as np
+
+        solver = Cvode(self, name, tolerance, self.free)
+        solver.start(0.0, self.start)
+        states = [self.start]
+        for target in self.times[1:]:
+            solver.step(target)
+            states.append(solver.y.copy())
+        return np.array(states)
 
     def breaks(self):
         """When stiffness jumps."""
@@ -377,7 +501,6 @@ class Race:
         import numpy as np
 
         frozen = self.free.copy()
-        values = np.empty(2 * len(self.contacts))
         branches = self.machine["branches"]
 
         def pieces(t):
@@ -386,41 +509,36 @@ class Race:
                     psi = (b["wave"]["omega"] * t + b["wave"]["start"]) / (2.0 * math.pi)
                     frozen[len(branches) + at] = 0 if psi % 1.0 < b["wave"]["steps"][2] else 1
 
-        self.roots(0.0, self.start, values, (frozen,))
+        values = np.empty(2 * len(self.contacts))
+        self.roots(0.0, self.start, values)
         for place, b in enumerate(self.contacts):
             frozen[b] = 1 if values[2 * place] > 0.0 else -1 if values[2 * place + 1] < 0.0 else 0
         jumps = self.breaks() + [math.inf]
         near = 1e-9 * (self.times[1] - self.times[0])
-        solver = self.solver(
-            name, tolerance, userdata=(frozen,), eventsfn=self.roots, num_events=2 * len(self.contacts)
-        )
+        solver = Cvode(self, name, tolerance, frozen, 2 * len(self.contacts))
         pieces(0.5 * min(jumps[0], self.times[-1]))
-        solver.init_step(0.0, self.start)
-        states, t, y, jump = [self.start], 0.0, self.start, 0
+        solver.start(0.0, self.start)
+        states, t, jump = [self.start], 0.0, 0
         for target in self.times[1:]:
             while t < target:
                 # A jump and a sample that differ by rounding are one.
                 stop = target if abs(jumps[jump] - target) < near else min(target, jumps[jump])
-                step = solver.step(stop, tstop=stop)
-                if not step.success:
-                    raise RuntimeError(step.message)
-                t, y = float(step.t), np.array(step.y, dtype=float)
-                anew = False
-                if step.status == 2:
-                    signs = step.i_events[-1]
+                signs = solver.step(stop)
+                t = solver.t
+                anew = signs is not None
+                if anew:
                     for place, b in enumerate(self.contacts):
                         if signs[2 * place]:
                             frozen[b] = 1 if signs[2 * place] > 0 else 0
                         elif signs[2 * place + 1]:
                             frozen[b] = -1 if signs[2 * place + 1] < 0 else 0
-                    anew = True
                 if t >= jumps[jump] - near:
                     jump += 1
                     pieces(0.5 * (jumps[jump - 1] + min(jumps[jump], self.times[-1] + 1.0)))
                     anew = True
                 if anew:
-                    solver.init_step(t, y)
-            states.append(y)
+                    solver.again()
+            states.append(solver.y.copy())
         return np.array(states)
 
     def run(self, name, tolerance):

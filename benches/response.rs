@@ -120,7 +120,7 @@ fn branch(name: String, terms: &[(usize, f64)], law: Law) -> Branch {
         law,
         variation: None,
         imposed: None,
-        followed: None,
+        followed: Vec::new(),
     }
 }
 
@@ -256,6 +256,7 @@ fn settled(train: &Train, name: &str, effort: Wanted, omega: f64, exact: &[f64])
         samples: MOST,
         effort,
         budget: 2_000_000_000,
+        stop: Default::default(),
     };
     let (mut error, mut periods) = (f64::INFINITY, 0);
     let mut sink = |_: f64, y: &[f64]| {

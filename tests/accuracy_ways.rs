@@ -3,16 +3,28 @@
 use std::f64::consts::PI;
 use std::process::Command;
 
+use geardyn::base::stop::Stop;
 use geardyn::plan::prepared::Prepared;
 use geardyn::scene;
 use geardyn::scene::study::ResponseStudy;
+use geardyn::study::watch::Watch;
 use geardyn::study::ways::{Size, Way, Ways};
 use geardyn::study::{frequencies, responses};
 use serde_json::Value;
 
+/// Nobody watches.
+macro_rules! quiet {
+    () => {
+        Watch {
+            stop: &Stop::default(),
+            hear: &mut |_| {},
+        }
+    };
+}
+
 fn study(text: &str, count: usize) -> Ways {
     let scene = scene::read_text("x.toml", text).unwrap();
-    frequencies::study(&scene.model, count, &mut |_| {}).unwrap()
+    frequencies::study(&scene.model, count, &mut quiet!()).unwrap()
 }
 
 fn error(found: &Ways, method: &str, size: Option<Size>) -> f64 {
@@ -151,7 +163,7 @@ fn refused_flags_that_do_nothing() {
 fn refused_machines_without_elastic_modes() {
     let text = "title = \"x\"\nsource = \"x\"\n[[inertia]]\nname = \"a\"\nJ = \"1 kg·m²\"\n";
     let scene = scene::read_text("x.toml", text).unwrap();
-    let error = frequencies::study(&scene.model, 3, &mut |_| {})
+    let error = frequencies::study(&scene.model, 3, &mut quiet!())
         .err()
         .unwrap();
     assert!(
@@ -197,7 +209,7 @@ modal = [0.01, 0.01]
         lines: Some(7),
         ..ResponseStudy::default()
     };
-    let found = responses::study(&prepared, &study, &mut |_| {}).unwrap();
+    let found = responses::study(&prepared, &study, &mut quiet!()).unwrap();
     // Modes of three equal discs: ω² = 0, 1, 3 with shapes (1,1,1)/√3, (1,0,−1)/√2, (1,−2,1)/√6.
     let term = |square: f64, product: f64, w: f64| {
         let (re, im) = (square - w * w, 0.02 * square.sqrt() * w);
@@ -235,7 +247,7 @@ fn refused_undamped_responses() {
         band: Some((1.0, 2.0)),
         ..ResponseStudy::default()
     };
-    let error = responses::study(&prepared, &study, &mut |_| {})
+    let error = responses::study(&prepared, &study, &mut quiet!())
         .err()
         .unwrap();
     assert!(

@@ -149,6 +149,51 @@ fn refuses_channels_without_signal() {
     }
 }
 
+/// What is asked for cannot be done, or would do nothing: said at once, with the remedy.
+#[test]
+fn refuses_what_is_asked_in_vain() {
+    let mut text = String::from("time [s],force [N],a [m/s²]\n");
+    let mut large = text.clone();
+    let mut rng = fastrand::Rng::with_seed(3);
+    for k in 0..2000 {
+        let (t, f, a) = (f64::from(k) * 1e-3, rng.f64() - 0.5, rng.f64() - 0.5);
+        writeln!(text, "{t:.3},{f:.5},{a:.5}").unwrap();
+        writeln!(large, "{t:.3},{f:.5}e290,{a:.5}").unwrap();
+    }
+    let alone: &[&str] = &["identify", "--output", "a"];
+    let with: &[&str] = IDENTIFY;
+    let cases: [(&[&str], &[&str], &str, &str); 7] = [
+        (with, &["--order", "9999"], "out-of-range", "pole pairs"),
+        (
+            with,
+            &["--method", "plscf", "--delay", "common"],
+            "usage",
+            "--delay",
+        ),
+        (
+            with,
+            &["--method", "lsce", "--allow-unstable"],
+            "usage",
+            "--allow-unstable",
+        ),
+        (alone, &["--kind", "mobility"], "usage", "--kind"),
+        (with, &["--rate", "1e300"], "out-of-range", "sample rate"),
+        (with, &["--rate", "0"], "out-of-range", "sample rate"),
+        (with, &["--band", "600:900"], "out-of-range", "500 Hz"),
+    ];
+    for (command, more, expected, word) in cases {
+        let (code, message, _) = refused("log.csv", text.as_bytes(), &[command, more].concat());
+        assert_eq!(code, expected, "{more:?}: {message}");
+        assert!(message.contains(word), "{more:?}: {message}");
+    }
+    let (code, message, _) = refused("log.csv", large.as_bytes(), IDENTIFY);
+    assert_eq!(code, "out-of-range", "{message}");
+    assert!(
+        message.contains("force") && message.contains("e28"),
+        "{message}"
+    );
+}
+
 /// Files of bytes have no line to point at; which file is meant is said all the same, for the terminal and in JSON.
 #[test]
 fn refuses_broken_bytes_by_the_name_of_the_file() {

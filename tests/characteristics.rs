@@ -1,6 +1,6 @@
 //! Couplings and teeth that are not linear: their tangents under load, their motion, what is refused.
 
-use std::sync::atomic::AtomicBool;
+use geardyn::base::stop::Stop;
 
 use geardyn::plan::motion::run::{self, Motion};
 use geardyn::plan::motion::scene::MotionScene;
@@ -40,7 +40,7 @@ fn moved(scene: &Scene, until: f64, outputs: &[&str], method: Option<&str>) -> (
     let ready =
         MotionScene::new(&Prepared::new(&scene.model).unwrap(), &scene.start, &study).unwrap();
     let choice = choice::choose(&ready.moving.train, &study).unwrap();
-    let motion = run::run(&ready, &choice, study.energy, &AtomicBool::new(false)).unwrap();
+    let motion = run::run(&ready, &choice, study.energy, &Stop::default()).unwrap();
     (choice, motion)
 }
 
@@ -215,4 +215,57 @@ fn refuses_what_is_no_characteristic() {
         let words = error.to_string();
         assert!(words.contains(word), "{keys}: {words}");
     }
+}
+
+/// A disc on a spring with a Maxwell element beside it, the standard linear solid: its poles are the roots of
+/// `J s³ + J (k₁/c₁) s² + (k + k₁) s + k k₁/c₁`.
+#[test]
+fn exact_poles_of_a_standard_solid() {
+    let (j, k, k1, c1) = (0.5, 800.0, 600.0, 9.0);
+    let scene = scene_of(&format!(
+        "inertia = [{{ name = \"disc\", J = {j} }}]
+coupling = [{{ name = \"rubber\", between = [\"ground\", \"disc\"], k = {k:?}, maxwell = [{{ k = {k1:?}, c = {c1:?} }}] }}]"
+    ));
+    let prepared = Prepared::new(&scene.model).unwrap();
+    let study = ModesStudy {
+        damped: true,
+        ..ModesStudy::default()
+    };
+    let answer = modes_of(&prepared, &study, &Plan::modes(&prepared, &study)).unwrap();
+    let poles: Vec<_> = answer.modes.iter().map(|m| m.eigenvalue).collect();
+    assert!(!poles.is_empty());
+    for s in poles {
+        let rate = k1 / c1;
+        let terms = [s * s * s * j, s * s * (j * rate), s * (k + k1)];
+        let sum = terms[0] + terms[1] + terms[2] + k * rate;
+        let size = terms.iter().map(|t| t.norm()).sum::<f64>();
+        assert!(sum.norm() < 1e-12 * size, "{s}: {sum}");
+    }
+}
+
+/// A pure Maxwell element between two bodies carries what its damper lets through: after a step of torque on both, the twist
+/// grows as `T/c₁` while the spring holds `T/k₁`. The exact method and Radau's agree.
+#[test]
+fn law_maxwell_in_motion() {
+    let mut scene = scene_of(
+        "inertia = [{ name = \"a\", J = 1.0 }, { name = \"b\", J = 1.0 }]
+coupling = [{ name = \"oil\", between = [\"a\", \"b\"], maxwell = [{ k = 400.0, c = 3.0 }] }]
+load = [{ at = \"a\", torque = -2.0 }, { at = \"b\", torque = 2.0 }]",
+    );
+    scene.start.at = StartAt::Rest;
+    let outputs = ["a", "b", "b.theta.speed"];
+    let (exact, by_exact) = moved(&scene, 10.0, &outputs, None);
+    assert_eq!(exact.method.name, "exact");
+    let (_, by_radau) = moved(&scene, 10.0, &outputs, Some("radau5"));
+    for (one, other) in by_exact.values.iter().zip(&by_radau.values) {
+        let largest = one.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        let off = one
+            .iter()
+            .zip(other)
+            .fold(0.0f64, |m, (x, y)| m.max((x - y).abs()));
+        assert!(off < 1e-8 * largest, "{off} of {largest}");
+    }
+    // In the end the damper alone yields: 2 N·m over 3 N·m·s/rad between the halves, each body taking half.
+    let speed = by_exact.values[2].last().unwrap();
+    assert!((speed - 1.0 / 3.0).abs() < 1e-6, "{speed}");
 }

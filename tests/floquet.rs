@@ -8,6 +8,7 @@ mod support;
 
 use std::f64::consts::TAU;
 
+use geardyn::base::stop::Stop;
 use geardyn::motion::contact::Losses;
 use geardyn::motion::floquet::chart::tongues;
 use geardyn::motion::floquet::fold::{Course, fold};
@@ -289,7 +290,13 @@ fn law_free_turning_stands_apart() {
 /// The chart of Mathieu's equation: the principal tongue between its edges.
 #[test]
 fn ref_chart_of_one_freedom() {
-    let found = tongues(&oscillator(cosine(0.2), 1.0, 0.0), [0.9, 2.5], 160).unwrap();
+    let found = tongues(
+        &oscillator(cosine(0.2), 1.0, 0.0),
+        [0.9, 2.5],
+        160,
+        &Stop::default(),
+    )
+    .unwrap();
     let names: Vec<&str> = found.iter().map(|t| t.name.as_str()).collect();
     println!("{found:?}");
     assert_eq!(names, ["ω1", "2 ω1"]);
@@ -298,7 +305,13 @@ fn ref_chart_of_one_freedom() {
     assert!(
         found[1].growth > 1.15 && found[1].worst > found[1].from && found[1].worst < found[1].to
     );
-    let damped = tongues(&oscillator(cosine(0.2), 1.0, 0.02), [0.9, 2.5], 160).unwrap();
+    let damped = tongues(
+        &oscillator(cosine(0.2), 1.0, 0.02),
+        [0.9, 2.5],
+        160,
+        &Stop::default(),
+    )
+    .unwrap();
     assert_eq!(damped.len(), 1);
 }
 
@@ -319,7 +332,7 @@ fn law_chart_names_sums() {
     train
         .branches
         .push(branch("b", &[(1, 1.0)], spring(8.0, 0.01)));
-    let found = tongues(&train, [2.0, 7.0], 250).unwrap();
+    let found = tongues(&train, [2.0, 7.0], 250, &Stop::default()).unwrap();
     println!("{found:#?}");
     assert!(found.iter().any(|t| t.name == "ω1 + ω2"));
     assert!(found.iter().any(|t| t.name == "2 ω2"));

@@ -192,6 +192,45 @@ fn law_responses_written_are_responses_read() {
     assert_modes(&two, "responses", 0.01);
 }
 
+/// A universal file of responses also holds what their uncertainty and their band rest on, so that the default fit of it is that of the
+/// signals: of a hammer with an exponential window as of steady noise.
+#[test]
+fn law_universal_responses_give_the_same_modes() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    log(folder);
+    let shipped = concat!(env!("CARGO_MANIFEST_DIR"), "/data/spindle_impact.csv");
+    let tests: [(&str, &[&str], usize); 2] = [
+        (shipped, &["--output", "ax,ay"], 6),
+        ("two.csv", &["--output", "X1,X2"], TRUTH.len()),
+    ];
+    for (file, outputs, count) in tests {
+        let flags = ["--input", "force", "--json", "--frf", "frf.uff"];
+        let one = document(folder, &[&["identify", file], outputs, &flags[..]].concat());
+        let two = document(folder, &["identify", "frf.uff", "--json"]);
+        let numbers = |found: &Value, key: &str| -> Vec<f64> {
+            let modes = found["modes"].as_array().unwrap().iter();
+            modes.map(|m| m[key].as_f64().unwrap()).collect()
+        };
+        for (key, tolerance) in [
+            ("frequency_hz", 1e-6),
+            ("damping_ratio", 1e-4),
+            ("frequency_std_hz", 0.05),
+        ] {
+            let (a, b) = (numbers(&one, key), numbers(&two, key));
+            assert_eq!(
+                (a.len(), b.len()),
+                (count, count),
+                "{file} {key}: {a:?} {b:?}"
+            );
+            for (a, b) in a.iter().zip(&b) {
+                assert!((a / b - 1.0).abs() < tolerance, "{file} {key}: {a} and {b}");
+            }
+        }
+        assert_eq!(one["window_decay_1_s"], two["window_decay_1_s"]);
+    }
+}
+
 #[test]
 fn refuses_channels_that_tell_nothing() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,8 +1,7 @@
 //! Laws of motion in scenes: motions known in time, and what follows.
 
-use std::sync::atomic::AtomicBool;
-
 use geardyn::base::error::Error;
+use geardyn::base::stop::Stop;
 use geardyn::plan::motion::choice;
 use geardyn::plan::motion::run::{self, Motion};
 use geardyn::plan::motion::scene::MotionScene;
@@ -40,7 +39,7 @@ fn ready(scene: &Scene, study: &SimulateStudy) -> Result<MotionScene, Error> {
 fn moved(scene: &Scene, study: &SimulateStudy) -> (&'static str, Motion) {
     let ready = ready(scene, study).unwrap();
     let choice = choice::choose(&ready.moving.train, study).unwrap();
-    let motion = run::run(&ready, &choice, study.energy, &AtomicBool::new(false)).unwrap();
+    let motion = run::run(&ready, &choice, study.energy, &Stop::default()).unwrap();
     (choice.method.name, motion)
 }
 
@@ -427,4 +426,157 @@ shaft = [{ name = "s", between = ["a", "e"], k = 300.0, c = 1.0 }, { name = "u",
         &study(1.0, &["e"], None),
     );
     assert!(kept.err().unwrap().message.contains("`e` is not kept"));
+}
+
+/// Two inertias that a clutch synchronises: t = J₁J₂Δω/((J₁+J₂)T), heat ½ J₁J₂/(J₁+J₂) Δω²; joined by nothing else.
+#[test]
+fn exact_clutch_synchronises() {
+    let text = |clutch: &str| {
+        format!(
+            "inertia = [{{ name = \"a\", J = 2.0 }}, {{ name = \"b\", J = 3.0 }}]\nclutch = [{{ name = \"k\", between = [\"a\", \"b\"], {clutch} }}]\n"
+        )
+    };
+    let run = |clutch: &str, until: f64, method: Option<&str>| {
+        let mut scene = scene_of(&text(clutch));
+        scene.start.speeds = vec![(scene.model.inertias[0].name.clone(), 10.0)];
+        let mut study = study(until, &["a.speed", "b.speed", "k.torque"], method);
+        study.energy = method.is_none();
+        moved(&scene, &study)
+    };
+    // J = 1.2, T = 6: in step after 2 s at 4 rad/s, 60 J lost.
+    let (name, motion) = run("torque = 6.0", 3.0, None);
+    assert_eq!(name, "switched");
+    for (k, t) in motion.time.iter().enumerate() {
+        let (a, b) = match *t < 2.0 {
+            true => (10.0 - 3.0 * t, 2.0 * t),
+            false => (4.0, 4.0),
+        };
+        assert!((motion.values[0][k] - a).abs() < 1e-12, "{t}");
+        assert!((motion.values[1][k] - b).abs() < 1e-12, "{t}");
+    }
+    let lost = motion.balance.unwrap()[0].lost;
+    assert!((lost / 60.0 - 1.0).abs() < 1e-4, "{lost}");
+
+    // Pressed from nothing to 12 N·m within 2 s: Δω = 10 − 3t² /1.2, in step after 2 s exactly.
+    for method in [None, Some("dop853-events")] {
+        let (name, motion) = run("times = [0.0, 2.5], torques = [0.0, 15.0]", 3.0, method);
+        assert_eq!(name, method.unwrap_or("radau5"));
+        for (k, t) in motion.time.iter().enumerate() {
+            let apart = (10.0 - 3.0 * t * t / 1.2).max(0.0);
+            let found = motion.values[0][k] - motion.values[1][k];
+            assert!((found - apart).abs() < 1e-8, "{name} {t}: {found} {apart}");
+        }
+    }
+}
+
+/// A clutch that has stuck lets go where its capacity falls below what it carries.
+#[test]
+fn exact_clutch_lets_go() {
+    let text = r#"
+inertia = [{ name = "a", J = 2.0 }, { name = "b", J = 3.0 }]
+clutch = [{ name = "k", between = ["a", "b"], times = [0.0, 4.0], torques = [8.0, 0.0] }]
+load = [{ at = "b", torque = 5.0 }]
+"#;
+    // It carries 2 N·m up to 3 s; from then on 2 ȧ = 8 − 2t, a = 3 + 4 (t − 3) − (t² − 9)/2.
+    let motion = agree(text, 3.9, &["a.speed", "b.speed", "k.torque"], "radau5");
+    for (k, t) in motion.time.iter().enumerate() {
+        let a = match *t < 3.0 {
+            true => *t,
+            false => 3.0 + 4.0 * (t - 3.0) - (t * t - 9.0) / 2.0,
+        };
+        assert!((motion.values[0][k] - a).abs() < 1e-8, "{t}");
+    }
+    assert!(gap(&motion) < 1e-4, "{}", gap(&motion));
+}
+
+/// A load of one order locked to the angle: ½ J ω² grows by its work a/n sin nθ.
+#[test]
+fn exact_orders_follow_the_angle() {
+    let text = "inertia = [{ name = \"d\", J = 2.0 }]\nload = [{ at = \"d\", kind = \"orders\", orders = [1.5], torques = [3.0] }]\n";
+    let mut scene = scene_of(text);
+    scene.start.speeds = vec![(scene.model.inertias[0].name.clone(), 2.0)];
+    let (name, motion) = moved(&scene, &study(8.0, &["d", "d.speed"], None));
+    assert_eq!(name, "radau5");
+    for k in 0..motion.time.len() {
+        let (angle, speed) = (motion.values[0][k], motion.values[1][k]);
+        let square = 4.0 + 2.0 * (1.5 * angle).sin();
+        assert!((speed * speed - square).abs() < 1e-6, "{speed} {square}");
+    }
+    assert!(gap(&motion) < 1e-8, "{}", gap(&motion));
+    // At imposed speed the same load is a known torque.
+    scene.model.speeds = scene_of(&format!("{text}[speed]\nd = \"2 rad/s\""))
+        .model
+        .speeds;
+    scene.start.phase = scene::laws::PhaseOf::Speed;
+    let (name, motion) = moved(&scene, &study(8.0, &["d.speed"], None));
+    assert_eq!(name, "exact");
+    for (k, t) in motion.time.iter().enumerate() {
+        let speed = 2.0 + 3.0 / 2.0 * (3.0 * t).sin() / 3.0;
+        assert!((motion.values[0][k] - speed).abs() < 1e-12, "{t}");
+    }
+}
+
+/// Eccentricity of both gears and a table, together: at even speed the same whether they follow angles or time; and a steady
+/// start is steady with them: the force stays what the load makes it.
+#[test]
+fn law_several_errors_in_one_mesh() {
+    let text = r#"
+inertia = [{ name = "p", J = 0.01 }, { name = "w", J = 0.02 }]
+gear_pair = [{ name = "g", between = ["p", "w"], teeth = [20, 30], module = 0.004, k = 1e8, c = 100.0 }]
+error = [{ on = "p", amplitude = 1e-5 }, { on = "w", amplitude = 2e-5, phase = "40 deg" }, { on = "w", cause = "profile", amplitude = 1e-6 }]
+load = [{ at = "p", torque = 3.0 }, { at = "w", torque = 4.5 }]
+[speed]
+p = "5 rad/s"
+"#;
+    let run = |phase| {
+        let mut scene = scene_of(text);
+        scene.start.at = StartAt::Steady;
+        scene.start.phase = phase;
+        moved(&scene, &study(1.0, &["g.force", "w.speed"], None))
+    };
+    let (known, time) = run(scene::laws::PhaseOf::Speed);
+    let (followed, angle) = run(scene::laws::PhaseOf::Angle);
+    assert_eq!((known, followed), ("exact", "radau5"));
+    assert!(gap(&angle) < 1e-6, "{}", gap(&angle));
+    let force = 3.0 / (0.5 * 20.0 * 0.004 * 20f64.to_radians().cos());
+    for motion in [&time, &angle] {
+        let worst = motion.values[0]
+            .iter()
+            .fold(0.0f64, |m, f| m.max((f - force).abs()));
+        // Inertia of what the errors shake, m ë = 0.03 N, and its ring; without the speeds of the errors k ė/ω would be 2 N.
+        assert!(worst < 0.1 && worst > 1e-4, "{worst}");
+    }
+    // The angle differs from that of even speed by what the errors turn: 4e-4 rad, times 30 teeth, on speeds of 2e-3.
+    let gap = apart(&time.values[1], &angle.values[1]);
+    assert!(gap < 1e-4, "{gap:e}");
+}
+
+/// Two motors on one node add up.
+#[test]
+fn law_two_motors_on_one_node() {
+    let run = |motors: &str| {
+        let text = format!("inertia = [{{ name = \"d\", J = 2.0 }}]\nmotor = [{motors}]\n");
+        moved(&scene_of(&text), &study(3.0, &["d.speed"], None)).1
+    };
+    let one = run("{ name = \"m\", at = \"d\", kind = \"dc\", stall = 8.0, idle = 10.0 }");
+    let two = run(
+        "{ name = \"m\", at = \"d\", kind = \"dc\", stall = 3.0, idle = 10.0 }, { name = \"n\", at = \"d\", kind = \"dc\", stall = 5.0, idle = 10.0 }",
+    );
+    assert!(apart(&one.values[0], &two.values[0]) < 1e-13);
+}
+
+/// A wrong key is blamed, and not its neighbour.
+#[test]
+fn refuses_orders_by_their_own_key() {
+    let text = |orders: &str| {
+        format!(
+            "title = \"t\"\nsource = \"t\"\nunits = \"SI\"\ninertia = [{{ name = \"d\", J = 2.0 }}]\nload = [{{ at = \"d\", kind = \"orders\", {orders}torques = [3.0, 1.0] }}]\n"
+        )
+    };
+    for orders in ["orders = [-1.0, 2.0], ", "orders = \"1\", ", ""] {
+        let errors = scene::read_text("t.toml", &text(orders)).err().unwrap();
+        let all: Vec<String> = errors.list().iter().map(|e| e.message.clone()).collect();
+        assert_eq!(all.len(), 1, "{all:?}");
+        assert!(all[0].contains("orders"), "{all:?}");
+    }
 }

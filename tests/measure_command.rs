@@ -340,7 +340,7 @@ fn refuses_bad_gears() {
         ),
         (
             format!("{GEAR}[[chart]]\nkind = \"runout\"\nfile = \"p.csv\"\nleft = \"left\"\n"),
-            "no `column`",
+            "neither side",
         ),
         ("title = \"t\"\n".to_string(), "no [measured_gear]"),
         (format!("{GEAR}teeth = 3\n"), "duplicate"),
@@ -404,6 +404,18 @@ fn survives_sizes_outside_the_standard() {
     assert_eq!(found["warnings"][0]["code"], "outside-standard");
 }
 
+/// Commands of machines say which command a measured gear belongs to.
+#[test]
+fn refuses_to_take_a_gear_for_a_machine() {
+    let output = geardyn(&["modes", "data/index_gear.toml"]);
+    assert_eq!(output.status.code(), Some(2));
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        told.contains("geardyn measure data/index_gear.toml"),
+        "{told}"
+    );
+}
+
 /// The examples of its help run, and end it.
 #[test]
 fn law_examples_of_help_run() {
@@ -418,5 +430,145 @@ fn law_examples_of_help_run() {
     for example in examples {
         let output = geardyn(&example.split_whitespace().collect::<Vec<_>>());
         assert_eq!(output.status.code(), Some(0), "{example}");
+    }
+}
+
+/// Every way to tooth thickness tells the same thinning; columns of angles become lengths on the reference circle.
+#[test]
+fn law_every_gauge_and_angles() {
+    use geardyn::gear::involute::Involute;
+    let gear = Involute {
+        teeth: 18,
+        module: 3e-3,
+        pressure_angle: 20f64.to_radians(),
+        helix: 0.0,
+        profile_shift: 0.1,
+    };
+    let (tip, thin) = (61e-3, -80e-6);
+    let s = gear.thickness() + thin;
+    let folder = tempfile::tempdir().unwrap();
+    let sizes = [
+        gear.span(3, s),
+        gear.over_balls(5.5e-3, s),
+        gear.chord(tip, s).0,
+        gear.constant_chord(tip, s).0,
+    ];
+    let cells: Vec<String> = sizes.iter().map(|x| format!("{:.9}", 1e3 * x)).collect();
+    put(
+        folder.path(),
+        "sizes.csv",
+        &format!("w [mm],m [mm],c [mm],cc [mm]\n{0}\n{0}\n", cells.join(",")),
+    );
+    let arc = 206_264.806_247 / (0.5 * 54e3);
+    let angles: Vec<String> = READINGS
+        .iter()
+        .map(|r| format!("{:.9}", f64::from(*r) * arc))
+        .collect();
+    put(
+        folder.path(),
+        "angles.csv",
+        &format!("right [arcsec]\n{}\n", angles.join("\n")),
+    );
+    put(folder.path(), "base.csv", "left [µm]\n3\n-7\n2\n");
+    let chart = |kind: &str, more: &str, column: &str| {
+        format!("[[chart]]\nkind = \"{kind}\"\nfile = \"sizes.csv\"\ncolumn = \"{column}\"\n{more}")
+    };
+    let text = format!(
+        "{GEAR}profile_shift = 0.1\ntip_diameter = \"61 mm\"\nthickness = [\"-100 µm\", \"-60 µm\"]\n{}{}{}{}{}{}",
+        chart("span", "", "w"),
+        chart("balls", "diameter = \"5.5 mm\"\n", "m"),
+        chart("chord", "", "c"),
+        chart("constant_chord", "", "cc"),
+        "[[chart]]\nkind = \"pitch\"\nmethod = \"comparator\"\nfile = \"angles.csv\"\nright = \"right\"\n",
+        "[[chart]]\nkind = \"base_pitch\"\nfile = \"base.csv\"\nleft = \"left\"\n",
+    );
+    let found = document(&["measure", &put(folder.path(), "gear.toml", &text), "--json"]);
+    let list = found["deviations"].as_array().unwrap();
+    let told: Vec<f64> = list
+        .iter()
+        .filter(|d| d["name"] == "Esn")
+        .map(|d| d["value_um"].as_f64().unwrap())
+        .collect();
+    assert_eq!(told.len(), 8);
+    // A chord is set at the nominal height: right to the second order.
+    assert!(told.iter().all(|t| (t + 80.0).abs() < 0.05), "{told:?}");
+    assert_eq!(found["within"], true);
+    assert!((micro(&found, "Fp", "right") - 8.0).abs() < 1e-6);
+    assert!((micro(&found, "fpb", "left") + 7.0).abs() < 1e-9);
+}
+
+/// Mistakes in a table of limits are told by line.
+#[test]
+fn refuses_bad_tables_of_limits() {
+    let folder = tempfile::tempdir().unwrap();
+    put(folder.path(), "p.csv", &readings());
+    let head = "quantity,grade,module_from,module_to,diameter_from,diameter_to,limit\n";
+    let text = format!(
+        "{GEAR}standard = \"JB 179-60\"\naccuracy = 7\nlimits = \"limits.csv\"\n{}",
+        chart("")
+    );
+    let gear = put(folder.path(), "gear.toml", &text);
+    for (table, said) in [
+        ("", "no column `quantity`"),
+        (head, "has no line"),
+        (&format!("{head}dt_sun,7,1,10,50,80,9\n"), "dt_sum"),
+        (
+            &format!("{head}dt_sum,seven,1,10,50,80,9\n"),
+            "whole number",
+        ),
+        (&format!("{head}dt_sum,7,10,1,50,80,9\n"), "not below"),
+        (&format!("{head}dt_sum,7,1,10,50,80,-9\n"), "above zero"),
+        (&format!("{head}dt_sum,7,1,10,50,80,9 µm\n"), "no number"),
+        (&format!("{head}dt_sum,7,1,NaN,50,80,9\n"), "no number"),
+    ] {
+        put(folder.path(), "limits.csv", table);
+        let output = geardyn(&["measure", &gear]);
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{table}\n{told}");
+        assert!(
+            told.contains(said) && told.contains("limits.csv"),
+            "{said} not in: {told}"
+        );
+    }
+}
+
+/// Gears at the edge of sense: answered or refused, never a panic and never a value that is no number.
+#[test]
+fn survives_extreme_gears() {
+    let folder = tempfile::tempdir().unwrap();
+    put(folder.path(), "p.csv", &readings());
+    put(
+        folder.path(),
+        "zero.csv",
+        &format!("left [µm]\n{}", "0\n".repeat(18)),
+    );
+    put(
+        folder.path(),
+        "huge.csv",
+        &format!("left [µm]\n{}", "1e300\n-1e300\n".repeat(9)),
+    );
+    for (file, from, to) in [
+        ("p.csv", "3 mm", "1e-200 m"),
+        ("p.csv", "3 mm", "1e200 m"),
+        ("zero.csv", "3 mm", "3 mm"),
+        ("huge.csv", "3 mm", "3 mm"),
+        ("p.csv", "20 mm", "1e9 km"),
+    ] {
+        let text = format!(
+            "{}standard = \"ISO 1328-1:1995\"\naccuracy = 6\n{}",
+            GEAR.replace(from, to),
+            chart("uncertainty = \"1 µm\"\n").replace("p.csv", file)
+        );
+        let gear = put(folder.path(), "gear.toml", &text);
+        let svg = folder.path().join("g.svg").to_str().unwrap().to_string();
+        let output = geardyn(&["measure", &gear, "--svg", &svg]);
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(
+            matches!(output.status.code(), Some(0..=2)),
+            "{text}\n{told}"
+        );
+        assert!(!told.contains("panicked"), "{told}");
+        let table = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert!(!table.contains("NaN"), "{table}");
     }
 }

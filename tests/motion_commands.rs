@@ -2,7 +2,7 @@
 
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
@@ -394,30 +394,17 @@ fn refused_with_words() {
     assert_eq!(found["errors"][0]["code"], "hopeless", "{found}");
 }
 
-/// Ctrl-C ends a long run with 130 and prints what was finished, whole.
+/// What a command prints that Ctrl-C ends after so many milliseconds.
 #[cfg(unix)]
-#[test]
-fn law_interrupted_run_is_whole() {
+fn interrupted(arguments: &[&str], after: u64) -> Value {
     let child = Command::new(env!("CARGO_BIN_EXE_geardyn"))
         .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args([
-            "simulate",
-            "examples/geared_chain.toml",
-            "--until",
-            "3000",
-            "--samples",
-            "3000000",
-            "--output",
-            "b1.theta.speed",
-            "--method",
-            "radau5",
-            "--json",
-        ])
+        .args(arguments)
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    std::thread::sleep(Duration::from_millis(1500));
+    std::thread::sleep(Duration::from_millis(after));
     let id = child.id().to_string();
     assert!(
         Command::new("kill")
@@ -426,23 +413,74 @@ fn law_interrupted_run_is_whole() {
             .unwrap()
             .success()
     );
+    let raised = Instant::now();
     let output = child.wait_with_output().unwrap();
+    assert!(raised.elapsed() < Duration::from_secs(10), "not heard");
     assert_eq!(
         output.status.code(),
         Some(130),
         "{}",
         String::from_utf8_lossy(&output.stderr)
     );
-    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(found["interrupted"], true);
-    let (time, values) = (
-        found["time_s"].as_array().unwrap().len(),
-        found["outputs"]["b1.theta.speed_rad_s"]
-            .as_array()
-            .unwrap()
-            .len(),
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// Ctrl-C ends a long run with 130 and prints what was finished, whole.
+#[cfg(unix)]
+#[test]
+fn law_interrupted_run_is_whole() {
+    let output = "b1.theta.speed";
+    let chain = ["simulate", "examples/geared_chain.toml", "--json"];
+    let long = ["--until", "3000", "--output", output, "--method", "radau5"];
+    let found = interrupted(
+        &[&chain[..], &long[..], &["--samples", "3000000"]].concat(),
+        1500,
     );
-    assert!(time > 1 && time == values);
+    assert_eq!(found["interrupted"], true);
+    let time = found["time_s"].as_array().unwrap().len();
+    let values = found["outputs"]["b1.theta.speed_rad_s"].as_array().unwrap();
+    assert!(time > 1 && time == values.len());
+}
+
+/// It is heard between two steps of a method where no sample is near.
+#[cfg(unix)]
+#[test]
+fn law_interrupted_between_samples() {
+    for method in ["radau5", "switched", "dopri5", "newmark"] {
+        let mut arguments = vec![
+            "simulate",
+            "examples/geared_chain.toml",
+            "--json",
+            "--until",
+            "3000",
+            "--samples",
+            "2",
+            "--method",
+            method,
+        ];
+        if method == "newmark" {
+            arguments.extend(["--step", "1 µs"]);
+        }
+        let found = interrupted(&arguments, 1000);
+        assert_eq!(found["interrupted"], true, "{method}");
+        assert!(found["time_s"].as_array().unwrap().len() < 2, "{method}");
+    }
+}
+
+/// Studies show what was finished: rungs of a ladder, cases of the extremes.
+#[cfg(unix)]
+#[test]
+fn law_interrupted_studies_are_whole() {
+    let chain = "examples/linear_chain.toml";
+    let found = interrupted(&["accuracy", chain, "--json", "--until", "0.05"], 3000);
+    let runs = found["runs"].as_array().unwrap();
+    assert!(runs.iter().any(|run| run["method"] == "exact"));
+    assert_eq!(found["interrupted"], true);
+    let pair = "examples/backlash_pair.toml";
+    let found = interrupted(&["stability", pair, "--json", "--methods", "radau5"], 2500);
+    assert_eq!(found["interrupted"], true);
+    assert!(found["cases"].is_array());
+    assert!(found["facts"]["fastest_rad_s"].as_f64().unwrap() > 0.0);
 }
 
 /// What a study asks in vain is said with its place; cases that change nothing are left out by name.

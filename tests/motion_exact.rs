@@ -6,6 +6,7 @@ use std::ops::ControlFlow;
 
 use geardyn::base::code::Code;
 use geardyn::base::error::Error;
+use geardyn::base::stop::Stop;
 use geardyn::machine::characteristic::Characteristic;
 use geardyn::machine::direction::Direction;
 use geardyn::motion::contact::{Contact, Flanks, Losses};
@@ -40,7 +41,7 @@ fn branch(terms: &[(usize, f64)], law: Law) -> Branch {
         law,
         variation: None,
         imposed: None,
-        followed: None,
+        followed: Vec::new(),
     }
 }
 
@@ -96,6 +97,7 @@ fn ask(start: &[f64], to: f64, samples: usize) -> Ask {
         samples,
         effort: Wanted::Step(1.0),
         budget: 100_000_000,
+        stop: Stop::default(),
     }
 }
 
@@ -1073,4 +1075,26 @@ fn survives_a_break() {
         }
     });
     assert!(seen == 3 && effort.is_ok());
+}
+
+/// A spring so stiff, or a time so long, that no phase is left is refused at once; so is a pace that would never end.
+#[test]
+fn refuses_hopeless_motion() {
+    let refused = |method: &str, train: &Train, to: f64| {
+        let mut start = vec![0.0; train.len()];
+        start[0] = 1e-3;
+        let mut ask = ask(&start, to, 2);
+        ask.effort = Wanted::Tolerance(1e-8);
+        ask.budget = 400_000_000;
+        try_run(method, train, &ask).unwrap_err().code
+    };
+    let stiff = train(&[1.0, 1.0], chain(&[1.0, 1.0], &[1e300], &[0.0]), vec![]);
+    assert_eq!(refused("exact", &stiff, 1.0), Code::Hopeless);
+    let plain = train(&[1.0, 2.0], chain(&[1.0, 2.0], &[100.0], &[0.0]), vec![]);
+    assert_eq!(refused("exact", &plain, 1e14), Code::Hopeless);
+    assert_eq!(refused("dop853-events", &plain, 1e12), Code::Hopeless);
+    let rattle = branch(&[(0, 1.0)], play(100.0, 0.1, 1e-3, Losses::Throughout));
+    let push = drive(0, Signal::harmonic(1.0, 9.0, 0.0));
+    let driven = train(&[1.0], vec![rattle], vec![push]);
+    assert_eq!(refused("switched", &driven, 1e13), Code::Hopeless);
 }

@@ -137,7 +137,9 @@ fn law_agrees_with_small_steps() {
                 },
                 2.0,
                 0.1,
-            );
+            )
+            .into_iter()
+            .collect();
             train.branches.push(mesh);
             train
                 .branches

@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 
 use geardyn::base::code::Code;
 use geardyn::base::error::Error;
+use geardyn::base::stop::Stop;
 use geardyn::machine::characteristic::Characteristic;
 use geardyn::machine::direction::Direction;
 use geardyn::motion::contact::{Contact, Flanks, Losses};
@@ -47,6 +48,7 @@ fn ask(to: f64, start: &[f64], samples: usize, effort: Wanted) -> Ask {
         samples,
         effort,
         budget: 5_000_000,
+        stop: Stop::default(),
     }
 }
 
@@ -69,7 +71,7 @@ fn branch(name: &str, direction: Direction, law: Law) -> Branch {
         law,
         variation: None,
         imposed: None,
-        followed: None,
+        followed: Vec::new(),
     }
 }
 

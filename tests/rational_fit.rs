@@ -393,6 +393,15 @@ fn study_two_hundred_seeds() {
     assert!(failed.is_empty(), "{failed:?}");
 }
 
+/// Noise for which the growth once left a second pole beside a heavily damped one, uncertain by a third of its half-width.
+#[test]
+fn law_no_pole_without_a_place_of_its_own() {
+    let f = lines();
+    let (h, v) = noisy(&HEAVY.responses(&f, &constant), 60.0, 1085);
+    let fit = fit(&measured(&f, &h, Some(&v)), &RationalOptions::default()).unwrap();
+    assert!(errors(&fit, &HEAVY).is_some(), "{}", describe(&fit));
+}
+
 /// A handful of seeds of the same.
 #[test]
 fn law_errors_stay_near_the_bound() {

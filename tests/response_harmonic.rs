@@ -9,6 +9,7 @@ mod support;
 use std::f64::consts::TAU;
 
 use geardyn::base::code::Code;
+use geardyn::base::stop::Stop;
 use geardyn::machine::characteristic::Characteristic;
 use geardyn::motion::contact::Losses;
 use geardyn::motion::floquet::chart::tongues;
@@ -176,7 +177,7 @@ fn law_orders_agree_with_events() {
 #[test]
 fn law_period_doubles_at_the_edges_of_the_tongue() {
     let family = Family::new(&pair("S3"), &[0.0, 0.0]).unwrap();
-    let expected = tongues(&family.relative.train, [1.7, 2.3], 60).unwrap();
+    let expected = tongues(&family.relative.train, [1.7, 2.3], 60, &Stop::default()).unwrap();
     let [tongue] = &expected[..] else {
         unreachable!("{expected:?}")
     };
@@ -205,7 +206,7 @@ fn law_pair_leaves_the_circle_at_a_sum_of_modes() {
         .push(branch("b", &[(1, 1.0)], spring(8.0, 0.01)));
     train.drives.push(push(0, Signal::constant(0.1)));
     let family = Family::new(&train, &[0.0, 0.0]).unwrap();
-    let charted = tongues(&family.relative.train, [3.8, 5.0], 60).unwrap();
+    let charted = tongues(&family.relative.train, [3.8, 5.0], 60, &Stop::default()).unwrap();
     let tongue = charted.iter().find(|t| t.name == "ω1 + ω2").unwrap();
     let found = curve(
         &family,

@@ -1,10 +1,10 @@
 //! From scene files to motion: loads, motors, brakes, waves, starts; what is read off; what is refused.
 
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 
 use geardyn::base::code::Code;
 use geardyn::base::error::Error;
+use geardyn::base::stop::Stop;
 use geardyn::motion::train::Law;
 use geardyn::plan::motion::choice;
 use geardyn::plan::motion::reading;
@@ -39,7 +39,7 @@ fn ready(scene: &Scene, study: &SimulateStudy) -> Result<MotionScene, Error> {
 fn moved(scene: &Scene, study: &SimulateStudy) -> (MotionScene, Motion) {
     let ready = ready(scene, study).unwrap();
     let choice = choice::choose(&ready.moving.train, study).unwrap();
-    let motion = run::run(&ready, &choice, study.energy, &AtomicBool::new(false)).unwrap();
+    let motion = run::run(&ready, &choice, study.energy, &Stop::default()).unwrap();
     (ready, motion)
 }
 
@@ -114,10 +114,6 @@ fn exact_loads_on_a_free_disc() {
         // ∫∫ cos(3t) = (1 − cos 3t)/9.
         (
             "kind = \"harmonic\", torque = 2.0, frequency = 3.0",
-            2.0 * (1.0 - 6.0f64.cos()) / 9.0,
-        ),
-        (
-            "kind = \"orders\", orders = [1.5], torques = [2.0]",
             2.0 * (1.0 - 6.0f64.cos()) / 9.0,
         ),
     ];

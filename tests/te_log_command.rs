@@ -353,3 +353,93 @@ fn refuses_wrong_input() {
     assert_eq!(word, "not-a-number", "{message}");
     std::fs::remove_dir_all(folder).unwrap();
 }
+
+/// Motion in time of a machine with a declared error, its two angles written by `simulate`, gives the error back as the chain has it.
+#[test]
+fn exact_simulated_motion() {
+    let folder = folder("simulated");
+    put(
+        &folder,
+        "pair.toml",
+        "title = \"pair\"\nsource = \"made up\"\ninertia = [{ name = \"a\", J = \"0.004 kg·m²\" }, { name = \"b\", J = \"0.5 kg·m²\" }]\ngear_pair = [{ name = \"mesh\", between = [\"a\", \"b\"], teeth = [21, 64], module = \"3 mm\", k = \"280 N/µm\", damping_ratio = 0.05 }]\nerror = [{ on = \"b\", cause = \"eccentricity\", amplitude = \"10 µm\", phase = \"30 deg\" }]\n[speed]\na = \"60 rpm\"\n",
+    );
+    let scene = put(
+        &folder,
+        "scene.toml",
+        "title = \"turning\"\nmodel = \"pair.toml\"\n[start]\nat = \"steady\"\n[[study]]\nkind = \"simulate\"\nuntil = \"8 s\"\nsamples = 8000\noutputs = [\"a.theta\", \"b.theta\"]\n",
+    );
+    let scene = scene.to_str().unwrap();
+    let csv = folder.join("motion.csv");
+    let csv = csv.to_str().unwrap();
+    let done = geardyn(&["simulate", scene, "--csv", csv, "--quiet"]);
+    assert_eq!(
+        done.status.code(),
+        Some(0),
+        "{}",
+        String::from_utf8_lossy(&done.stderr)
+    );
+    let chain = document(&["te", scene, "--driver", "a", "--output", "b", "--json"]);
+    let expected = chain["orders"][0]["amplitude_arcsec"].as_f64().unwrap();
+    let found = document(&[
+        "te", csv, "--input", "a.theta", "--output", "b.theta", "--teeth", "21:64", "--json",
+    ]);
+    assert!((amplitude(&found, 1.0) / expected - 1.0).abs() < 1e-3);
+    let line = &found["orders"][0];
+    let phase = |v: &Value| v["phase_deg"].as_f64().unwrap();
+    let off = (phase(line) - phase(&chain["orders"][0]) + 180.0).rem_euclid(360.0) - 180.0;
+    assert!(off.abs() < 0.1, "{off}");
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+/// The circle closes: of the shipped record the model tells which declared error makes each line, and how large each is comes back.
+#[test]
+fn exact_declared_errors_come_back() {
+    let model = [
+        "--model",
+        "examples/y2250_index_te.toml",
+        "--at",
+        "index_gear_1,work_spindle",
+    ];
+    let found = document(&[&SHIPPED[..], &model, &["--json"]].concat());
+    let all = &found["attribution"];
+    assert_eq!((&all["sources"], &all["rank"]), (&5.into(), &5.into()));
+    let orders = all["orders"].as_array().unwrap();
+    let mut inside = 0;
+    for (row, (order, name, declared)) in orders.iter().zip([
+        (1.0, "index_wheel", 14.0),
+        (60.0, "index_gear_3", 18.0),
+        (74.0, "index_gear_1", 15.0),
+        (90.0, "index_worm", 6.0),
+        (180.0, "index_worm", 1.2),
+    ]) {
+        assert_eq!(row["order_value"], order);
+        let source = &row["sources"][0];
+        assert!(
+            source["source"].as_str().unwrap().starts_with(name),
+            "{source}"
+        );
+        assert!((source["declared"].as_f64().unwrap() - declared).abs() < 1e-9);
+        let range = source["found_interval"].as_array().unwrap();
+        let (low, high) = (range[0].as_f64().unwrap(), range[1].as_f64().unwrap());
+        inside += usize::from(low <= declared && declared <= high);
+        // a deviation is about a quarter of an interval
+        let off = (source["found"].as_f64().unwrap() - declared).abs();
+        assert!(off < 1.2 * (high - low), "{source}");
+    }
+    assert!(inside >= 4, "{inside}");
+    let text = geardyn(&[&SHIPPED[..], &model].concat());
+    let text = String::from_utf8(text.stdout).unwrap();
+    assert!(text.contains("5 numbers of 5 declared"), "{text}");
+    let wrong = [
+        &SHIPPED[..],
+        &["--model", "models/y2250.toml", "--at", "motor,work_spindle"],
+    ]
+    .concat();
+    assert_eq!(refusal(&wrong).0, "ratio-mismatch");
+    let wrong = [
+        &SHIPPED[..],
+        &["--model", "models/y2250.toml", "--at", "motr,work_spindle"],
+    ]
+    .concat();
+    assert_eq!(refusal(&wrong).0, "unknown-node");
+}

@@ -5,7 +5,9 @@ use std::f64::consts::TAU;
 
 use geardyn::base::code::Code;
 use geardyn::base::error::Error;
+use geardyn::transmission::measured::eccentricity::parted;
 use geardyn::transmission::measured::evaluate::{Ask, Measured, evaluate};
+use geardyn::transmission::measured::orders::Named;
 use geardyn::transmission::measured::rows::{InMemory, Scale, Scales};
 use geardyn::transmission::measured::teeth::Teeth;
 
@@ -78,7 +80,7 @@ impl Rig {
             rate_hz: Some(1000.0),
             multiples: None,
             repair: false,
-            named: Vec::new(),
+            named: Named::default(),
         }
     }
 
@@ -462,4 +464,59 @@ fn survives_extremes() {
         );
         assert!(flank.composite.total.is_finite());
     }
+}
+
+/// Both flanks and the pressure angle tell the eccentricity of each encoder from that of the gear on its shaft.
+#[test]
+fn exact_eccentricity_of_encoder_and_gear() {
+    let alpha = 20f64.to_radians();
+    let (input, output) = (47.0 / 20.0, 1.0);
+    // encoder and gear of either shaft: amplitude in arcsec, phase
+    let (e1, g1, e2, g2) = ((3.0, 0.4), (5.0, 2.0), (4.0, -1.0), (9.0, 0.7));
+    let wave = |order: f64, (a, p): (f64, f64), turn: f64| (order, a * ARCSEC, p + turn);
+    // on the driving gear the drive flank turns the gear's part by +α, on the driven one by −α; the coast flank the other way round
+    let errors = |sign: f64| {
+        vec![
+            wave(input, e1, 0.0),
+            wave(input, g1, sign * alpha),
+            wave(output, e2, 0.0),
+            wave(output, g2, -sign * alpha),
+        ]
+    };
+    let rig = |sign: f64| Rig {
+        teeth: "20:47",
+        errors: errors(sign),
+        turns: 4.0,
+        uneven: (0.0, 1.0),
+        ..Rig::default()
+    };
+    let (mut a, mut b) = rig(1.0).readings();
+    let (play, ratio) = (100.0 * ARCSEC, 20.0 / 47.0);
+    let (end, step) = (a.len() - 1, a[1] - a[0]);
+    let (last, stands) = (a[end], b[end]);
+    for k in 1..end {
+        let back = last - k as f64 * step;
+        let turns = ratio * back / TAU;
+        let free = k as f64 * step * ratio < play;
+        a.push(back);
+        b.push(if free {
+            stands
+        } else {
+            ratio * back + play + rig(-1.0).error(turns)
+        });
+    }
+    let found = evaluate(&InMemory(&a, &b), &rig(1.0).ask()).unwrap();
+    let parts = parted(&found, &Teeth::parse("20:47").unwrap(), alpha);
+    assert_eq!(parts.len(), 2);
+    for (part, (shaft, encoder, gear)) in parts
+        .iter()
+        .zip([("input", e1.0, g1.0), ("output", e2.0, g2.0)])
+    {
+        assert_eq!(part.shaft, shaft);
+        assert!((part.encoder / ARCSEC - encoder).abs() < 0.02, "{part:?}");
+        assert!((part.gear / ARCSEC - gear).abs() < 0.02, "{part:?}");
+    }
+    // of one flank nothing is parted
+    let one = rig(1.0).measured().unwrap();
+    assert!(parted(&one, &Teeth::parse("20:47").unwrap(), alpha).is_empty());
 }

@@ -16,7 +16,7 @@ macro_rules! codes {
                 match self { $(Code::$name => $word,)* }
             }
 
-            /// The exit code of a command it ends: 2 for bad input, 3 for numerical failure.
+            /// The exit code of a command it ends: 2 for bad input, 3 for numerical failure, 130 for Ctrl-C.
             pub fn exit(self) -> u8 {
                 match self { $(Code::$name => $exit,)* }
             }
@@ -73,6 +73,7 @@ codes! {
     NoConvergence "no-convergence" 3 "An iteration ended without reaching its tolerance. The message says which, and how far it came. Of a motion: take another --method (radau5 for stiff machines, dop853-events for contacts), a coarser --tolerance, or a smaller --step; where something jumps at that instant, give it a short ramp. Of modes: ask for fewer, or nearer to a frequency."
     Overflow "overflow" 3 "Numbers of the model are so far apart that their products leave the range of double precision (1e-308 to 1e308). Check the units of the values named."
     IllPosed "ill-posed" 3 "The data do not determine what is asked: the equations of the fit are singular, or fewer independent values than unknowns are at hand."
+    Interrupted "interrupted" 130 "Ctrl-C ended the work before anything was finished that could be shown. Where something was, it is shown whole, with the same exit code."
     Hopeless "hopeless" 3 "The request would need more memory or time than is sensible for it. The message says what to ask instead."
 }
 

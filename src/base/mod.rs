@@ -36,6 +36,9 @@ pub mod toml;
 /// Guessing what a misspelt word was meant to be.
 pub mod words;
 
+/// When work is to end before its time.
+pub mod stop;
+
 /// What a reading found wrong.
 pub mod notes;
 

@@ -3,15 +3,17 @@
 use std::path::PathBuf;
 
 use super::args::{AccuracyArgs, SubjectWord};
-use super::{motion_flags, output};
+use super::{interrupt, motion_flags, output};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
+use crate::base::stop::Stop;
 use crate::plan::motion::scene::MotionScene;
 use crate::plan::prepared::Prepared;
 use crate::report;
 use crate::scene::study::{AccuracyStudy, ResponseStudy, StudyKind, Subject, band};
 use crate::scene::{self, Scene};
 use crate::study::accuracy::{self, Accuracy};
+use crate::study::watch::Watch;
 use crate::study::ways::Ways;
 use crate::study::{frequencies, responses};
 
@@ -35,7 +37,7 @@ pub fn run(args: &AccuracyArgs) -> Result<u8, Errors> {
     if let Some(path) = &args.svg {
         output::ends(path, &["svg"])?;
     }
-    let measured = Measured::new(&scene, &study, args.quiet)?;
+    let measured = Measured::new(&scene, &study, args.quiet, &interrupt::stop())?;
     if let Some(path) = &args.csv {
         output::write(path, measured.csv().as_bytes())?;
     }
@@ -46,7 +48,10 @@ pub fn run(args: &AccuracyArgs) -> Result<u8, Errors> {
         true => output::print(&format!("{:#}\n", measured.json(&scene)))?,
         false => output::print(&measured.text())?,
     }
-    Ok(0)
+    if !args.quiet {
+        output::tell(measured.epilogue());
+    }
+    Ok(measured.exit())
 }
 
 /// The study a scene lists with what the flags say put in its place.
@@ -167,22 +172,30 @@ impl Measured {
     ///
     /// # Errors
     /// Whatever is wrong with the machine or the methods.
-    pub fn new(scene: &Scene, study: &AccuracyStudy, quiet: bool) -> Result<Measured, Error> {
-        let mut hear = |what: &str| progress(what, quiet);
+    pub fn new(
+        scene: &Scene,
+        study: &AccuracyStudy,
+        quiet: bool,
+        stop: &Stop,
+    ) -> Result<Measured, Error> {
+        let mut watch = Watch {
+            stop,
+            hear: &mut |what| output::working(what, quiet),
+        };
         let found = match study.of {
             Subject::Modes => {
                 let count = study.lowest.map_or(frequencies::USUAL, |n| n as usize);
-                Found::Ways(frequencies::study(&scene.model, count, &mut hear)?)
+                Found::Ways(frequencies::study(&scene.model, count, &mut watch)?)
             }
             Subject::Response => {
                 let prepared = Prepared::new(&scene.model)?;
-                Found::Ways(responses::study(&prepared, &study.response, &mut hear)?)
+                Found::Ways(responses::study(&prepared, &study.response, &mut watch)?)
             }
             Subject::Motion => {
                 let prepared = Prepared::new(&scene.model)?;
                 let ready = MotionScene::new(&prepared, &scene.start, &study.motion)?;
                 Found::Motion {
-                    accuracy: accuracy::study(&ready, &study.methods, &mut hear)?,
+                    accuracy: accuracy::study(&ready, &study.methods, &mut watch)?,
                     outputs: ready.outputs.list.iter().map(|o| o.name.clone()).collect(),
                 }
             }
@@ -213,6 +226,26 @@ impl Measured {
         }
     }
 
+    /// What is said where it ended early.
+    pub fn epilogue(&self) -> &'static str {
+        match self.exit() {
+            interrupt::INTERRUPTED => "interrupted: what is shown was finished before\n",
+            _ => "",
+        }
+    }
+
+    /// How the command ends.
+    pub fn exit(&self) -> u8 {
+        let interrupted = match &self.found {
+            Found::Motion { accuracy, .. } => accuracy.interrupted,
+            Found::Ways(found) => found.interrupted,
+        };
+        match interrupted {
+            true => interrupt::INTERRUPTED,
+            false => 0,
+        }
+    }
+
     fn csv(&self) -> String {
         match &self.found {
             Found::Motion { accuracy, .. } => report::accuracy::csv(accuracy),
@@ -225,13 +258,5 @@ impl Measured {
             Found::Motion { accuracy, .. } => report::accuracy::draw(title, accuracy),
             Found::Ways(found) => report::ways::draw(title, found),
         }
-    }
-}
-
-/// Says on a terminal what is running.
-fn progress(what: &str, quiet: bool) {
-    use std::io::IsTerminal;
-    if !quiet && std::io::stderr().is_terminal() {
-        output::tell(&format!("\r\x1b[K{what} …\r"));
     }
 }

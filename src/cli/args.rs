@@ -96,7 +96,8 @@ Examples:
   geardyn te models/three_stage_chain.toml --output spindle --radius 270mm --speed 1400 --all
   geardyn te examples/y2250_te.toml --svg te.svg --speeds 200:3000:141
   geardyn te models/three_stage_chain.toml --output spindle --record record.csv --window 1
-  geardyn te data/y2250_te.csv --input index_gear_1 --output work_spindle --teeth 30:37,54:36,1:90 --lines 10000,36000")]
+  geardyn te data/y2250_te.csv --input index_gear_1 --output work_spindle --teeth 30:37,54:36,1:90 --lines 10000,36000
+  geardyn te data/y2250_te.csv --input index_gear_1 --output work_spindle --teeth 30:37,54:36,1:90 --lines 10000,36000 --model examples/y2250_index_te.toml --at index_gear_1,work_spindle --svg te.svg")]
     Te(TeArgs),
     /// Every study a scene lists
     #[command(after_help = "Example:\n  geardyn run examples/linear_chain.toml")]

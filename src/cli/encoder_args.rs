@@ -1,5 +1,7 @@
 //! Flags of `te` that are said of a record of two encoders.
 
+use std::path::PathBuf;
+
 use clap::Args;
 
 /// What is said of a record of two encoders.
@@ -33,4 +35,10 @@ pub struct EncoderArgs {
     /// Transverse pressure angle (deg where bare): of both flanks it tells the encoder's eccentricity from the gear's
     #[arg(long, value_name = "ANGLE")]
     pub pressure_angle: Option<String>,
+    /// A model or a scene whose declared errors, shafts and meshes give orders their names
+    #[arg(long, value_name = "MODEL", requires = "at")]
+    pub model: Option<PathBuf>,
+    /// The nodes of it that the encoders sit on, input first
+    #[arg(long, value_name = "NODE,NODE", requires = "model")]
+    pub at: Option<String>,
 }

@@ -1,7 +1,7 @@
 //! Where answers go: standard output, and files that appear whole or not at all.
 
 use std::fs::OpenOptions;
-use std::io::{self, BufWriter, ErrorKind, Write};
+use std::io::{self, BufWriter, ErrorKind, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
 use crate::base::code::Code;
@@ -28,6 +28,13 @@ pub fn print(text: &str) -> Result<(), Error> {
 /// Says something beside the answer, on standard error. Where that cannot be written nobody reads it.
 pub fn tell(text: &str) {
     let _ = io::stderr().lock().write_all(text.as_bytes());
+}
+
+/// Says on a terminal what is worked at; the next line takes its place.
+pub fn working(what: &str, quiet: bool) {
+    if !quiet && io::stderr().is_terminal() {
+        tell(&format!("\r\x1b[K{what} …\r"));
+    }
 }
 
 /// Refuses outputs that would overwrite an input or each other, or whose folder is missing, before any work is done.

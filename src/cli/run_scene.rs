@@ -41,7 +41,7 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
         );
         return Err(error.hint("write [[study]] and below it kind = \"modes\", \"simulate\", \"accuracy\", \"stability\", \"response\", \"run_up\", \"te\" or \"harmonic_balance\"; or call the command of the analysis").into());
     }
-    let stop = interrupt::flag();
+    let stop = interrupt::stop();
     let mut documents = Vec::new();
     let mut exit = 0;
     for study in &scene.studies {
@@ -58,11 +58,11 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
             ),
             StudyKind::Accuracy(study) => (
                 "accuracy",
-                Measured::new(&scene, study, args.quiet || args.json).map(|measured| Done {
+                Measured::new(&scene, study, args.quiet || args.json, &stop).map(|measured| Done {
                     text: measured.text(),
                     json: measured.json(&scene),
-                    epilogue: String::new(),
-                    exit: 0,
+                    epilogue: measured.epilogue().to_string(),
+                    exit: measured.exit(),
                 }),
             ),
             StudyKind::Response(study) => (
@@ -103,11 +103,13 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
             ),
             StudyKind::Stability(study) => (
                 "stability",
-                stability::study_of(&scene, study).map(|found| Done {
-                    text: report::stability_table::table(&found),
-                    json: report::stability::json(&scene.sources, &found),
-                    epilogue: String::new(),
-                    exit: stability::exit(&found),
+                stability::study_of(&scene, study, args.quiet || args.json, &stop).map(|found| {
+                    Done {
+                        text: report::stability_table::table(&found),
+                        json: report::stability::json(&scene.sources, &found),
+                        epilogue: stability::epilogue(&found).to_string(),
+                        exit: stability::exit(&found),
+                    }
                 }),
             ),
         };

@@ -1,8 +1,6 @@
 //! `geardyn simulate`: motion in time.
 
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 use serde_json::Value;
 
@@ -10,6 +8,7 @@ use super::args::SimulateArgs;
 use super::{diagnostic, interrupt, motion_flags, output};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors, Warning};
+use crate::base::stop::Stop;
 use crate::plan::motion::choice::{self, Choice};
 use crate::plan::motion::run::{self, Motion};
 use crate::plan::motion::scene::MotionScene;
@@ -46,7 +45,7 @@ pub fn run(args: &SimulateArgs) -> Result<u8, Errors> {
     if let Some(path) = &args.svg {
         output::ends(path, &["svg"])?;
     }
-    let moved = Moved::new(&scene, &study, &interrupt::flag())
+    let moved = Moved::new(&scene, &study, &interrupt::stop())
         .map_err(|e| motion_flags::placed(e, &args.motion, place))?;
     let mut written = Vec::new();
     if let Some(path) = &args.csv {
@@ -91,11 +90,7 @@ impl Moved {
     ///
     /// # Errors
     /// Whatever is wrong with the machine or the motion.
-    pub fn new(
-        scene: &Scene,
-        study: &SimulateStudy,
-        stop: &Arc<AtomicBool>,
-    ) -> Result<Moved, Error> {
+    pub fn new(scene: &Scene, study: &SimulateStudy, stop: &Stop) -> Result<Moved, Error> {
         let prepared = Prepared::new(&scene.model)?;
         let ready = MotionScene::new(&prepared, &scene.start, study)?;
         let choice = choice::choose(&ready.moving.train, study)?;

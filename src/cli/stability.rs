@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 
 use super::args::StabilityArgs;
-use super::{motion_flags, output};
+use super::{interrupt, motion_flags, output};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
+use crate::base::stop::Stop;
 use crate::plan::motion::scene::MotionScene;
 use crate::plan::prepared::Prepared;
 use crate::report;
@@ -14,6 +15,7 @@ use crate::scene::study::{Over, SpeedRange, StabilityStudy, StudyKind};
 use crate::scene::{self, Scene};
 use crate::study::parametric;
 use crate::study::stability::{self, Verdict};
+use crate::study::watch::Watch;
 
 /// Studies and prints; ends with 1 where a case failed.
 ///
@@ -60,7 +62,7 @@ pub fn run(args: &StabilityArgs) -> Result<u8, Errors> {
         outputs.extend(study.over.map(|_| output::beside(path, "chart")));
     }
     output::check(&outputs, &inputs)?;
-    let found = study_of(&scene, &study)?;
+    let found = study_of(&scene, &study, args.json, &interrupt::stop())?;
     if let Some(path) = &args.svg {
         let shortest = found
             .facts
@@ -88,12 +90,24 @@ pub fn run(args: &StabilityArgs) -> Result<u8, Errors> {
         ))?,
         false => output::print(&report::stability_table::table(&found))?,
     }
+    output::tell(epilogue(&found));
     Ok(exit(&found))
+}
+
+/// What is said where the study ended early.
+pub fn epilogue(found: &Stability) -> &'static str {
+    match found.interrupted {
+        true => "interrupted: what is shown was finished before\n",
+        false => "",
+    }
 }
 
 /// The exit code of what was found: 1 where a case failed.
 pub fn exit(found: &Stability) -> u8 {
-    u8::from(found.cases.iter().any(|c| c.verdict == Verdict::Fail))
+    match found.interrupted {
+        true => interrupt::INTERRUPTED,
+        false => u8::from(found.cases.iter().any(|c| c.verdict == Verdict::Fail)),
+    }
 }
 
 /// The study of stability a scene lists; else the motion it lists.
@@ -118,16 +132,26 @@ fn listed(scene: &Scene) -> StabilityStudy {
 ///
 /// # Errors
 /// Whatever is wrong with the machine or the methods.
-pub fn study_of(scene: &Scene, study: &StabilityStudy) -> Result<Stability, Error> {
+pub fn study_of(
+    scene: &Scene,
+    study: &StabilityStudy,
+    quiet: bool,
+    stop: &Stop,
+) -> Result<Stability, Error> {
+    let mut watch = Watch {
+        stop,
+        hear: &mut |what| output::working(what, quiet),
+    };
     let prepared = Prepared::new(&scene.model)?;
     let facts = stability::facts(&prepared)?;
     let ready = MotionScene::new(&prepared, &scene.start, &study.motion)?;
-    let floquet = parametric::study(&prepared, &ready, study, &mut |_| {})?;
-    let cases = stability::extremes(&ready, &study.motion, &study.methods, &mut |_| {})?;
+    let floquet = parametric::study(&prepared, &ready, study, &mut watch)?;
+    let cases = stability::extremes(&ready, &study.motion, &study.methods, &mut watch)?;
     Ok(Stability {
         facts,
         floquet,
         cases,
         left_out: stability::left_out(&ready).collect(),
+        interrupted: stop.is_raised(),
     })
 }

@@ -9,13 +9,15 @@ use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::kind::Kind;
 use crate::base::units;
-use crate::numeric::fraction::Fraction;
+use crate::plan::logs::attribution::Model;
 use crate::plan::logs::encoders::{EncoderRecord, EncoderStudy, encoders};
+use crate::plan::prepared::Prepared;
 use crate::recording::raw::{Raw, Repair};
 use crate::recording::settings::{RateSource, Settings};
 use crate::recording::signals::Recording;
 use crate::recording::{names, settle};
 use crate::report;
+use crate::scene;
 use crate::transmission::measured::teeth::Teeth;
 
 /// Whether a file is a log: all that is no TOML, and whatever teeth are stated of.
@@ -40,6 +42,7 @@ pub fn refuse_of_model(args: &TeArgs) -> Result<(), Error> {
         (record.harmonics.is_some(), "--harmonics"),
         (record.repair, "--repair"),
         (record.pressure_angle.is_some(), "--pressure-angle"),
+        (record.model.is_some(), "--model"),
     ];
     match given.iter().find(|g| g.0) {
         None => Ok(()),
@@ -93,7 +96,8 @@ pub fn run(args: &TeArgs) -> Result<u8, Errors> {
         settings.time_column = Some("none".into());
         settings.rate = Some(RateSource::Hertz(1.0));
     }
-    let (found, repairs) = evaluated(args, &mut study, settings)?;
+    let model = model(args)?;
+    let (found, repairs) = evaluated(args, &mut study, model.as_ref(), settings)?;
     let mut written = Vec::new();
     if let Some(path) = &args.csv {
         output::write(path, report::encoders::csv(&found).as_bytes())?;
@@ -117,10 +121,29 @@ pub fn run(args: &TeArgs) -> Result<u8, Errors> {
     Ok(0)
 }
 
+/// The machine that names the orders, and where the encoders sit in it.
+fn model(args: &TeArgs) -> Result<Option<Model>, Errors> {
+    let (Some(path), Some(at)) = (&args.record.model, &args.record.at) else {
+        return Ok(None);
+    };
+    let Some((input, output)) = at.split_once(',') else {
+        let message = format!("\"{}\" are no two nodes", units::shortened(at));
+        return Err(Error::new(Code::Usage, message)
+            .hint("name the nodes of both encoders, input first: --at index_gear_1,work_spindle")
+            .into());
+    };
+    Ok(Some(Model {
+        prepared: Prepared::new(&scene::read(path)?.model)?,
+        input: input.trim().to_string(),
+        output: output.trim().to_string(),
+    }))
+}
+
 /// Reads the log and evaluates it; of pulses each shaft by itself, since their columns differ in length.
 fn evaluated(
     args: &TeArgs,
     study: &mut EncoderStudy,
+    model: Option<&Model>,
     settings: Settings,
 ) -> Result<(EncoderRecord, Vec<Repair>), Errors> {
     let open = |only: &[String]| -> Result<(Recording, Vec<String>), Errors> {
@@ -142,7 +165,7 @@ fn evaluated(
         Ok((settle::settle(raw, &settings)?, full))
     };
     let evaluate = |a: &Recording, b: &Recording, study: &EncoderStudy| {
-        progress::busy("evaluating", args.quiet, || encoders(a, b, study))
+        progress::busy("evaluating", args.quiet, || encoders(a, b, study, model))
             .map_err(|e| Errors::from(e.in_file(&a.path)))
     };
     let (mut found, recording) = if study.stamps {
@@ -255,7 +278,6 @@ fn study(args: &TeArgs) -> Result<EncoderStudy, Error> {
         repair: args.record.repair,
         radius,
         pressure_angle,
-        named: Vec::<(Fraction, String)>::new(),
     })
 }
 

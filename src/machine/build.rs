@@ -40,6 +40,7 @@ struct Numbers {
     chains: Vec<usize>,
     shafts: Vec<usize>,
     planetaries: Vec<usize>,
+    couplings: Vec<usize>,
 }
 
 /// Every node, and every axis some element gives it.
@@ -49,6 +50,7 @@ fn declare(builder: &mut Builder, model: &Model) -> Result<Numbers, Error> {
         chains: Vec::new(),
         shafts: Vec::new(),
         planetaries: Vec::new(),
+        couplings: Vec::new(),
     };
     for part in &model.inertias {
         let element = builder.element(&part.name, "inertia");
@@ -77,6 +79,11 @@ fn declare(builder: &mut Builder, model: &Model) -> Result<Numbers, Error> {
             }
         }
         numbers.planetaries.push(element);
+    }
+    for part in &model.couplings {
+        let element = builder.element(&part.name, "coupling");
+        coupling::inner_nodes(part).for_each(|node| builder.node(&node, element));
+        numbers.couplings.push(element);
     }
     for part in &model.bearings {
         for axis in bearing::axes(part) {
@@ -140,8 +147,7 @@ fn place(builder: &mut Builder, model: &Model, numbers: &Numbers) -> Result<(), 
         let element = builder.element(&part.name, "belt");
         belt::add(builder, element, part)?;
     }
-    for part in &model.couplings {
-        let element = builder.element(&part.name, "coupling");
+    for (part, &element) in model.couplings.iter().zip(&numbers.couplings) {
         coupling::add(builder, element, part)?;
     }
     for part in &model.bearings {
@@ -193,6 +199,7 @@ fn excite(builder: &mut Builder, model: &Model) -> Result<(), Error> {
             element,
             direction: twist(ends),
             friction: part.friction,
+            grip: part.grip.clone(),
         });
     }
     for part in &model.errors {

@@ -185,6 +185,9 @@ impl Linear {
 
     fn check(&self, machine: &Machine, kinematics: &Kinematics) -> Result<(), Error> {
         let mut joined = vec![false; machine.nodes.len()];
+        for &(freedom, _) in machine.brakes.iter().flat_map(|b| &b.direction.terms) {
+            joined[machine.freedoms[freedom].node] = true;
+        }
         for branch in &machine.branches {
             for &(freedom, _) in branch
                 .direction

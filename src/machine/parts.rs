@@ -123,8 +123,10 @@ pub struct Brake {
     pub element: usize,
     /// Its direction.
     pub direction: Direction,
-    /// Its law.
+    /// Its law, of a clutch at its largest capacity.
     pub friction: Friction,
+    /// The share of that capacity over time, s; always all of it where left out.
+    pub grip: Option<Vec<(f64, f64)>>,
 }
 
 /// An error that repeats with every turn of a gear, a coupling or a belt, in some branches.

@@ -65,7 +65,8 @@ pub fn assemble(
             branches.push(branch);
         }
     }
-    branches.extend(site.brakes());
+    branches.extend(site.brakes()?);
+    branches.extend(site.locked());
     let mut known: Vec<(String, usize, Signal)> = Vec::new();
     for motor in &machine.motors {
         let name = machine.elements[motor.element].name.clone();
@@ -354,8 +355,8 @@ impl Site<'_> {
     }
 
     /// e of a flank of a branch (0 drive, 1 coast): its harmonics where the speed is imposed, else waves that follow the angle.
-    fn errors(&self, branch: usize, flank: usize) -> Result<(Option<Signal>, Option<Wave>), Error> {
-        let (mut imposed, mut followed): (Option<Signal>, Option<Wave>) = (None, None);
+    fn errors(&self, branch: usize, flank: usize) -> Result<(Option<Signal>, Vec<Wave>), Error> {
+        let (mut imposed, mut followed): (Option<Signal>, Vec<Wave>) = (None, Vec::new());
         let acting = self.machine.errors.iter().flat_map(|error| {
             let here = error.acts.iter().filter(|act| act.branch == branch);
             here.map(move |act| (error, act.flanks[flank]))
@@ -369,42 +370,53 @@ impl Site<'_> {
                 pace,
                 reach.turn,
             )?;
-            match (&wave.phase, followed.is_some()) {
-                (Phase::Imposed { omega, start }, _) => {
-                    let signal = wave.shape.over_time(*omega, *start);
+            match wave.phase {
+                Phase::Imposed { omega, start } => {
+                    let signal = wave.shape.over_time(omega, start);
                     imposed = Some(imposed.map_or(signal.clone(), |s| s.plus(&signal)));
                 }
-                (Phase::Followed { .. }, false) => followed = Some(wave),
-                (Phase::Followed { .. }, true) => {
-                    let element = &self.machine.elements[self.machine.branches[branch].element];
-                    let message =
-                        format!("`{}` has several errors that follow angles", element.name);
-                    let hint = "write mesh_phase = \"speed\" in [start], so that they are imposed in time, or put them into one table of `values`";
-                    return Err(Error::new(Code::Conflict, message)
-                        .at(&element.place)
-                        .hint(hint));
-                }
+                Phase::Followed { .. } => followed.push(wave),
             }
         }
         Ok((imposed, followed))
     }
 
-    fn brakes(&self) -> Vec<Branch> {
+    fn brakes(&self) -> Result<Vec<Branch>, Error> {
         let brake = |brake: &parts::Brake| {
             let direction = Direction {
                 scale: brake.direction.scale,
                 terms: self.kinematics.reduced(&brake.direction.terms),
             };
-            plain(
-                self.machine.elements[brake.element].name.clone(),
-                direction,
-                Law::Friction(brake.friction),
-            )
+            let law = match &brake.grip {
+                None => Law::Friction(brake.friction),
+                Some(points) => Law::Clutch {
+                    friction: brake.friction,
+                    grip: Signal::table(points)?,
+                },
+            };
+            let name = self.machine.elements[brake.element].name.clone();
+            Ok(plain(name, direction, law))
         };
         self.machine.brakes.iter().map(brake).collect()
     }
 
-    /// Loads as drives; orders turn at the mean speed.
+    /// Loads whose orders are locked to the angle of their node.
+    fn locked(&self) -> Vec<Branch> {
+        let load = |(freedom, history): &(usize, History)| match history {
+            History::Orders { mean, orders } if self.phase == PhaseOf::Angle => Some(plain(
+                format!("load on {}", self.machine.freedom_name(*freedom)),
+                self.row(*freedom),
+                Law::Orders {
+                    mean: *mean,
+                    terms: orders.clone(),
+                },
+            )),
+            _ => None,
+        };
+        self.machine.histories.iter().filter_map(load).collect()
+    }
+
+    /// Loads as drives, orders where they turn at the mean speed.
     fn loads(&self) -> Result<Vec<Drive>, Error> {
         let mut drives = Vec::new();
         // A motor takes the place of the constant torque that stood for it.
@@ -424,6 +436,7 @@ impl Site<'_> {
                     omega,
                     phase,
                 } => Signal::constant(*mean).plus(&Signal::harmonic(*amplitude, *omega, *phase)),
+                History::Orders { .. } if self.phase == PhaseOf::Angle => continue,
                 History::Orders { mean, orders } => {
                     let omega = self.speed(*freedom)?;
                     orders
@@ -492,7 +505,7 @@ fn plain(name: String, direction: Direction, law: Law) -> Branch {
         law,
         variation: None,
         imposed: None,
-        followed: None,
+        followed: Vec::new(),
     }
 }
 

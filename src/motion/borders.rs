@@ -24,8 +24,8 @@ pub enum Border {
 pub struct Span {
     /// Whose wave.
     pub branch: usize,
-    /// It is the wave of e, not of the stiffness.
-    pub of_error: bool,
+    /// Which wave of e it is; none: of the stiffness.
+    pub of_error: Option<usize>,
     turn: f64,
     piece: usize,
 }
@@ -34,8 +34,8 @@ impl Span {
     fn wave<'a>(&self, train: &'a Train) -> Option<&'a Wave> {
         let branch = &train.branches[self.branch];
         match self.of_error {
-            true => branch.followed.as_ref(),
-            false => branch.variation.as_ref(),
+            Some(at) => branch.followed.get(at),
+            None => branch.variation.as_ref(),
         }
     }
 
@@ -82,11 +82,11 @@ pub fn spans(train: &Train, t: f64, y: &[f64]) -> Vec<Span> {
     let q = &y[..train.n()];
     let mut spans = Vec::new();
     for (at, branch) in train.branches.iter().enumerate() {
-        for (of_error, wave) in [(false, &branch.variation), (true, &branch.followed)] {
-            if let Some(Wave { shape, phase }) = wave
-                && matches!(phase, Phase::Followed { .. })
-                && pieces(shape) > 1
-            {
+        let stiffness = branch.variation.iter().map(|wave| (None, wave));
+        let errors = branch.followed.iter().enumerate();
+        for (of_error, wave) in stiffness.chain(errors.map(|(at, wave)| (Some(at), wave))) {
+            let Wave { shape, phase } = wave;
+            if matches!(phase, Phase::Followed { .. }) && pieces(shape) > 1 {
                 let psi = phase.at(t, q);
                 spans.push(Span {
                     branch: at,
@@ -109,11 +109,11 @@ pub fn borders(train: &Train, regime: &Regime, spans: &[Span]) -> Vec<Border> {
                 let count = contact.borders(stand, 1.0).len();
                 all.extend((0..count).map(|which| Border::Contact(at, which)));
             }
-            (Law::Friction(_), BranchStand::Friction(Slip::Stick)) => {
+            (law, BranchStand::Friction(Slip::Stick)) if law.is_dry() => {
                 all.push(Border::Loose(at, Slip::Forward));
                 all.push(Border::Loose(at, Slip::Backward));
             }
-            (Law::Friction(_), BranchStand::Friction(_)) => all.push(Border::Rest(at)),
+            (law, BranchStand::Friction(_)) if law.is_dry() => all.push(Border::Rest(at)),
             _ => {}
         }
     }
@@ -169,10 +169,8 @@ impl Border {
                 (sign * rate, spread(&train.branches[branch].direction, v))
             }
             Border::Loose(branch, slip) => {
-                let breakaway = match &train.branches[branch].law {
-                    Law::Friction(friction) => friction.breakaway,
-                    _ => f64::INFINITY,
-                };
+                let dry = train.branches[branch].law.dry(t);
+                let breakaway = dry.map_or(f64::INFINITY, |friction| friction.breakaway);
                 let held = train.held(regime, t, y, branch);
                 (
                     breakaway - slip.sign() * held,

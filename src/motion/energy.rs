@@ -63,7 +63,7 @@ impl Train {
             let piece = self.imposed_piece(regime, at);
             let (delta, rate) = b.deflection(t, q, v, piece);
             let force = match b.law {
-                Law::Friction(_) => self.held(regime, t, y, at),
+                Law::Friction(_) | Law::Clutch { .. } => self.held(regime, t, y, at),
                 _ => self.force(at, Some(regime), t, y, z).0,
             };
             // Where the force does not act along w, the difference is put in; so is what an imposed e pushes.
@@ -73,7 +73,7 @@ impl Train {
                 .imposed
                 .as_ref()
                 .map_or(0.0, |e| force * e.slope(t, piece as usize));
-            if let Some(Wave { shape, phase }) = &b.followed {
+            for Wave { shape, phase } in &b.followed {
                 let psi = phase.at(t, q);
                 let slope = shape.slope_in(psi, shape.piece(psi));
                 powers.put_in -= force * slope * phase.imposed_rate(t);
@@ -93,8 +93,10 @@ impl Train {
                     }
                 }
                 Law::Nonlinear { damping, .. } => powers.lost += damping * rate * rate,
-                Law::Friction(_) => powers.lost += force * rate,
-                Law::Curve(_) | Law::Lagged { .. } => powers.put_in -= force * rate,
+                Law::Friction(_) | Law::Clutch { .. } => powers.lost += force * rate,
+                Law::Curve(_) | Law::Lagged { .. } | Law::Orders { .. } => {
+                    powers.put_in -= force * rate;
+                }
                 Law::Maxwell { damping, .. } => powers.lost += z * z / damping,
             }
         }

@@ -257,7 +257,7 @@ impl Way<'_> {
                 self.effort.events -= 1;
                 self.spans[span].step(self.train, up);
                 let span = self.spans[span];
-                if let (false, BranchStand::Contact(stand, _)) =
+                if let (None, BranchStand::Contact(stand, _)) =
                     (span.of_error, self.regime.stands[branch])
                 {
                     self.regime.stands[branch] = BranchStand::Contact(stand, span.piece());

@@ -41,6 +41,16 @@ impl Friction {
         }
     }
 
+    /// The same at a share of its capacity.
+    pub fn gripped(&self, share: f64) -> Friction {
+        let share = share.max(0.0);
+        Friction {
+            sliding: share * self.sliding,
+            breakaway: share * self.breakaway,
+            ..*self
+        }
+    }
+
     fn fall(&self, rate: f64) -> f64 {
         match self.is_coulomb() {
             true => 0.0,

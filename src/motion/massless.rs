@@ -108,8 +108,7 @@ fn share(branches: &[(Option<usize>, Branch)], z: usize) -> Option<f64> {
 
 fn touches(b: &Branch, z: usize) -> bool {
     let along = |d: &Direction| d.terms.iter().any(|t| t.0 == z);
-    let follows = [&b.variation, &b.followed];
-    let waves = follows.into_iter().flatten();
+    let waves = b.variation.iter().chain(&b.followed);
     along(&b.direction) || along(b.acts()) || waves.filter_map(|w| w.phase.angle()).any(along)
 }
 
@@ -159,7 +158,7 @@ impl Star {
             let Law::Linear { stiffness, damping } = b.law else {
                 return Err(format!("`{}`, no plain spring or damper,", b.name));
             };
-            if b.force.is_some() || b.variation.is_some() || b.followed.is_some() {
+            if b.force.is_some() || b.variation.is_some() || !b.followed.is_empty() {
                 return Err(format!("`{}`, which varies or acts across,", b.name));
             }
             let terms: Vec<(usize, f64)> = b.direction.scaled().collect();
@@ -307,7 +306,7 @@ fn between(name: &str, law: Law, arms: &[(f64, &Arm)]) -> Branch {
         law,
         variation: None,
         imposed,
-        followed: None,
+        followed: Vec::new(),
     }
 }
 
@@ -342,7 +341,7 @@ fn finished(
         direction: moved(&b.direction),
         force: b.force.as_ref().map(moved),
         variation: b.variation.map(moved_wave),
-        followed: b.followed.map(moved_wave),
+        followed: b.followed.into_iter().map(moved_wave).collect(),
         ..b
     });
     let block = |a: &Matrix| Matrix::from_fn(kept.len(), kept.len(), |i, j| a[(kept[i], kept[j])]);

@@ -3,7 +3,7 @@
 use super::combination::Combination;
 use super::prescribed::Prescribed;
 use super::problem::Problem;
-use super::train::{Law, Train};
+use super::train::Train;
 
 /// One wanted quantity.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -107,8 +107,8 @@ fn force(train: &Train, branch: usize, t: f64, y: &[f64]) -> f64 {
     let before: usize = train.branches[..branch].iter().map(|b| b.inner()).sum();
     let z = y.get(2 * train.n() + before).copied().unwrap_or(0.0);
     let regime = train.regime(t, y);
-    match train.branches[branch].law {
-        Law::Friction(_) => train.held(&regime, t, y, branch),
-        _ => train.force(branch, Some(&regime), t, y, z).0,
+    match train.branches[branch].law.is_dry() {
+        true => train.held(&regime, t, y, branch),
+        false => train.force(branch, Some(&regime), t, y, z).0,
     }
 }

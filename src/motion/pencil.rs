@@ -77,7 +77,7 @@ impl Linearised for Frozen<'_> {
 
 /// Whether a wave of a branch follows an angle.
 pub fn follows(branch: &Branch) -> bool {
-    branch.followed.is_some()
+    !branch.followed.is_empty()
         || branch
             .variation
             .as_ref()

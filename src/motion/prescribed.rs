@@ -343,19 +343,18 @@ fn of_branch(branch: &Branch, kept: &[usize], motions: &[Motion]) -> Branch {
         .variation
         .as_ref()
         .map(|wave| of_wave(wave, kept, motions));
-    rest.followed = branch
-        .followed
-        .as_ref()
-        .map(|wave| of_wave(wave, kept, motions));
-    if let Some(wave) = &rest.followed
-        && let Phase::Imposed { omega, start } = wave.phase
-    {
+    rest.followed.clear();
+    for wave in &branch.followed {
+        let wave = of_wave(wave, kept, motions);
+        let Phase::Imposed { omega, start } = wave.phase else {
+            rest.followed.push(wave);
+            continue;
+        };
         let e = wave.shape.over_time(omega, start);
         rest.imposed = Some(match &rest.imposed {
             None => e,
             Some(imposed) => imposed.plus(&e),
         });
-        rest.followed = None;
     }
     rest
 }

@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 
 use crate::base::error::Error;
+use crate::base::stop::Stop;
 use crate::numeric::Matrix;
 
 /// A first-order problem `ẏ = f(t, y)`. Machines are one; plain stiff problems too.
@@ -56,6 +57,8 @@ pub struct Ask {
     pub effort: Wanted,
     /// The run is refused once it has cost so many evaluations of f or of a segment.
     pub budget: u64,
+    /// The run ends between two steps once this is due; what was delivered is whole.
+    pub stop: Stop,
 }
 
 impl Ask {

@@ -19,7 +19,7 @@ impl<'a, 's> Samples<'a, 's> {
 
     /// The instant of the next sample, s; absent where all are handed over or no more are wanted.
     pub fn due(&self) -> Option<f64> {
-        (self.next <= self.ask.samples).then(|| self.ask.time(self.next))
+        (self.next <= self.ask.samples && !self.ask.stop.is_due()).then(|| self.ask.time(self.next))
     }
 
     /// Whether a sample is due at or before `t`.
@@ -96,14 +96,23 @@ pub fn check(ask: &Ask, states: usize) -> Result<(), Error> {
     }
 }
 
-/// Refuses to go on beyond the budget.
+/// Evaluations after which a pace is told.
+const PACE_TOLD: u64 = 200_000;
+
+/// A run whose pace would take so many times its budget is refused at once: no start is that much dearer than what follows.
+const HOPELESS: f64 = 1000.0;
+
+/// Refuses to go on beyond the budget, or at a pace that would take a thousand of it.
 ///
 /// # Errors
 /// `Hopeless`, with the time reached and what the whole would cost at this pace.
 pub fn within_budget(ask: &Ask, effort: &Effort, t: f64) -> Result<(), Error> {
-    match effort.evaluations > ask.budget {
+    let spent = effort.evaluations.max(effort.steps);
+    let share = (t - ask.from) / (ask.to - ask.from);
+    let hopeless = spent > PACE_TOLD && spent as f64 > HOPELESS * share * ask.budget as f64;
+    match spent > ask.budget || hopeless {
         false => Ok(()),
-        true => Err(too_dear(ask, effort.evaluations, t)),
+        true => Err(too_dear(ask, spent, t)),
     }
 }
 
@@ -117,7 +126,7 @@ pub fn too_dear(ask: &Ask, spent: u64, t: f64) -> Error {
     Error::new(
         Code::Hopeless,
         format!(
-            "{spent} evaluations brought the motion to t = {t:?} s, and {} allows no more; the whole would cost {whole}",
+            "{spent} evaluations brought the motion to t = {t:?} s; the whole would cost {whole}, and {} are allowed",
             ask.budget
         ),
     )

@@ -122,7 +122,7 @@ fn acceleration(train: &Train, ask: &Ask) -> f64 {
         if let Some(e) = &branch.imposed {
             add(branch.acts(), stiffness(branch) * size(e));
         }
-        if let Law::Friction(friction) = &branch.law {
+        if let Law::Friction(friction) | Law::Clutch { friction, .. } = &branch.law {
             add(branch.acts(), friction.breakaway);
         }
     }

@@ -2,6 +2,7 @@
 
 use super::contact::Contact;
 use super::moving::Moving;
+use super::pencil::add;
 use super::problem::Problem;
 use super::train::{Law, Train};
 use crate::base::code::Code;
@@ -43,10 +44,59 @@ pub fn state(
             y[n + j] = speeds[freedom] - carried[j].1;
         }
     }
+    keep_up(train, &moving.rigid, t, &mut y)?;
     lag(train, t, &mut y);
     let q = settle(train, &moving.rigid, t, &y)?;
     y[..n].copy_from_slice(&q);
     Ok(y)
+}
+
+/// Adds to the speeds what errors ask of them: `K v = −Σ u k δ̇`, so that what is wound up stays so.
+fn keep_up(train: &Train, rigid: &[Vec<f64>], t: f64, y: &mut [f64]) -> Result<(), Error> {
+    let n = train.n();
+    let (q, v) = (vec![0.0; n], y[n..2 * n].to_vec());
+    let mut push = vec![0.0; n];
+    let mut size = 0.0f64;
+    for (at, b) in train.branches.iter().enumerate() {
+        let piece = b.imposed.as_ref().map_or(0, |e| e.piece(t) as u32);
+        let rate = b.deflection(t, &q, &v, piece).1;
+        let stiffness = of_spring(train, at);
+        let swept: f64 = b.direction.scaled().map(|(i, a)| (a * v[i]).abs()).sum();
+        for (i, a) in b.acts().scaled() {
+            push[i] -= a * stiffness * rate;
+            size = size.max((a * stiffness * swept).abs());
+        }
+    }
+    // Ratios of speeds are rounded.
+    if push.iter().all(|p| p.abs() <= STAYS * size) {
+        return Ok(());
+    }
+    let mut k = Matrix::zeros(n, n);
+    for (at, b) in train.branches.iter().enumerate() {
+        add(&mut k, b.acts(), &b.direction, of_spring(train, at));
+    }
+    let mut speeds = definite::solve_semidefinite(&k, &push)?;
+    // No turning of the whole is added.
+    let momenta = train.momentum(&speeds);
+    let mut turning = momenta;
+    relieve(train, rigid, &mut turning);
+    train.accelerate(&mut turning);
+    speeds.copy_from_slice(&turning);
+    y[n..2 * n]
+        .iter_mut()
+        .zip(speeds)
+        .for_each(|(v, s)| *v += s);
+    Ok(())
+}
+
+/// The stiffness with which a branch winds up, its flanks closed.
+fn of_spring(train: &Train, branch: usize) -> f64 {
+    match &train.branches[branch].law {
+        Law::Linear { stiffness, .. } => *stiffness,
+        Law::Contact(contact) => contact.stiffness,
+        Law::Nonlinear { characteristic, .. } => characteristic.rated(),
+        _ => 0.0,
+    }
 }
 
 /// Secants that move less than this, relative, have settled: a few roundings of a dense solve.
@@ -105,6 +155,9 @@ fn wound(train: &Train, rigid: &[Vec<f64>], t: f64, y: &[f64]) -> Result<Vec<f64
     relieve(train, rigid, &mut push);
     let mut k = Matrix::zeros(n, n);
     for (at, b) in tight.branches.iter().enumerate() {
+        if let Law::Orders { .. } = b.law {
+            continue;
+        }
         let stiffness = tight.force(at, None, t, y, 0.0).1;
         for (i, a) in b.direction.scaled() {
             for (j, c) in b.direction.scaled() {

@@ -71,8 +71,8 @@ pub struct Branch {
     pub variation: Option<Wave>,
     /// e imposed in time.
     pub imposed: Option<Signal>,
-    /// e that follows an angle.
-    pub followed: Option<Wave>,
+    /// e that follows angles: the sum of these.
+    pub followed: Vec<Wave>,
 }
 
 /// How a branch resists.
@@ -89,6 +89,20 @@ pub enum Law {
     Contact(Contact),
     /// Dry friction.
     Friction(Friction),
+    /// Dry friction pressed together over time: a clutch.
+    Clutch {
+        /// At full capacity.
+        friction: Friction,
+        /// The share of it, from 0 to 1.
+        grip: Signal,
+    },
+    /// `F = −(mean + Σ a cos(n δ + φ))`: a load whose orders are locked to the angle it acts on.
+    Orders {
+        /// N·m.
+        mean: f64,
+        /// n per turn, N·m, rad.
+        terms: Vec<(f64, f64, f64)>,
+    },
     /// `F = −T(δ̇)`: a motor or brake.
     Curve(Curve),
     /// `F = −z`, `ż = (T(δ̇) − z)/lag`: a motor whose torque follows late.
@@ -144,6 +158,38 @@ impl Regime {
     }
 }
 
+impl Law {
+    /// Its dry friction at `t`, where it is that.
+    pub fn dry(&self, t: f64) -> Option<Friction> {
+        match self {
+            Law::Friction(friction) => Some(*friction),
+            Law::Clutch { friction, grip } => Some(friction.gripped(grip.value(t, grip.piece(t)))),
+            _ => None,
+        }
+    }
+
+    /// It is dry friction.
+    pub fn is_dry(&self) -> bool {
+        matches!(self, Law::Friction(_) | Law::Clutch { .. })
+    }
+}
+
+/// The force of dry friction as it stands, 0, and d/dδ̇; where nothing says how it stands, its step is spread over the creep speed.
+fn rubbed(friction: &Friction, stand: Option<BranchStand>, rate: f64) -> (f64, f64, f64) {
+    match stand {
+        Some(BranchStand::Friction(Slip::Stick)) => (0.0, 0.0, 0.0),
+        Some(BranchStand::Friction(slip)) => (
+            friction.sliding(slip, rate),
+            0.0,
+            friction.slope(slip, rate),
+        ),
+        _ => {
+            let (force, slope) = friction.smoothed(rate);
+            (force, 0.0, slope)
+        }
+    }
+}
+
 impl Branch {
     /// The direction its force acts in.
     pub fn acts(&self) -> &Direction {
@@ -162,7 +208,7 @@ impl Branch {
             delta -= e.value(t, piece as usize);
             rate -= e.slope(t, piece as usize);
         }
-        if let Some(wave) = &self.followed {
+        for wave in &self.followed {
             let psi = wave.phase.at(t, q);
             let at = wave.shape.piece(psi);
             delta -= wave.shape.value_in(psi, at);
@@ -207,9 +253,12 @@ impl Train {
                     Law::Curve(curve) | Law::Lagged { curve, .. } => {
                         matches!(curve, Curve::Straight { .. })
                     }
-                    Law::Friction(_) | Law::Nonlinear { .. } => false,
+                    Law::Friction(_)
+                    | Law::Clutch { .. }
+                    | Law::Orders { .. }
+                    | Law::Nonlinear { .. } => false,
                 };
-                linear && b.followed.is_none()
+                linear && b.followed.is_empty()
             })
     }
 
@@ -233,13 +282,13 @@ impl Train {
                     Law::Curve(curve) | Law::Lagged { curve, .. } => {
                         matches!(curve, Curve::Straight { .. })
                     }
-                    Law::Nonlinear { .. } => false,
+                    Law::Clutch { .. } | Law::Orders { .. } | Law::Nonlinear { .. } => false,
                 };
                 let steps = b
                     .variation
                     .as_ref()
                     .is_none_or(|w| w.shape.is_steps() && w.phase.angle().is_none());
-                linear && steps && b.followed.is_none()
+                linear && steps && b.followed.is_empty()
             })
     }
 
@@ -252,7 +301,7 @@ impl Train {
                         w.phase.angle().is_some() && !matches!(w.shape, Shape::Fourier { .. })
                     })
             }
-            Law::Friction(_) => true,
+            Law::Friction(_) | Law::Clutch { .. } => true,
             _ => false,
         })
     }
@@ -285,7 +334,7 @@ impl Train {
                         of_wave,
                     )
                 }
-                Law::Friction(_) => {
+                Law::Friction(_) | Law::Clutch { .. } => {
                     let (_, rate) = b.deflection(t, q, v, piece);
                     BranchStand::Friction(match rate {
                         r if r > 0.0 => Slip::Forward,
@@ -311,11 +360,9 @@ impl Train {
                 return;
             }
             let held = self.holding(regime, t, &self.pushed(Some(regime), t, y), &y[n..2 * n]);
-            let over = |(&at, &held): (&usize, &f64)| match &self.branches[at].law {
-                Law::Friction(friction) if held.abs() > friction.breakaway => {
-                    Some((at, held, held.abs() / friction.breakaway))
-                }
-                _ => None,
+            let over = |(&at, &held): (&usize, &f64)| {
+                let breakaway = self.branches[at].law.dry(t)?.breakaway;
+                (held.abs() > breakaway).then(|| (at, held, held.abs() / breakaway))
             };
             let worst = sticking
                 .iter()
@@ -360,18 +407,19 @@ impl Train {
                 let force = contact.force(stand, b.factor(t, q, of_wave).0);
                 (force.at(delta, rate), force.deflection, force.rate)
             }
-            Law::Friction(friction) => match regime.map(|r| r.stands[branch]) {
-                Some(BranchStand::Friction(Slip::Stick)) => (0.0, 0.0, 0.0),
-                Some(BranchStand::Friction(slip)) => (
-                    friction.sliding(slip, rate),
-                    0.0,
-                    friction.slope(slip, rate),
-                ),
-                _ => {
-                    let (force, slope) = friction.smoothed(rate);
-                    (force, 0.0, slope)
-                }
-            },
+            Law::Friction(friction) => rubbed(friction, regime.map(|r| r.stands[branch]), rate),
+            Law::Clutch { friction, grip } => {
+                let friction = friction.gripped(grip.value(t, grip.piece(t)));
+                rubbed(&friction, regime.map(|r| r.stands[branch]), rate)
+            }
+            Law::Orders { mean, terms } => {
+                let sum = |(value, slope): (f64, f64), &(n, a, phase): &(f64, f64, f64)| {
+                    let (sin, cos) = (n * delta + phase).sin_cos();
+                    (value + a * cos, slope - a * n * sin)
+                };
+                let (value, slope) = terms.iter().fold((*mean, 0.0), sum);
+                (-value, -slope, 0.0)
+            }
             Law::Curve(curve) => (-curve.torque(rate), 0.0, -curve.slope(rate)),
             Law::Lagged { .. } => (-z, 0.0, 0.0),
             Law::Maxwell { .. } => (z, 0.0, 0.0),
@@ -536,9 +584,8 @@ impl Train {
     ) {
         let b = &self.branches[branch];
         let (q, v) = (&y[..self.n()], &y[self.n()..2 * self.n()]);
-        if let Some(Wave { shape, phase }) = &b.followed
-            && let Some(angle) = phase.angle()
-        {
+        for Wave { shape, phase } in &b.followed {
+            let Some(angle) = phase.angle() else { continue };
             let psi = phase.at(t, q);
             let slope = shape.slope_in(psi, shape.piece(psi)) / TAU;
             angle.scaled().for_each(|(i, a)| g[i] += a * slope * force);
@@ -641,10 +688,15 @@ impl Problem for Train {
                 Phase::Imposed { .. } => None,
             })
         });
+        let grips = self.branches.iter().filter_map(|b| match &b.law {
+            Law::Clutch { grip, .. } => Some(grip.next_knot(t)),
+            _ => None,
+        });
         drives
             .chain(imposed)
             .chain(waves)
             .chain(followed)
+            .chain(grips)
             .fold(f64::INFINITY, f64::min)
     }
 }

@@ -27,7 +27,9 @@ pub fn nearest<'t>(train: &'t Train, t: f64, y: &[f64]) -> Option<&'t str> {
             Law::Contact(contact) if contact.opens() => {
                 Some((delta.abs() - contact.half).abs() / contact.half.max(f64::MIN_POSITIVE))
             }
-            Law::Friction(friction) => Some(rate.abs() / friction.creep),
+            Law::Friction(friction) | Law::Clutch { friction, .. } => {
+                Some(rate.abs() / friction.creep)
+            }
             _ => None,
         }
     };

@@ -9,7 +9,7 @@ use faer::linalg::solvers::{LltError, Solve};
 use crate::base::code::Code;
 use crate::base::error::Error;
 
-use super::{ComplexMatrix, Matrix, check_finite};
+use super::{ComplexMatrix, Matrix, check_finite, registers};
 
 /// Eigenvalues and vectors of a symmetric matrix or a definite pencil.
 #[derive(Debug, Clone)]
@@ -128,15 +128,21 @@ pub fn solve_lower_transposed(l: &Matrix, b: &Matrix) -> Matrix {
 /// Errors: `Indefinite` where A is singular to working precision, with the pivot.
 pub fn solve(a: &Matrix, b: &Matrix) -> Result<Matrix, Error> {
     let lu = a.partial_piv_lu();
+    registers::clear();
     check_pivots((0..a.nrows()).map(|i| lu.U()[(i, i)].abs()))?;
-    Ok(lu.solve(b))
+    let x = lu.solve(b);
+    registers::clear();
+    Ok(x)
 }
 
 /// `A⁻¹ B` of complex matrices, as [`solve`].
 pub fn solve_complex(a: &ComplexMatrix, b: &ComplexMatrix) -> Result<ComplexMatrix, Error> {
     let lu = a.partial_piv_lu();
+    registers::clear();
     check_pivots((0..a.nrows()).map(|i| lu.U()[(i, i)].norm()))?;
-    Ok(lu.solve(b))
+    let x = lu.solve(b);
+    registers::clear();
+    Ok(x)
 }
 
 fn check_pivots(pivots: impl Iterator<Item = f64>) -> Result<(), Error> {

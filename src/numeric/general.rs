@@ -8,7 +8,7 @@ use crate::base::error::Error;
 
 use super::balance::balance;
 use super::definite::solve_complex;
-use super::{Complex, ComplexMatrix, Matrix, check_finite};
+use super::{Complex, ComplexMatrix, Matrix, check_finite, registers};
 
 /// Eigenvalues with both kinds of vectors, and how far to trust them.
 #[derive(Debug, Clone)]
@@ -33,6 +33,7 @@ pub fn eigen(a: &Matrix) -> Result<GeneralEigen, Error> {
     let n = a.nrows();
     let (balanced, scale) = balance(a, f64::hypot);
     let (values, right) = sorted_eigen(&balanced)?;
+    registers::clear();
     let left = match biorthogonal(&right) {
         Some(left) => left,
         None => matched_left(&balanced, &values)?,

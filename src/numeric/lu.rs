@@ -3,7 +3,7 @@
 use faer::linalg::solvers::{PartialPivLu, SolveCore};
 use faer::{Conj, Mat, MatMut};
 
-use super::{Complex, ComplexMatrix, Matrix};
+use super::{Complex, ComplexMatrix, Matrix, registers};
 use crate::base::code::Code;
 use crate::base::error::Error;
 
@@ -22,6 +22,7 @@ impl Lu {
     /// `Indefinite` where it is singular to working precision.
     pub fn new(a: &Matrix) -> Result<Lu, Error> {
         let lu = a.partial_piv_lu();
+        registers::clear();
         check((0..a.nrows()).map(|i| lu.U()[(i, i)].abs()))?;
         Ok(Lu(lu))
     }
@@ -31,6 +32,7 @@ impl Lu {
         let rows = b.len();
         self.0
             .solve_in_place_with_conj(Conj::No, MatMut::from_column_major_slice_mut(b, rows, 1));
+        registers::clear();
     }
 
     /// `A⁻¹ B`.
@@ -48,6 +50,7 @@ impl ComplexLu {
     /// `Indefinite` where it is singular to working precision.
     pub fn new(a: &ComplexMatrix) -> Result<ComplexLu, Error> {
         let lu = a.partial_piv_lu();
+        registers::clear();
         check((0..a.nrows()).map(|i| lu.U()[(i, i)].norm()))?;
         Ok(ComplexLu(lu))
     }
@@ -57,6 +60,7 @@ impl ComplexLu {
         let rows = b.len();
         self.0
             .solve_in_place_with_conj(Conj::No, MatMut::from_column_major_slice_mut(b, rows, 1));
+        registers::clear();
     }
 }
 

@@ -51,6 +51,9 @@ pub mod collinearity;
 /// Symmetric eigenproblems, Cholesky factors, linear systems.
 pub mod definite;
 
+/// Vector registers as they should be left.
+pub mod registers;
+
 /// LU factors that are kept.
 pub mod lu;
 

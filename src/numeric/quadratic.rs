@@ -10,7 +10,7 @@ use faer::linalg::solvers::{PartialPivLu, Solve};
 use crate::base::code::Code;
 use crate::base::error::Error;
 
-use super::{Complex, ComplexMatrix, Matrix};
+use super::{Complex, ComplexMatrix, Matrix, registers};
 
 /// A quadratic eigenproblem, C and K symmetric or not.
 #[derive(Debug, Clone)]
@@ -175,7 +175,9 @@ impl Quadratic {
         let n = self.len();
         let at = |value: Complex| {
             let entry = |i: usize, j: usize| self.entry(value, i, j) * weight[i] * weight[j];
-            ComplexMatrix::from_fn(n, n, entry).partial_piv_lu()
+            let factor = ComplexMatrix::from_fn(n, n, entry).partial_piv_lu();
+            registers::clear();
+            factor
         };
         let factor = at(value);
         let is_singular = (0..n).any(|i| factor.U()[(i, i)].norm() == 0.0);
@@ -252,6 +254,7 @@ fn inverse_step(
 ) -> Vec<Complex> {
     let n = weight.len();
     let solved = solve(&ComplexMatrix::from_fn(n, 1, |i, _| b[i] * weight[i]));
+    registers::clear();
     let largest = solved.norm_max();
     let mut x: Vec<Complex> = (0..n)
         .map(|i| solved[(i, 0)] / largest * weight[i])

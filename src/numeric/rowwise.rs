@@ -7,6 +7,8 @@
 //! (Sorting the rows once is not enough here: a row whose leading part is spent may still be long in other columns,
 //! and would swamp a short row it is reflected into.)
 
+pub(super) use super::slices::dot;
+
 /// What is left of `A` after reflections: `R` in the rows above `steps`, the reduced rest below.
 pub(super) struct Reduced {
     /// Columns in pivoted order, each as long as `A` has rows.
@@ -112,23 +114,6 @@ fn reflect(columns: &mut [Vec<f64>], k: usize, length: f64) {
 /// `y − a x` in place of y.
 pub(super) fn subtract(y: &mut [f64], a: f64, x: &[f64]) {
     y.iter_mut().zip(x).for_each(|(y, x)| *y -= a * x);
-}
-
-/// `xᵀ y` in eight interleaved sums: a fixed order that vectorises.
-pub(super) fn dot(x: &[f64], y: &[f64]) -> f64 {
-    let mut sums = [0.0; 8];
-    let (whole, rest) = (x.chunks_exact(8).zip(y.chunks_exact(8)), x.len() / 8 * 8);
-    for (x, y) in whole {
-        for lane in 0..8 {
-            sums[lane] += x[lane] * y[lane];
-        }
-    }
-    sums.iter().sum::<f64>()
-        + x[rest..]
-            .iter()
-            .zip(&y[rest..])
-            .map(|(x, y)| x * y)
-            .sum::<f64>()
 }
 
 /// `‖x‖`, also where the squares leave the range of doubles.

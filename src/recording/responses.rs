@@ -39,9 +39,34 @@ pub struct FrequencyResponses {
     pub averages: Option<f64>,
     /// An exponential window `exp(−σt)` lies on the responses and shifts every pole to the left by `σ`, 1/s; 0 without one.
     pub window_decay: f64,
+    /// The lines that are worth fitting, Hz: where the input has power, away from the ends of the estimate.
+    pub usable_hz: Option<(f64, f64)>,
+    /// How many independent lines a line holds, where it is known: below 1 under a window.
+    pub line_independence: Option<f64>,
 }
 
 impl FrequencyResponses {
+    /// Gives every response that lacks a variance that of its coherence γ² and n averages, `|H|² (1 − γ²)/γ²/(n − 1)` (Bendat and Piersol
+    /// 2010, section 9.1), where it has one input.
+    pub fn add_variances(&mut self) {
+        /// Digits of a coherence as written.
+        const ROUNDING: f64 = 1e-12;
+        let has_one_input = self.table()[0].len() == 1;
+        let Some(averages) = self.averages.filter(|n| *n > 1.0 && has_one_input) else {
+            return;
+        };
+        for function in &mut self.functions {
+            let (Some(coherence), None) = (&function.coherence, &function.variance) else {
+                continue;
+            };
+            let of = |(h, c): (&Complex, &f64)| match *c > 0.0 {
+                true => h.norm_sqr() * (1.0 - c).max(ROUNDING) / c / (averages - 1.0),
+                false => f64::INFINITY,
+            };
+            function.variance = Some(function.value.iter().zip(coherence).map(of).collect());
+        }
+    }
+
     /// Whether every response was estimated on a line: where inputs cannot be told apart, or one has no power, none is.
     pub fn is_known(&self, line: usize) -> bool {
         let unknown =

@@ -23,6 +23,9 @@ const SAME_RATE: f64 = 1e-3;
 /// Places closer to a whole step than this are on it.
 const WHOLE: f64 = 1e-3;
 
+/// Rates that a recorder may have, Hz: a sample in thirty thousand years to one in the time light takes for a third of a millimetre.
+const RATES: std::ops::RangeInclusive<f64> = 1e-12..=1e12;
+
 /// Settles the time base of a log and scales its channels.
 ///
 /// # Errors
@@ -342,12 +345,16 @@ fn rate(
         (base.rate_hz, format!("{how} over {rows} stamps"))
     };
     match (settings.rate, base, header) {
-        (Some(RateSource::Hertz(rate)), _, _) if rate > 0.0 && rate.is_finite() => {
+        (Some(RateSource::Hertz(rate)), _, _) if RATES.contains(&rate) => {
             Ok((rate, "as stated".to_string()))
         }
         (Some(RateSource::Hertz(rate)), _, _) => Err(Error::new(
             Code::OutOfRange,
-            format!("a sample rate of {rate} Hz cannot be"),
+            format!(
+                "a sample rate of {rate:?} Hz cannot be; {:?} to {:?} Hz",
+                RATES.start(),
+                RATES.end()
+            ),
         )),
         (Some(RateSource::Time), Some(base), _) => Ok(by_stamps(base)),
         (Some(RateSource::Time), None, _) => {

@@ -43,6 +43,7 @@ pub fn json(
     let finite = |x: f64| x.is_finite().then_some(x);
     json!({
         "geardyn": header(sources, &["equations", "start", "reference", "ladder"]),
+        "interrupted": accuracy.interrupted,
         "norm": "largest difference over all samples, by the largest size of the reference, worst output",
         "outputs": outputs,
         "reference": {

@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 
 use super::json::{log_header, warnings};
 use super::recording::repairs;
+use crate::plan::logs::attribution::{Attribution, Row, Source};
 use crate::plan::logs::encoders::EncoderRecord;
 use crate::recording::raw::Repair;
 use crate::transmission::measured::flank::{Flank, Line};
@@ -66,6 +67,7 @@ pub fn json(found: &EncoderRecord, teeth: &Teeth, done: &[Repair]) -> Value {
             "gear_arcsec": arcsec(p.gear),
             "std_arcsec": arcsec(p.deviation),
         })).collect::<Vec<_>>(),
+        "attribution": found.attribution.as_ref().map(attribution),
         "limits": found.limits,
         "repaired": measured.repaired.iter().map(|j| json!({
             "row": j.row + 1, "counts": j.counts, "encoder": j.whose, "step_arcsec": arcsec(j.step),
@@ -117,6 +119,34 @@ fn flank(flank: &Flank, found: &EncoderRecord) -> Value {
             "order_known_to": u.known_to,
             "amplitude_arcsec": arcsec(u.amplitude),
         })).collect::<Vec<_>>(),
+    })
+}
+
+/// What makes the lines. A declared error in µm, of couplings in mrad.
+fn attribution(all: &Attribution) -> Value {
+    let source = |s: &Source| {
+        json!({
+            "source": s.name,
+            "unit": s.unit(),
+            "declared": s.shown(s.declared),
+            "arrives_arcsec": arcsec(s.arrives),
+            "found": s.found.map(|f| s.shown(f.0)),
+            "found_interval": s.found.map(|f| [s.shown(f.1.0), s.shown(f.1.1)]),
+        })
+    };
+    let row = |r: &Row| {
+        json!({
+            "order": r.order.to_string(),
+            "order_value": r.order.value(),
+            "amplitude_arcsec": arcsec(r.amplitude),
+            "sources": r.sources.iter().map(source).collect::<Vec<_>>(),
+        })
+    };
+    json!({
+        "sources": all.sources,
+        "rank": all.rank,
+        "orders": all.rows.iter().map(row).collect::<Vec<_>>(),
+        "beyond": all.beyond,
     })
 }
 

@@ -13,8 +13,8 @@ use crate::transmission::measured::flank::Flank;
 const LEFT: f64 = 70.0;
 const RIGHT: f64 = WIDTH - 24.0;
 const RECORD: (f64, f64) = (64.0, 304.0);
-const ORDERS: (f64, f64) = (440.0, 640.0);
-const BOTTOM: f64 = 690.0;
+const ORDERS: (f64, f64) = (525.0, 725.0);
+const BOTTOM: f64 = 775.0;
 
 /// Lines that get a name.
 const NAMED: usize = 14;
@@ -173,7 +173,7 @@ fn orders(canvas: &mut Canvas, flank: &Flank) {
 
 /// The names of the strongest, upright above the panel.
 fn names(canvas: &mut Canvas, panel: &Panel, stems: &[Stem], place: impl Fn(f64) -> f64) {
-    const LONGEST: usize = 24;
+    const LONGEST: usize = 34;
     const APART: f64 = 12.0;
     let mut strongest: Vec<&Stem> = stems.iter().collect();
     strongest.sort_by(|a, b| b.size.total_cmp(&a.size));

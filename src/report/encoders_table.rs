@@ -6,6 +6,7 @@ use super::encoders::{arcsec, degrees, micrometres, way};
 use super::number::{brief, significant};
 use super::table::{finish, plain, right_but_first, right_but_last};
 use crate::base::words::counted;
+use crate::plan::logs::attribution::Attribution;
 use crate::plan::logs::encoders::EncoderRecord;
 use crate::transmission::measured::flank::{Flank, Line};
 
@@ -41,6 +42,9 @@ pub fn record(found: &EncoderRecord, all: bool) -> String {
     }
     for flank in &measured.flanks {
         text += &one(flank, found, all);
+    }
+    if let Some(all) = &found.attribution {
+        text += &attribution(all);
     }
     if let Some(play) = &measured.play {
         text += &format!(
@@ -152,6 +156,49 @@ fn one(flank: &Flank, found: &EncoderRecord, all: bool) -> String {
             significant(u.order),
             brief(u.known_to),
             brief(arcsec(u.amplitude))
+        );
+    }
+    text
+}
+
+/// Declared errors beside what the record makes of them.
+fn attribution(all: &Attribution) -> String {
+    if all.sources == 0 {
+        return "\nthe model declares no error between the encoders\n".to_string();
+    }
+    let mut table = plain();
+    table.add_row(vec![
+        "order", "declared", "", "arrives", "measured", "so it is", "95 %", "of",
+    ]);
+    table.add_row(vec!["", "", "", "arcsec", "arcsec", "", "", ""]);
+    for row in &all.rows {
+        for source in &row.sources {
+            let shown = |x: f64| brief(source.shown(x));
+            table.add_row(vec![
+                row.order.to_string(),
+                shown(source.declared),
+                source.unit().to_string(),
+                brief(arcsec(source.arrives)),
+                brief(arcsec(row.amplitude)),
+                source.found.map_or("–".to_string(), |f| shown(f.0)),
+                source.found.map_or("–".to_string(), |f| {
+                    format!("{} … {}", shown(f.1.0), shown(f.1.1))
+                }),
+                source.name.clone(),
+            ]);
+        }
+    }
+    right_but_last(&mut table);
+    let mut text = format!(
+        "\n{}\nthe record tells {} numbers of {} declared errors; where orders are shared no source has a size of its own\n",
+        finish(&table),
+        all.rank,
+        all.sources
+    );
+    if !all.beyond.is_empty() {
+        text += &format!(
+            "beyond the highest order of the record: {}\n",
+            all.beyond.join(", ")
         );
     }
     text

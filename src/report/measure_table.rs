@@ -181,7 +181,7 @@ fn verdict(gear: &MeasuredGear, answer: &Answer) -> String {
     };
     let mut text = match coarsest {
         Some(Reached::Grade(grade)) => {
-            format!("reached: grade {grade} in all that was measured, {by}\n")
+            format!("reached: grade {grade}, of what {by} has tolerances for\n")
         }
         Some(Reached::Beyond(coarsest)) => {
             format!("coarser than grade {coarsest}, the coarsest of {by}\n")

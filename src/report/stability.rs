@@ -27,6 +27,8 @@ pub struct Stability {
     pub cases: Vec<Case>,
     /// Cases that would change nothing, and why.
     pub left_out: Vec<(&'static str, &'static str)>,
+    /// It ended before all was done.
+    pub interrupted: bool,
 }
 
 /// The document.
@@ -53,6 +55,7 @@ pub fn json(sources: &[Arc<Source>], found: &Stability) -> Value {
     let case = |c: &Case| json!({ "case": c.name, "method": c.method, "verdict": c.verdict.name(), "figure": c.figure, "reason": c.reason });
     json!({
         "geardyn": header(sources, &["facts", "floquet", "extremes"]),
+        "interrupted": found.interrupted,
         "facts": {
             "stiffness_ratio": finite(facts.stiffness_ratio), "spectral_abscissa_per_s": finite(facts.abscissa),
             "fastest_rad_s": facts.fastest, "slowest_rad_s": finite(facts.slowest), "step_limits_s": limits,

@@ -22,6 +22,7 @@ pub fn json(sources: &[Arc<Source>], found: &Ways, wanted: f64) -> Value {
     let best = found.cheapest(wanted);
     json!({
         "geardyn": header(sources, &["freedoms", "reference", "ladder"]),
+        "interrupted": found.interrupted,
         "compared": found.compared,
         "norm": found.norm,
         "freedoms": found.freedoms,

@@ -256,7 +256,7 @@ fn resisting(f: &mut Fields, suffix: &str, units: Units) -> Contact {
     let stiffness = f.optional_quantity(&k, units.stiffness, units.range);
     let characteristic = one(f, &curve, units.characteristic).flatten();
     f.exclusive(&k, &curve);
-    let rigid = !f.has(&k) && !f.has(&curve);
+    let rigid = !f.has(&k) && !f.has(&curve) && !f.has("maxwell");
     let contact = Contact {
         stiffness: stiffness.or(characteristic.as_ref().map(Characteristic::rated)),
         loss: loss(f, suffix, units.damping, &format!("`{k}`"), rigid),

@@ -96,12 +96,20 @@ fn between(f: &mut Fields, key: &str) -> [f64; 2] {
 
 fn orders(f: &mut Fields) -> History {
     let mean = mean(f);
-    let numbers = waves::numbers(f, "orders", Range::Positive).unwrap_or_default();
-    let count = Some(numbers.len());
+    let numbers = waves::numbers(f, "orders", Range::Positive);
+    // Where the orders themselves are wrong, nothing is said of the lists beside them.
+    let count = numbers.as_ref().map(Vec::len);
+    let numbers = numbers.unwrap_or_default();
     let torques = f.optional_quantities("torques", Kind::Torque, Range::Any, count);
     f.need("torques");
     let phases = f.optional_quantities("phases", Kind::Angle, Range::Any, count);
-    let phase = |at: usize| phases.as_ref().map_or(0.0, |p| p[at]);
+    let phase = |at: usize| {
+        phases
+            .as_ref()
+            .and_then(|p| p.get(at))
+            .copied()
+            .unwrap_or(0.0)
+    };
     let torques = torques.unwrap_or_default();
     let orders = numbers
         .iter()
@@ -299,6 +307,57 @@ fn turning(f: &mut Fields, key: &str) -> f64 {
     speed
 }
 
+/// Dry friction between two nodes whose capacity changes over time.
+pub fn clutch(f: &mut Fields) -> Brake {
+    let name = common::name(f);
+    let between = common::ends_or_at(f);
+    f.exclusive("torque", "torques");
+    let points = match f.has("times") || f.has("torques") {
+        true => points(f, ("times", Kind::Time), ("torques", Kind::Torque)),
+        false => vec![(0.0, f.quantity("torque", Kind::Torque, Range::NotNegative))],
+    };
+    if points.iter().any(|p| p.1 < 0.0) {
+        f.refuse_key(
+            Code::OutOfRange,
+            "torques",
+            "a capacity below zero",
+            "friction acts against the slip by itself: give sizes",
+        );
+    }
+    if points.windows(2).any(|p| p[1].0 == p[0].0) {
+        f.refuse_key(
+            Code::OutOfRange,
+            "times",
+            "the capacity jumps",
+            "let it rise over a short time in place of the jump",
+        );
+    }
+    let over = Range::Within(1.0, 100.0, "at least 1 and below 100");
+    let ratio = f.optional_number("breakaway_ratio", over).unwrap_or(1.0);
+    let stribeck = f.optional_quantity("stribeck_speed", Kind::Speed, Range::Positive);
+    if ratio > 1.0 && stribeck.is_none() {
+        f.missing(
+            "stribeck_speed",
+            ", over which the torque falls from the breakaway to the sliding one",
+        );
+    }
+    let creep = f.optional_quantity("creep_speed", Kind::Speed, Range::Positive);
+    let largest = points.iter().fold(0.0f64, |m, p| m.max(p.1));
+    let grip = (points.len() > 1 && largest > 0.0)
+        .then(|| points.iter().map(|p| (p.0, p.1 / largest)).collect());
+    Brake {
+        name,
+        between,
+        friction: Friction {
+            sliding: largest,
+            breakaway: ratio * largest,
+            stribeck: stribeck.unwrap_or(1.0),
+            creep: creep.unwrap_or(1e-4), // rad/s: a turn in 17 h
+        },
+        grip,
+    }
+}
+
 /// A brake or a slipping clutch.
 pub fn brake(f: &mut Fields) -> Brake {
     let name = common::name(f);
@@ -331,5 +390,6 @@ pub fn brake(f: &mut Fields) -> Brake {
         name,
         between,
         friction,
+        grip: None,
     }
 }

@@ -53,6 +53,13 @@ fn read_source(source: Arc<Source>) -> Result<Scene, Errors> {
     if document.root.get("model").is_some() {
         return read_scene(document, notes);
     }
+    if let Some(entry) = document.root.get("measured_gear") {
+        let message = "this file describes a measured gear, not a machine";
+        let error = Error::new(Code::Usage, message).at(&entry.key_place);
+        return Err(error
+            .hint(format!("`geardyn measure {}` evaluates it", source.path))
+            .into());
+    }
     let belongs = |key: &&str| document.root.get(key).is_some();
     if let (Some(key), None) = (SCENE_KEYS.into_iter().find(belongs), &document.broken) {
         let place = Place::new(source.clone(), 0..0);
@@ -109,7 +116,7 @@ fn read_scene(document: Document, mut notes: Notes) -> Result<Scene, Errors> {
     let added = Added {
         loads: each(&mut f, "load", drives::load),
         motors: each(&mut f, "motor", drives::motor),
-        brakes: each(&mut f, "brake", drives::brake),
+        brakes: brakes(&mut f),
         errors: each(&mut f, "error", form_errors::form_error),
         alone: f.choice("model_loads", &[("kept", false), ("left out", true)]) == Some(true),
     };
@@ -195,6 +202,13 @@ struct Added {
     alone: bool,
 }
 
+/// Brakes, then clutches: friction of one kind.
+fn brakes(f: &mut Fields) -> Vec<Brake> {
+    let mut all = each(f, "brake", drives::brake);
+    all.extend(each(f, "clutch", drives::clutch));
+    all
+}
+
 /// The tables of a model file; what a scene adds comes after its own.
 fn read_model(file: &Document, added: Added, notes: &mut Notes) -> Model {
     let place = Place::new(file.source.clone(), 0..0);
@@ -215,7 +229,7 @@ fn read_model(file: &Document, added: Added, notes: &mut Notes) -> Model {
         dampers: each(&mut f, "damper", supports::damper),
         loads: each(&mut f, "load", drives::load),
         motors: each(&mut f, "motor", drives::motor),
-        brakes: each(&mut f, "brake", drives::brake),
+        brakes: brakes(&mut f),
         errors: each(&mut f, "error", form_errors::form_error),
         damping: one(&mut f, "damping", supports::damping).unwrap_or_default(),
         speeds: one(&mut f, "speed", supports::speeds).unwrap_or_default(),

@@ -322,8 +322,11 @@ pub struct Coupling {
     pub name: Name,
     /// Both ends.
     pub between: [End; 2],
-    /// Along the twist, N·m/rad and rad; a negative stiffness leaves the factored form.
+    /// Along the twist, N·m/rad and rad; a negative stiffness leaves the factored form. Without one the halves are rigid,
+    /// or, where there are Maxwell elements, joined by these alone.
     pub contact: Contact,
+    /// Springs and dampers in series beside it, as rubber has them: N·m/rad, N·m·s/rad.
+    pub maxwell: Vec<[f64; 2]>,
 }
 
 /// Axes of a node.
@@ -424,8 +427,10 @@ pub struct Brake {
     pub name: Name,
     /// Both ends.
     pub between: [End; 2],
-    /// N·m and rad/s.
+    /// N·m and rad/s; of a clutch at its largest capacity.
     pub friction: Friction,
+    /// The share of that capacity over time, s; always all of it where left out.
+    pub grip: Option<Vec<(f64, f64)>>,
 }
 
 /// An error of an element that repeats with its turn.

@@ -128,6 +128,12 @@ impl<'a> Nodes<'a> {
         for stage in &model.planetaries {
             rows.insert(stage.name.text.as_str(), ("planet_", stage.positions.len()));
         }
+        for coupling in model.couplings.iter().filter(|c| !c.maxwell.is_empty()) {
+            rows.insert(
+                coupling.name.text.as_str(),
+                ("maxwell_", coupling.maxwell.len()),
+            );
+        }
         let text = |body: &'a Inertia| body.name.text.as_str();
         Nodes {
             bodies: model.inertias.iter().map(text).collect(),

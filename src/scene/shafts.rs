@@ -4,6 +4,7 @@ use super::bodies::outer_and_bore;
 use super::common::{self, MOST};
 use super::materials;
 use super::model::{BarMass, Coupling, Loss, Shaft, ShaftBody};
+use super::tables;
 use crate::base::code::Code;
 use crate::base::fields::Fields;
 use crate::base::kind::Kind;
@@ -91,6 +92,12 @@ fn bar(f: &mut Fields) -> Option<ShaftBody> {
 pub fn coupling(f: &mut Fields) -> Coupling {
     let name = common::name(f);
     let between = common::ends(f);
+    let maxwell = tables::each(f, "maxwell", |f| {
+        [
+            f.quantity("k", Kind::TorsionalStiffness, Range::Positive),
+            f.quantity("c", Kind::TorsionalDamping, Range::Positive),
+        ]
+    });
     let contact = common::coupled(f);
     if contact.stiffness.is_some_and(|k| k < 0.0)
         && matches!(contact.loss, Loss::Ratio(_) | Loss::Factor(_))
@@ -107,5 +114,6 @@ pub fn coupling(f: &mut Fields) -> Coupling {
         name,
         between,
         contact,
+        maxwell,
     }
 }

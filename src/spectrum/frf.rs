@@ -174,6 +174,8 @@ impl Estimate {
             functions: self.functions.iter().enumerate().map(function).collect(),
             averages: Some(self.averages),
             window_decay: self.window_decay,
+            usable_hz: None,
+            line_independence: None,
         }
     }
 }

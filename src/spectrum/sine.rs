@@ -304,6 +304,8 @@ pub fn stepped(
             .collect(),
         averages: None,
         window_decay: 0.0,
+        usable_hz: None,
+        line_independence: None,
     };
     for dwell in order {
         let whole = fit(&input.1[dwell.range.clone()], rate_hz, dwell.frequency_hz)?;

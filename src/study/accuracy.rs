@@ -5,11 +5,12 @@
 //! is stated smaller. Times are the least of several repeats.
 
 use std::ops::ControlFlow;
-use std::time::Instant;
 
 use super::timing::least;
+use super::watch::{Watch, interrupted};
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::base::stop::Stop;
 use crate::motion::methods::{Ladder, METHODS, Method};
 use crate::motion::problem::{Ask, Effort, Wanted};
 use crate::plan::motion::choice::named;
@@ -21,6 +22,8 @@ pub struct Accuracy {
     pub reference: Reference,
     /// Every run, method by method.
     pub runs: Vec<Run>,
+    /// It ended before all were done.
+    pub interrupted: bool,
 }
 
 /// What the errors are against.
@@ -73,14 +76,14 @@ const ENOUGH: f64 = 2.0;
 /// Relative change of the start that shows how errors grow.
 const NUDGE: f64 = 1e-9;
 
-/// Runs every method; `progress` hears of each before it starts.
+/// Runs every method. Ended early, it gives the runs that were finished.
 ///
 /// # Errors
-/// An unknown method; no method that could serve as the reference.
+/// An unknown method; no method that could serve as the reference; `Interrupted` before there is one.
 pub fn study(
     scene: &MotionScene,
     methods: &[String],
-    progress: &mut dyn FnMut(&str),
+    watch: &mut Watch,
 ) -> Result<Accuracy, Error> {
     let chosen: Vec<&Method> = match methods.is_empty() {
         true => METHODS.iter().collect(),
@@ -89,9 +92,9 @@ pub fn study(
             .map(|name| named(name))
             .collect::<Result<_, Error>>()?,
     };
-    let reference = reference(scene, progress)?;
+    let reference = reference(scene, watch)?;
     let mut runs = Vec::new();
-    for method in chosen {
+    'all: for method in chosen {
         if let Some(why) = (method.refuses)(&scene.moving.train) {
             runs.push(Run {
                 method: method.name,
@@ -104,8 +107,11 @@ pub fn study(
             continue;
         }
         for rung in ladder(scene, method) {
-            progress(method.name);
-            let run = rung_of(scene, method, rung, &reference);
+            let on = watch.goes_on(method.name);
+            let run = rung_of(scene, method, rung, &reference, watch.stop);
+            if !on || watch.stop.is_raised() {
+                break 'all;
+            }
             let hopeless = run.seconds > ENOUGH;
             runs.push(run);
             // Finer rungs cost more.
@@ -114,7 +120,11 @@ pub fn study(
             }
         }
     }
-    Ok(Accuracy { reference, runs })
+    Ok(Accuracy {
+        reference,
+        runs,
+        interrupted: watch.stop.is_raised(),
+    })
 }
 
 impl Reference {
@@ -166,7 +176,7 @@ fn trust(method: &Method) -> u32 {
     }
 }
 
-fn reference(scene: &MotionScene, progress: &mut dyn FnMut(&str)) -> Result<Reference, Error> {
+fn reference(scene: &MotionScene, watch: &mut Watch) -> Result<Reference, Error> {
     let train = &scene.moving.train;
     let mut able: Vec<&Method> = METHODS
         .iter()
@@ -176,9 +186,13 @@ fn reference(scene: &MotionScene, progress: &mut dyn FnMut(&str)) -> Result<Refe
     let mut found: Vec<(&'static str, Vec<Vec<f64>>)> = Vec::new();
     let mut why = Vec::new();
     for method in able {
-        progress(&format!("reference by {}", method.name));
-        match integrate(scene, method, Wanted::Tolerance(TIGHTEST), &scene.start) {
+        if !watch.goes_on(&format!("reference by {}", method.name)) {
+            return Err(interrupted());
+        }
+        let wanted = Wanted::Tolerance(TIGHTEST);
+        match integrate(scene, method, wanted, &scene.start, watch.stop) {
             Ok((values, _)) => found.push((method.name, values)),
+            Err(error) if error.code == Code::Interrupted => return Err(error),
             Err(error) => why.push(format!("{}: {}", method.name, error.message)),
         }
         if found.len() == 2 {
@@ -199,7 +213,10 @@ fn reference(scene: &MotionScene, progress: &mut dyn FnMut(&str)) -> Result<Refe
     };
     let first = METHODS.iter().find(|m| m.name == method);
     let nudged: Vec<f64> = scene.start.iter().map(|x| x * (1.0 + NUDGE)).collect();
-    let moved = first.and_then(|m| integrate(scene, m, Wanted::Tolerance(TIGHTEST), &nudged).ok());
+    let moved = first.and_then(|m| {
+        let wanted = Wanted::Tolerance(TIGHTEST);
+        integrate(scene, m, wanted, &nudged, watch.stop).ok()
+    });
     let amplification = moved.map_or(f64::NAN, |(moved, _)| distance(&moved, &values) / NUDGE);
     Ok(Reference {
         method,
@@ -216,6 +233,7 @@ fn integrate(
     method: &Method,
     wanted: Wanted,
     start: &[f64],
+    stop: &Stop,
 ) -> Result<(Vec<Vec<f64>>, Effort), Error> {
     let train = &scene.moving.train;
     let ask = Ask {
@@ -225,20 +243,20 @@ fn integrate(
         samples: scene.samples,
         effort: wanted,
         budget: BUDGET,
+        stop: stop.within(PATIENCE),
     };
     let mut values = vec![Vec::with_capacity(scene.samples + 1); scene.outputs.list.len()];
-    let begin = Instant::now();
     let mut reached = 0.0;
     let effort = (method.run)(train, &ask, &mut |t, y| {
         for (list, value) in values.iter_mut().zip(scene.outputs.at(train, t, y)) {
             list.push(value);
         }
         reached = t;
-        match begin.elapsed().as_secs_f64() > PATIENCE {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
-        }
+        ControlFlow::Continue(())
     })?;
+    if stop.is_raised() {
+        return Err(interrupted());
+    }
     if values.first().is_some_and(|v| v.len() <= scene.samples) {
         let message = format!("given up after {PATIENCE} s at t = {reached:.4} s");
         return Err(Error::new(Code::Hopeless, message));
@@ -251,10 +269,11 @@ fn rung_of(
     method: &'static Method,
     rung: Option<Wanted>,
     reference: &Reference,
+    stop: &Stop,
 ) -> Run {
     let wanted = rung.unwrap_or(Wanted::Tolerance(TIGHTEST));
     let (outcome, seconds) = least(|| {
-        let (values, effort) = integrate(scene, method, wanted, &scene.start)?;
+        let (values, effort) = integrate(scene, method, wanted, &scene.start, stop)?;
         let error = distance(&values, &reference.values).max(reference.floor());
         match error.is_finite() {
             true => Ok((error, effort)),

@@ -5,6 +5,7 @@
 //! the machine as written; lengths against the limit of ever finer ones, by Richardson's extrapolation of second order.
 
 use super::timing::least;
+use super::watch::{Watch, interrupted};
 use super::ways::{Size, Way, Ways};
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -30,11 +31,11 @@ const LONGEST: usize = 100_000;
 /// Lengths of the ladder; the last two give the reference.
 const LENGTHS: [usize; 8] = [1, 2, 4, 8, 16, 32, 64, 128];
 
-/// Compares every way to the lowest elastic frequencies; `progress` hears of each before it starts.
+/// Compares every way to the lowest elastic frequencies. Ended early, it gives the ways that were finished.
 ///
 /// # Errors
 /// A machine whose strain energy is no sum of squares, or without elastic modes; those of the reference.
-pub fn study(model: &Model, count: usize, progress: &mut dyn FnMut(&str)) -> Result<Ways, Error> {
+pub fn study(model: &Model, count: usize, watch: &mut Watch) -> Result<Ways, Error> {
     let prepared = Prepared::new(model)?;
     let linear = &prepared.linear;
     if !linear.is_sum_of_squares() {
@@ -51,7 +52,9 @@ pub fn study(model: &Model, count: usize, progress: &mut dyn FnMut(&str)) -> Res
             Error::new(Code::OutOfRange, message).hint("give its shafts or meshes a stiffness")
         );
     }
-    progress("reference");
+    if !watch.goes_on("reference") {
+        return Err(interrupted());
+    }
     let whole = linear.n <= DENSE;
     let basis = match whole {
         true => Some(basis::solve(linear, Solver::Factored)?),
@@ -68,7 +71,9 @@ pub fn study(model: &Model, count: usize, progress: &mut dyn FnMut(&str)) -> Res
     let mut ways = Vec::new();
     let mut add =
         |method: &'static str, size, task: &mut dyn FnMut() -> Result<Vec<f64>, Error>| {
-            progress(method);
+            if !watch.goes_on(method) {
+                return;
+            }
             ways.push(Way::taken(method, size, task, |found| truth.judge(found)));
         };
     add("lowest modes only", None, &mut || {
@@ -119,7 +124,7 @@ pub fn study(model: &Model, count: usize, progress: &mut dyn FnMut(&str)) -> Res
             );
         }
     }
-    ways.extend(lengths(model, count, progress));
+    ways.extend(lengths(model, count, watch));
     let highest = truth.omega.last().copied().unwrap_or(0.0);
     Ok(Ways {
         compared: format!(
@@ -136,6 +141,7 @@ pub fn study(model: &Model, count: usize, progress: &mut dyn FnMut(&str)) -> Res
         .to_string(),
         reference_error: truth.error,
         list: ways,
+        interrupted: watch.stop.is_raised(),
     })
 }
 
@@ -257,7 +263,7 @@ fn ladder(count: usize, all: usize) -> Vec<usize> {
 }
 
 /// Every shaft with a mass of its own cut in more and more lengths.
-fn lengths(model: &Model, count: usize, progress: &mut dyn FnMut(&str)) -> Vec<Way> {
+fn lengths(model: &Model, count: usize, watch: &mut Watch) -> Vec<Way> {
     const NAME: &str = "shafts in lengths";
     let cut = model.shafts.iter().any(|s| weighs(&s.body));
     if !cut {
@@ -265,7 +271,9 @@ fn lengths(model: &Model, count: usize, progress: &mut dyn FnMut(&str)) -> Vec<W
     }
     let mut rungs: Vec<(usize, Result<Vec<f64>, Error>, f64)> = Vec::new();
     for lengths in LENGTHS {
-        progress(NAME);
+        if !watch.goes_on(NAME) {
+            return Vec::new();
+        }
         let finer = with_lengths(model, lengths);
         let (found, seconds) = least(|| {
             let prepared = Prepared::new(&finer)?;

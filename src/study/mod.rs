@@ -1,5 +1,8 @@
 //! Studies over plans: what an answer costs, where methods break.
 
+/// Who watches.
+pub mod watch;
+
 /// How long something takes.
 mod timing;
 

@@ -1,5 +1,6 @@
 //! Parametric stability: what a stiffness that varies at imposed speed feeds, over speed and a second parameter.
 
+use super::watch::Watch;
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::machine::kinematics::mean_speeds;
@@ -42,7 +43,7 @@ pub struct Row {
     pub tongues: Vec<Tongue>,
 }
 
-/// Floquet's multipliers and the chart; or why there are none.
+/// Floquet's multipliers and the chart; or why there are none. Ended early, the chart holds the rows that were finished.
 ///
 /// # Errors
 /// A chart without a speed to start from, or with a stiffness below zero; those of the multipliers.
@@ -50,7 +51,7 @@ pub fn study(
     prepared: &Prepared,
     scene: &MotionScene,
     study: &StabilityStudy,
-    progress: &mut dyn FnMut(&str),
+    watch: &mut Watch,
 ) -> Result<Result<Parametric, String>, Error> {
     let train = &scene.moving.train;
     let imposed = train
@@ -92,22 +93,31 @@ pub fn study(
     }
     let span = [range.from / speed, range.to / speed];
     let points = range.count as usize;
-    let rows = match study.over {
-        None => vec![Row {
-            factor: 1.0,
-            tongues: tongues(train, span, points)?,
-        }],
-        Some(over) => over
-            .factors()
-            .map(|factor| {
-                progress(&format!("{} × {factor:.4}", over.parameter.name()));
-                Ok(Row {
-                    factor,
-                    tongues: tongues(&changed(train, over, factor)?, span, points)?,
-                })
-            })
-            .collect::<Result<_, Error>>()?,
+    let factors: Vec<f64> = match study.over {
+        None => vec![1.0],
+        Some(over) => over.factors().collect(),
     };
+    let mut rows = Vec::new();
+    for factor in factors {
+        let (row, changed) = match study.over {
+            None => ("speeds".to_string(), train.clone()),
+            Some(over) => (
+                format!("{} × {factor:.4}", over.parameter.name()),
+                changed(train, over, factor)?,
+            ),
+        };
+        if !watch.goes_on(&row) {
+            break;
+        }
+        match tongues(&changed, span, points, watch.stop) {
+            Ok(tongues) => rows.push(Row { factor, tongues }),
+            Err(error) if error.code == Code::Interrupted => break,
+            Err(error) => return Err(error),
+        }
+    }
+    if rows.is_empty() {
+        return Ok(Ok(parametric));
+    }
     parametric.chart = Some(Chart {
         span,
         rows,

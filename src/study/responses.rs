@@ -3,6 +3,7 @@
 //! The error of a way is the largest difference from the direct solution over all lines, by the largest value of the same
 //! output and input; the worst pair counts.
 
+use super::watch::{Watch, interrupted};
 use super::ways::{Size, Way, Ways};
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -22,15 +23,11 @@ use crate::scene::study::ResponseStudy;
 /// Machines beyond this many freedoms are not taken apart into modes.
 const DENSE: usize = 1000;
 
-/// Compares every way to the responses a study asks for; `progress` hears of each before it starts.
+/// Compares every way to the responses a study asks for. Ended early, it gives the ways that were finished.
 ///
 /// # Errors
 /// What is missing in the study; an undamped machine; those of the direct solution.
-pub fn study(
-    prepared: &Prepared,
-    study: &ResponseStudy,
-    progress: &mut dyn FnMut(&str),
-) -> Result<Ways, Error> {
+pub fn study(prepared: &Prepared, study: &ResponseStudy, watch: &mut Watch) -> Result<Ways, Error> {
     let Prepared {
         machine,
         kinematics,
@@ -71,7 +68,9 @@ pub fn study(
         let solver = Solver::new(&setting, &ports, how)?;
         omega.iter().map(|&w| solver.at(w)).collect()
     };
-    progress("line by line");
+    if !watch.goes_on("line by line") {
+        return Err(interrupted());
+    }
     let exact = by(How::Direct)?;
     let small = linear.n <= DENSE;
     let other = match small {
@@ -98,7 +97,9 @@ pub fn study(
                 speeds: speeds.as_deref(),
             };
             for (method, size, reduce) in reductions(&case, &plain) {
-                progress(method);
+                if !watch.goes_on(method) {
+                    break;
+                }
                 let task = || {
                     let equations = reduce()?;
                     omega
@@ -133,6 +134,7 @@ pub fn study(
         .to_string(),
         reference_error: floor,
         list,
+        interrupted: watch.stop.is_raised(),
     })
 }
 

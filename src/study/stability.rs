@@ -1,10 +1,11 @@
 //! Where methods and machine break: the linear facts, and the scene rerun at its extremes.
 
 use std::ops::ControlFlow;
-use std::time::Instant;
 
+use super::watch::Watch;
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::base::stop::Stop;
 use crate::motion::energy::Meter;
 use crate::motion::methods::dop853_table::STAGES;
 use crate::motion::methods::{Ladder, METHODS, Method};
@@ -276,7 +277,7 @@ fn idle(name: &str, scene: &MotionScene) -> Option<&'static str> {
     }
 }
 
-/// Reruns a scene at its extremes; `progress` hears of each case before it starts.
+/// Reruns a scene at its extremes. Ended early, it gives the cases that were finished.
 ///
 /// # Errors
 /// An unknown method.
@@ -284,7 +285,7 @@ pub fn extremes(
     scene: &MotionScene,
     study: &SimulateStudy,
     methods: &[String],
-    progress: &mut dyn FnMut(&str),
+    watch: &mut Watch,
 ) -> Result<Vec<Case>, Error> {
     let chosen: Vec<&'static Method> = match methods.is_empty() {
         false => methods
@@ -310,7 +311,9 @@ pub fn extremes(
     let mut all = Vec::new();
     for (name, change) in CASES.iter().filter(|c| idle(c.0, scene).is_none()) {
         for &method in &chosen {
-            progress(&format!("{name}: {}", method.name));
+            if !watch.goes_on(&format!("{name}: {}", method.name)) {
+                return Ok(all);
+            }
             let tolerance = study.tolerance.unwrap_or(1e-6);
             let mut extreme = Extreme {
                 train: scene.moving.train.clone(),
@@ -319,7 +322,7 @@ pub fn extremes(
                 tolerance,
             };
             change(&mut extreme);
-            all.push(rerun(name, method, &extreme, study));
+            all.extend(rerun(name, method, &extreme, study, watch.stop));
         }
     }
     // A step far too large is for those that take what they are given.
@@ -334,18 +337,28 @@ pub fn extremes(
             step: Some(scene.until / 10.0),
             ..study.clone()
         };
-        all.push(rerun("step a tenth of the time", method, &extreme, &large));
+        let name = "step a tenth of the time";
+        all.extend(rerun(name, method, &extreme, &large, watch.stop));
     }
     Ok(all)
 }
 
-fn rerun(name: &str, method: &'static Method, extreme: &Extreme, study: &SimulateStudy) -> Case {
-    let case = |verdict, figure, reason| Case {
-        name: name.to_string(),
-        method: method.name,
-        verdict,
-        figure,
-        reason,
+/// Nothing where it was ended.
+fn rerun(
+    name: &str,
+    method: &'static Method,
+    extreme: &Extreme,
+    study: &SimulateStudy,
+    stop: &Stop,
+) -> Option<Case> {
+    let case = |verdict, figure, reason| {
+        Some(Case {
+            name: name.to_string(),
+            method: method.name,
+            verdict,
+            figure,
+            reason,
+        })
     };
     if let Some(why) = (method.refuses)(&extreme.train) {
         return case(Verdict::Refused, None, Some(why));
@@ -361,10 +374,10 @@ fn rerun(name: &str, method: &'static Method, extreme: &Extreme, study: &Simulat
         samples: SAMPLES,
         effort,
         budget: BUDGET,
+        stop: stop.within(PATIENCE),
     };
     let mut meters = [Meter::default(), Meter::default()];
     let (mut count, mut reached, mut finite) = (0usize, 0.0, true);
-    let begin = Instant::now();
     let ran = (method.run)(&extreme.train, &ask, &mut |t, y| {
         finite &= y.iter().all(|x| x.is_finite());
         meters[0].sample(&extreme.train, t, y, 0.0);
@@ -373,11 +386,11 @@ fn rerun(name: &str, method: &'static Method, extreme: &Extreme, study: &Simulat
         }
         count += 1;
         reached = t;
-        match begin.elapsed().as_secs_f64() > PATIENCE {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
-        }
+        ControlFlow::Continue(())
     });
+    if stop.is_raised() {
+        return None;
+    }
     match ran {
         Err(error) => {
             let words = match error.code {
@@ -422,7 +435,11 @@ fn stiffness(train: &mut Train, factor: f64) {
             Law::Linear { stiffness, .. } | Law::Maxwell { stiffness, .. } => *stiffness *= factor,
             Law::Nonlinear { characteristic, .. } => characteristic.scale(factor),
             Law::Contact(contact) => contact.stiffness *= factor,
-            Law::Friction(_) | Law::Curve(_) | Law::Lagged { .. } => {}
+            Law::Friction(_)
+            | Law::Clutch { .. }
+            | Law::Orders { .. }
+            | Law::Curve(_)
+            | Law::Lagged { .. } => {}
         }
     }
 }

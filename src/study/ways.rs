@@ -17,6 +17,8 @@ pub struct Ways {
     pub reference_error: f64,
     /// Every way that was tried.
     pub list: Vec<Way>,
+    /// It ended before all were tried.
+    pub interrupted: bool,
 }
 
 /// One way.

@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 
 use geardyn::base::error::Error;
+use geardyn::base::stop::Stop;
 use geardyn::machine::direction::Direction;
 use geardyn::motion::contact::{Contact, Flanks, Losses};
 use geardyn::motion::methods;
@@ -32,7 +33,7 @@ pub fn branch(name: &str, terms: &[(usize, f64)], law: Law) -> Branch {
         law,
         variation: None,
         imposed: None,
-        followed: None,
+        followed: Vec::new(),
     }
 }
 
@@ -89,6 +90,7 @@ pub fn run(
         samples,
         effort: Wanted::Tolerance(1e-12),
         budget: u64::MAX,
+        stop: Stop::default(),
     };
     let (mut times, mut states) = (Vec::new(), Vec::new());
     let mut sink = |t: f64, y: &[f64]| {

@@ -98,7 +98,7 @@ pub(super) fn answer(measured: &Measured, lines: &Lines, found: Found) -> Ration
             ),
         };
         if let Some((_, mean)) = found.spread.iter().find(|s| s.0 == r) {
-            fit.spread.push(scattered(&mut mode, mean, lines.top));
+            fit.spread.push(spread_of(&mut mode, mean, lines.top));
         }
         let candidate = Candidate {
             mode: &mode,
@@ -122,7 +122,7 @@ pub(super) fn answer(measured: &Measured, lines: &Lines, found: Found) -> Ration
 }
 
 /// Where responses disagree the mode is their mean, as certain as their spread allows.
-fn scattered(mode: &mut IdentifiedMode, mean: &Mean, top: f64) -> Spread {
+pub(super) fn spread_of(mode: &mut IdentifiedMode, mean: &Mean, top: f64) -> Spread {
     let square = top * top;
     mode.pole = mean.pole.value() * top;
     mode.pole_covariance = Some([mean.variance.1 * square, mean.variance.0 * square, 0.0]);

@@ -6,6 +6,7 @@ use crate::numeric::statistics::{chi_squared_above, chi_squared_quantile};
 
 use super::Step;
 use super::basis::{Pole, Problem};
+use super::covariance::covariance;
 use super::local::{Placed, place};
 use super::projection::{Fitted, Model, Stop, at, refine};
 use super::scan::{Peak, scan, spacing};
@@ -44,6 +45,16 @@ const SETTLE: Stop = Stop {
     steps: 12,
     fall: 1.0,
     share: 1e-3,
+};
+
+/// A pole whose place is uncertain by more than this share of its half-width may be no pole of its own.
+const UNCERTAIN: f64 = 0.2;
+
+/// The others are brought to their best places without it.
+const WITHOUT: Stop = Stop {
+    steps: 30,
+    fall: 1.0,
+    share: 0.0,
 };
 
 /// Poles added at once share less than this with any other, and are farther from it than so many lines.
@@ -339,6 +350,42 @@ impl<'a> Growth<'a> {
             let without = refine(self.problem, start, self.numerators, SETTLE);
             self.took(without.steps, without.model.poles.len());
             if without.chi2 - fitted.chi2 < self.threshold {
+                fitted = without;
+            } else {
+                kept.push(gone);
+            }
+        }
+    }
+
+    /// Takes out poles that hardly have a place of their own, the least certain first, if the others, moved again, explain as much. Beside
+    /// a heavily damped pole a second one may share what is its, at a place that does not matter; held still, both look significant.
+    pub fn drop_uncertain(&mut self, mut fitted: Fitted) -> Fitted {
+        if self.rules.order.is_some() {
+            return fitted;
+        }
+        let mut kept: Vec<Pole> = Vec::new();
+        loop {
+            let unit = (fitted.chi2 / self.rules.data).max(1.0);
+            let certain = covariance(self.problem, &fitted, self.numerators, unit);
+            let share = |r: usize| -> f64 {
+                let sigma = fitted.model.poles[r].sigma;
+                certain.poles[r].map_or(f64::INFINITY, |[re, im, _]| re.max(im).sqrt() / sigma)
+            };
+            let worst = (0..fitted.model.poles.len())
+                .map(|r| (r, share(r)))
+                .filter(|&(r, s)| {
+                    s > UNCERTAIN && !kept.iter().any(|q| same(q, &fitted.model.poles[r]))
+                })
+                .max_by(|a, b| a.1.total_cmp(&b.1));
+            let Some((r, _)) = worst else {
+                return fitted;
+            };
+            let mut model = fitted.model.clone();
+            let gone = model.poles.remove(r);
+            let start = at(self.problem, &model, self.numerators);
+            let without = refine(self.problem, start, self.numerators, WITHOUT);
+            self.took(without.steps, without.model.poles.len());
+            if without.chi2 - fitted.chi2 < self.threshold * unit {
                 fitted = without;
             } else {
                 kept.push(gone);

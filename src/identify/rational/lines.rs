@@ -107,6 +107,15 @@ impl Lines {
         ROUNDING.0.powi(2) + (ROUNDING.1 * h[line].norm()).powi(2) + of_frequency.powi(2)
     }
 
+    /// A variance over the scaled responses, nowhere below what rounding makes it.
+    pub fn floored(&self, variance: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let of = |(i, v): (usize, &Vec<f64>)| {
+            let line = |(k, v): (usize, &f64)| v.max(self.floor(i, k));
+            v.iter().enumerate().map(line).collect()
+        };
+        variance.iter().enumerate().map(of).collect()
+    }
+
     /// Real numbers of data, by what the lines hold independently.
     pub fn data(&self) -> f64 {
         2.0 * self.x.len() as f64 * self.h.len() as f64 * self.independence

@@ -6,7 +6,9 @@
 //! anywhere in the band. The poles are then refined to the least weighted squares, where their covariance is the inverse of the
 //! information in the data.
 
+use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
+use crate::base::words::counted;
 use crate::numeric::Complex;
 
 use super::mode::IdentifiedMode;
@@ -52,6 +54,9 @@ mod reported;
 
 /// The answer in SI.
 mod answer;
+
+/// Poles of another method brought to their place.
+pub mod refined;
 
 pub use basis::Structure;
 
@@ -252,11 +257,22 @@ impl RationalFit {
 /// Fits common poles to responses.
 ///
 /// # Errors
-/// `OutOfRange` where a frequency, a value or a variance is not finite, or frequencies do not rise; `Conflict` where lengths differ;
+/// `OutOfRange` where a frequency, a value or a variance is not finite, frequencies do not rise, or more poles are asked for than the lines determine; `Conflict` where lengths differ;
 /// `NoConvergence` where poles would be added beside poles without end; `TooShort` for fewer than eight lines in the band; `NoSignal` where every response is zero.
 pub fn fit(measured: &Measured, options: &RationalOptions) -> Result<RationalFit, Error> {
     let started = std::time::Instant::now();
     let lines = lines::Lines::new(measured, options)?;
+    let determined = search::most_determined(&lines, usize::MAX);
+    if let Some(order) = options.order
+        && order > determined
+    {
+        let message = format!(
+            "{order} pole pairs are asked for, and {} determine {determined} at most",
+            counted(lines.x.len(), "line")
+        );
+        return Err(Error::new(Code::OutOfRange, message)
+            .hint("ask for fewer, widen the band, or measure with finer lines"));
+    }
     let found = search::search(&lines, options, measured.variance_trusted)?;
     let mut fit = answer::answer(measured, &lines, found);
     fit.effort.seconds = started.elapsed().as_secs_f64();

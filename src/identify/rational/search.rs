@@ -73,7 +73,7 @@ pub(super) fn search(
     let given = lines.variance.is_some();
     let estimated = !(given && trusted);
     let mut variance = match &lines.variance {
-        Some(v) => floored(lines, v),
+        Some(v) => lines.floored(v),
         None => from_differences(lines),
     };
     let rules = Rules {
@@ -161,7 +161,13 @@ pub(super) fn search(
             let shared = at(&problem, &fitted.model, structure.numerators());
             Some((
                 r,
-                spread::mean(&problem[0], &shared, structure.numerators(), r)?,
+                spread::mean(
+                    &problem[0],
+                    &shared,
+                    structure.numerators(),
+                    r,
+                    lines.independence,
+                )?,
             ))
         })
         .collect();
@@ -336,6 +342,7 @@ fn grown(
         let mut growth = Growth::new(&problem, numerators, rules, MOST_WORK - effort.work);
         let fitted = growth.prune(at(&problem, &model, numerators));
         let fitted = growth.grow(fitted, evidence);
+        let fitted = growth.drop_uncertain(fitted);
         effort.scans += growth.scans;
         effort.steps += growth.steps;
         effort.work += growth.work;
@@ -360,24 +367,11 @@ fn grown(
 }
 
 /// Pole pairs whose parameters stay below half of the data, and at most `most`.
-fn most_determined(lines: &Lines, most: usize) -> usize {
+pub(super) fn most_determined(lines: &Lines, most: usize) -> usize {
     let (n, no) = (lines.x.len(), lines.h.len());
     // per pole pair two numbers per response and the pole itself; two residual terms per response
     let determined = (n * no).saturating_sub(2 * no) / (2 * no + 2);
     most.min(determined.max(1))
-}
-
-fn floored(lines: &Lines, variance: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    variance
-        .iter()
-        .enumerate()
-        .map(|(i, v)| {
-            v.iter()
-                .enumerate()
-                .map(|(k, v)| v.max(lines.floor(i, k)))
-                .collect()
-        })
-        .collect()
 }
 
 /// What a fit of all responses leaves of the scaled responses.

@@ -221,18 +221,47 @@ pub(super) struct Mean {
     pub tau: (f64, f64),
 }
 
-/// The mean pole over the responses, by fits of its window alone.
+impl Mean {
+    /// Whether there was something to take a mean of.
+    pub fn is_finite(&self) -> bool {
+        let all = [
+            self.pole.w,
+            self.pole.sigma,
+            self.variance.0,
+            self.variance.1,
+            self.tau.0,
+            self.tau.1,
+        ];
+        all.iter().all(|v| v.is_finite())
+    }
+}
+
+/// A response whose own pole shares less than this with the common one hardly sees it, and has gone elsewhere.
+const STAYS: f64 = 0.3;
+
+/// The mean pole over the responses that see it, by fits of its window alone; `independence` is how many independent lines a line holds.
 pub(super) fn mean(
     problem: &Problem,
     fitted: &Fitted,
     numerators: usize,
     r: usize,
+    independence: f64,
 ) -> Option<Mean> {
     let pole = fitted.model.poles[r];
     let (from, to) = window(&problem.x, &pole, spacing(&problem.x))?;
     let local = cut(problem, fitted, numerators, &[r], from, to);
-    let separate = own(&local, pole, numerators);
-    let rows = 2.0 * (to - from) as f64;
+    let mut separate = own(&local, pole, numerators);
+    let stayed: Vec<bool> = (separate.poles.iter())
+        .map(|own| own.overlap(&pole) > STAYS)
+        .collect();
+    if !stayed.contains(&true) {
+        return None;
+    }
+    let mut keep = stayed.iter().copied();
+    separate.poles.retain(|_| keep.next().unwrap_or(false));
+    let mut keep = stayed.iter().copied();
+    separate.variance.retain(|_| keep.next().unwrap_or(false));
+    let rows = 2.0 * (to - from) as f64 * independence;
     let freedom = local.y.ncols() as f64 * (rows - 2.0 - (numerators + 4) as f64).max(1.0);
     Some(random_effects(
         &separate,

@@ -1,7 +1,9 @@
 //! Speeds at which a machine cannot run: where its varying stiffness feeds a motion, near `(ω_i + ω_j)/n`.
 
 use super::{NEUTRAL, monodromy};
+use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::base::stop::Stop;
 use crate::motion::methods::periodic::grid::frequencies;
 use crate::motion::train::{Branch, Law, Train};
 use crate::motion::wave::Phase;
@@ -32,10 +34,18 @@ const HIGHEST_ORDER: u32 = 3;
 /// narrower than a step can be missed.
 ///
 /// # Errors
-/// What the periodic method refuses.
-pub fn tongues(train: &Train, [from, to]: [f64; 2], points: usize) -> Result<Vec<Tongue>, Error> {
+/// What the periodic method refuses; `Interrupted` where it was ended.
+pub fn tongues(
+    train: &Train,
+    [from, to]: [f64; 2],
+    points: usize,
+    stop: &Stop,
+) -> Result<Vec<Tongue>, Error> {
     let base = base_frequency(train)?;
     let growth = |factor: f64| -> Result<f64, Error> {
+        if stop.is_due() {
+            return Err(Error::new(Code::Interrupted, "the chart was not finished"));
+        }
         let multipliers = monodromy(&at_speed(train, factor), None)?.multipliers()?;
         Ok(multipliers.largest)
     };

@@ -142,13 +142,13 @@ impl<'a> Constant<'a> {
         let (mut stiffness, mut damping) = (Matrix::zeros(n, n), Matrix::zeros(n, n));
         let mut others = Vec::new();
         for (at, branch) in train.branches.iter().enumerate() {
-            match (&branch.law, &branch.followed) {
+            match (&branch.law, &branch.followed[..]) {
                 (
                     Law::Linear {
                         stiffness: k,
                         damping: c,
                     },
-                    None,
+                    [],
                 ) => {
                     add(&mut stiffness, branch.acts(), &branch.direction, *k);
                     add(&mut damping, branch.acts(), &branch.direction, *c);
@@ -425,7 +425,7 @@ fn step(
         }
         // A contact whose force jumps may have no solution at its border: it stands as it stood.
         let only_contacts = || {
-            let law = |&b: &usize| matches!(train.branches[b].law, Law::Friction(_));
+            let law = |&b: &usize| train.branches[b].law.is_dry();
             !constant.others.iter().any(law)
         };
         if round == ROUNDS / 2 && only_contacts() {

@@ -73,6 +73,9 @@ fn machine(method: Explicit, train: &Train, ask: &Ask, sink: &mut Sink) -> Resul
     })
 }
 
+/// Growth of a state over its first size that only a step beyond the limit of stability makes: the package takes it as it comes.
+const BEYOND_BELIEF: f64 = 1e30;
+
 /// Most steps of one call of the package.
 const STEPS_A_CALL: u32 = 5_000;
 
@@ -142,6 +145,7 @@ fn from_sizes<P: Problem>(
                 .hint(format!("steps of {h} s would take {cost:.1e} evaluations")));
         }
     }
+    let first = sizes.clone();
     let mut effort = Effort::default();
     let mut samples = Samples::new(ask, sink);
     let mut t = ask.from;
@@ -162,10 +166,20 @@ fn from_sizes<P: Problem>(
                 &mut sizes,
                 &mut effort,
             )?;
+            let grown = |(now, first): (&f64, &f64)| now / first > BEYOND_BELIEF;
+            if matches!(ask.effort, Wanted::Step(_)) && sizes.iter().zip(&first).any(grown) {
+                return Err(out_of_range(start, t));
+            }
             samples.give_until(t, &mut y, |_, _| ())?;
         }
     }
     Ok(effort)
+}
+
+fn out_of_range(from: f64, to: f64) -> Error {
+    let message =
+        format!("the motion leaves the range of numbers between t = {from:?} s and {to:?} s");
+    Error::new(Code::Overflow, message).hint("the step is too long for the stiffness: take a shorter one, a tolerance, or a method for stiff machines")
 }
 
 /// Sizes before anything has moved: what a state is, at least a thousandth of the largest; from rest, a billionth of what the
@@ -197,7 +211,7 @@ fn part<P: Problem>(
 ) -> Result<(), Error> {
     let n = sizes.len();
     let failed = Cell::new(false);
-    while *t < end {
+    while *t < end && !ask.stop.is_due() {
         let left = end - *t;
         let system = Clocked {
             problem,
@@ -268,11 +282,7 @@ fn part<P: Problem>(
         };
         let now = *t;
         if failed.get() {
-            return Err(Error::new(
-                Code::Overflow,
-                format!("the motion leaves the range of numbers between t = {now:?} s and {end:?} s"),
-            )
-            .hint("the step is too long for the stiffness: take a shorter one, a tolerance, or a method for stiff machines"));
+            return Err(out_of_range(now, end));
         }
         if let Some(last) = states.last() {
             for i in 0..n {

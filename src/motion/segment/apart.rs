@@ -29,7 +29,7 @@ pub fn parts(equations: &Equations) -> Option<(Spectrum, Stage)> {
             // ζ = (η̇ + dη/2)/ν + iη
             spectrum.swings.push(Complex::new(-0.5 * d, nu));
             pairs.push(Pair {
-                at: [at, at + 1],
+                at,
                 out: [0.0, 1.0, nu, -0.5 * d],
                 into: [0.5 * d / nu, 1.0 / nu, 1.0, 0.0],
             });
@@ -37,7 +37,7 @@ pub fn parts(equations: &Equations) -> Option<(Spectrum, Stage)> {
         }
         let gap = 0.25 * d * d - w * w;
         let own = Pair {
-            at: [next, next + 1],
+            at: next,
             out: [1.0, 0.0, 0.0, 1.0],
             into: [1.0, 0.0, 0.0, 1.0],
         };

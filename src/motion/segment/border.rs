@@ -26,6 +26,10 @@ pub struct Border {
     pub direct: Vec<(usize, [f64; 2])>,
     /// Of every harmonic: phasors of p, and of what ṗ has beside `c Λ σ`.
     pub phasors: Vec<[Complex; 2]>,
+    /// The sum of their sizes in p.
+    pub steady: f64,
+    /// The same in p̈.
+    pub swing: f64,
     /// Over q and q̇, where some of these are held.
     pub dense: Option<[Vec<f64>; 2]>,
 }

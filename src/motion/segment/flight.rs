@@ -5,9 +5,9 @@ use super::frame::dot;
 use super::instant::Instant;
 use super::machine::Machine;
 use super::shared::Shared;
-use super::spectrum::Run;
+use super::spectrum::{Run, Strides};
 use super::stage::add;
-use crate::numeric::Complex;
+use crate::numeric::{Complex, Matrix};
 
 /// A motion; used again for the next, so that nothing is allocated on the way.
 #[derive(Debug, Default)]
@@ -28,6 +28,7 @@ pub struct Flight {
     push: [Vec<f64>; 2],
     modal: Vec<f64>,
     fade: Vec<f64>,
+    strides: Strides,
 }
 
 /// A border in a motion.
@@ -173,21 +174,13 @@ impl Flight {
             }
             started.base = [base, slope];
             started.push = [slope + dot(&border.row, b0), dot(&border.row, b1)];
-            let omegas = shared.inputs.frequencies.iter();
-            let swing: f64 = border
-                .phasors
-                .iter()
-                .zip(omegas)
-                .map(|([phasor, _], omega)| phasor.norm() * omega * omega)
-                .sum();
-            let steady: f64 = border.phasors.iter().map(|p| p[0].norm()).sum();
-            started.lasting = swing + dot(&border.sizes, &self.run.lasting);
+            started.lasting = border.swing + dot(&border.sizes, &self.run.lasting);
             started.weights.clear();
             let both = border.sizes.iter().zip(&self.run.bounds);
             started.weights.extend(both.map(|(c, bound)| c * bound));
             let parts = dot(&border.sizes, &self.run.sizes);
             const ROUNDED: f64 = 4.0 * f64::EPSILON;
-            started.noise = ROUNDED * (size + (slope * span).abs() + steady + parts);
+            started.noise = ROUNDED * (size + (slope * span).abs() + border.steady + parts);
             started.zero = crossed.is_some_and(|crossed| border.is_back_of(crossed));
             started.offset = 0.0;
         }
@@ -208,9 +201,34 @@ impl Flight {
 
     /// Goes to τ, for [`Flight::read`] and [`Flight::state`].
     pub fn move_to(&mut self, shared: &Shared, machine: &Machine, tau: f64) {
-        machine
-            .spectrum
-            .at(&self.run, &machine.near, tau, &mut self.sigma);
+        machine.spectrum.at(
+            &self.run,
+            &machine.near,
+            tau,
+            &mut self.sigma,
+            &mut self.fade,
+        );
+        self.turn_inputs(shared, tau);
+    }
+
+    /// Prepares [`Flight::stride_to`] over equal strides of h.
+    pub fn stride(&mut self, machine: &Machine, h: f64) {
+        machine.spectrum.stride(h, &mut self.strides);
+    }
+
+    /// Goes to τ, one stride after the last time, for [`Flight::state`].
+    pub fn stride_to(&mut self, shared: &Shared, machine: &Machine, tau: f64) {
+        machine.spectrum.after_stride(
+            &self.run,
+            &machine.near,
+            tau,
+            &mut self.sigma,
+            &mut self.strides,
+        );
+        self.turn_inputs(shared, tau);
+    }
+
+    fn turn_inputs(&mut self, shared: &Shared, tau: f64) {
         for ((now, start), omega) in self
             .now
             .iter_mut()
@@ -287,11 +305,27 @@ impl Flight {
                 v.fill(0.0);
             }
         }
-        for j in 0..m {
-            let shape = machine.modes.shapes.col_as_slice(j);
-            add(q, self.modal[j], shape);
-            add(v, self.modal[m + j], shape);
-        }
+        let (places, rates) = self.modal.split_at(m);
+        sum_shapes(&machine.modes.shapes, (places, &rates[..m]), (q, v));
         z.copy_from_slice(&self.modal[2 * m..]);
+    }
+}
+
+/// `q += Φ η`, `v += Φ η̇`, four modes at a time.
+fn sum_shapes(shapes: &Matrix, (eta, rate): (&[f64], &[f64]), (q, v): (&mut [f64], &mut [f64])) {
+    const AT_ONCE: usize = 4;
+    let whole = eta.len() - eta.len() % AT_ONCE;
+    for first in (0..whole).step_by(AT_ONCE) {
+        let [a, b, c, d] = std::array::from_fn(|k| shapes.col_as_slice(first + k));
+        let (x, y) = (&eta[first..first + AT_ONCE], &rate[first..first + AT_ONCE]);
+        let columns = a.iter().zip(b).zip(c.iter().zip(d));
+        for ((q, v), ((a, b), (c, d))) in q.iter_mut().zip(v.iter_mut()).zip(columns) {
+            *q += (a * x[0] + b * x[1]) + (c * x[2] + d * x[3]);
+            *v += (a * y[0] + b * y[1]) + (c * y[2] + d * y[3]);
+        }
+    }
+    for j in whole..eta.len() {
+        add(q, eta[j], shapes.col_as_slice(j));
+        add(v, rate[j], shapes.col_as_slice(j));
     }
 }

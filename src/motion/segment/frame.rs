@@ -6,6 +6,7 @@
 use crate::base::error::Error;
 use crate::machine::direction::Direction;
 use crate::motion::train::{Mass, Train};
+pub use crate::numeric::slices::dot;
 use crate::numeric::{Matrix, definite, graded};
 
 /// `L`.
@@ -179,11 +180,6 @@ fn allowed(stuck: &[Vec<f64>], n: usize) -> Result<Vec<Vec<f64>>, Error> {
     Ok(basis)
 }
 
-/// The scalar product.
-pub fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
 /// Adds to an orthonormal basis what a list of motions adds to its span.
 fn extend(basis: &mut Vec<Vec<f64>>, motions: &[Vec<f64>]) {
     const DEPENDENT: f64 = 1e-9; // of a unit vector; what depends is at rounding
@@ -207,8 +203,67 @@ fn extend(basis: &mut Vec<Vec<f64>>, motions: &[Vec<f64>]) {
     }
 }
 
-/// Motions that no row sees, from the geometry: rows and columns brought to unit size, stiffness and inertia playing no part.
+/// A motion this free, by the size of what it is summed from, is free: geometry is known to 1e-16.
+const FREE: f64 = 1e-10;
+
+/// Motions that no row sees, from the geometry; stiffness and inertia play no part.
 fn null_motions(rows: &[Vec<f64>], n: usize) -> Result<Vec<Vec<f64>>, Error> {
+    match by_ratios(rows, n) {
+        Some(motions) => Ok(motions),
+        None => by_values(rows, n),
+    }
+}
+
+/// Where every row sees two coordinates at most, a motion for each part of the machine that nothing holds: by ratios from its
+/// first coordinate on. Nothing where a row sees more.
+fn by_ratios(rows: &[Vec<f64>], n: usize) -> Option<Vec<Vec<f64>>> {
+    let mut joins: Vec<Vec<(usize, f64, f64)>> = vec![Vec::new(); n];
+    let mut held = vec![false; n];
+    for row in rows {
+        let seen = row.iter().enumerate().filter(|(_, a)| **a != 0.0);
+        match seen.map(|(i, &a)| (i, a)).collect::<Vec<_>>()[..] {
+            [] => {}
+            [(i, _)] => held[i] = true,
+            [(i, a), (j, b)] => {
+                joins[i].push((j, a, b));
+                joins[j].push((i, b, a));
+            }
+            _ => return None,
+        }
+    }
+    let mut motions = Vec::new();
+    let mut reached = vec![false; n];
+    for first in 0..n {
+        if reached[first] {
+            continue;
+        }
+        let mut motion = vec![0.0; n];
+        motion[first] = 1.0;
+        reached[first] = true;
+        let (mut part, mut at, mut free) = (vec![first], 0, true);
+        while let Some(&i) = part.get(at) {
+            at += 1;
+            free &= !held[i];
+            for &(j, a, b) in &joins[i] {
+                if reached[j] {
+                    let (own, other) = (a * motion[i], b * motion[j]);
+                    free &= (own + other).abs() <= FREE * (own.abs() + other.abs());
+                } else {
+                    reached[j] = true;
+                    motion[j] = -a * motion[i] / b;
+                    part.push(j);
+                }
+            }
+        }
+        if free {
+            motions.push(motion);
+        }
+    }
+    Some(motions)
+}
+
+/// The same of any rows, by singular values: rows and columns are brought to unit size.
+fn by_values(rows: &[Vec<f64>], n: usize) -> Result<Vec<Vec<f64>>, Error> {
     let mut units: Vec<Vec<f64>> = Vec::new();
     for row in rows {
         let size = row.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
@@ -236,7 +291,6 @@ fn null_motions(rows: &[Vec<f64>], n: usize) -> Result<Vec<Vec<f64>>, Error> {
     });
     let found = graded::svd(&a, None)?;
     let largest = found.values.last().copied().unwrap_or(0.0);
-    const FREE: f64 = 1e-10; // geometry is known to 1e-16; a motion this free is free
     let null = (0..n).filter(|&k| found.values[k] <= FREE * largest);
     Ok(null
         .map(|k| (0..n).map(|j| found.vectors[(j, k)] / size[j]).collect())
@@ -263,6 +317,25 @@ mod tests {
         assert!((shape[0] / shape[2] - 1.0).abs() < 1e-13, "{shape:?}");
         let gram = modes.shapes.transpose() * &modes.momenta;
         assert!((gram - Matrix::identity(3, 3)).norm_max() < 1e-14);
+    }
+
+    /// A geared loop whose ratios multiply to one turns as a whole, any other is held; so it is by singular values.
+    #[test]
+    fn exact_loops_by_ratios() {
+        for (last, free) in [(6.0, 2), (7.0, 1)] {
+            let rows = [
+                vec![1.0, -2.0, 0.0, 0.0],
+                vec![0.0, 1.0, -3.0, 0.0],
+                vec![1.0, 0.0, -last, 0.0],
+            ];
+            let motions = by_ratios(&rows, 4).unwrap();
+            assert_eq!(motions.len(), free);
+            assert_eq!(by_values(&rows, 4).unwrap().len(), free);
+            if free == 2 {
+                assert_eq!(motions[0], [1.0, 0.5, 0.5 / 3.0, 0.0]);
+            }
+        }
+        assert!(by_ratios(&[vec![1.0, 1.0, 1.0]], 3).is_none());
     }
 
     /// Held at the middle disc the two ends swing alone.

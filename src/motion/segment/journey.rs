@@ -12,10 +12,17 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::motion::friction::Slip;
 use crate::motion::problem::{Ask, Effort, Sink};
+use crate::motion::progress::within_budget;
 use crate::motion::train::{BranchStand, Law, Regime, Train};
 
 /// Switches within a few rounding errors of one instant beyond which they will not end.
 const CHATTER: u32 = 200;
+
+/// Samples in one segment from which on they are reached by equal strides.
+const MANY: f64 = 8.0;
+
+/// Segments between two looks at whether the run is to end.
+const LOOK: u64 = 16;
 
 /// Runs a machine that is linear between switches.
 ///
@@ -50,10 +57,17 @@ pub fn run(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
     let mut ticks = Vec::new();
     let mut crossed: Option<(usize, usize)> = None;
     loop {
+        if journey.effort.steps.is_multiple_of(LOOK) {
+            if ask.stop.is_due() {
+                return Ok(journey.effort);
+            }
+            within_budget(ask, &journey.effort, journey.now.high)?;
+        }
         let place = match places.get(&journey.regime.stands[..]) {
             Some(&place) => place,
             None => {
                 machines.push(Machine::new(&shared, &journey.regime.stands)?);
+                has_a_phase(&machines[machines.len() - 1], shared.span)?;
                 places.insert(journey.regime.stands.clone(), machines.len() - 1);
                 machines.len() - 1
             }
@@ -73,16 +87,27 @@ pub fn run(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
             span,
             from,
         );
-        let budget = (&mut journey.effort, ask.budget);
-        let outcome = search.next(&shared, machine, &mut flight, span, budget);
+        let outcome = search.next(
+            &shared,
+            machine,
+            &mut flight,
+            span,
+            (&mut journey.effort, ask),
+        );
         let reached = match outcome {
             Outcome::Clear => None,
             Outcome::Reached(reached) => Some(reached),
+            Outcome::Spent(_) if ask.stop.is_due() => return Ok(journey.effort),
             Outcome::Spent(tau) => return Err(journey.spent(journey.now.high + tau)),
         };
         let tau = reached.map_or(span, |reached| reached.tau);
         let last = reached.is_none() && end >= ask.to;
-        if journey.deliver(machine, &mut flight, (tau, last), &mut out, sink) {
+        let usual = (ask.to - ask.from) / ask.samples.max(1) as f64;
+        let strides = tau > MANY * usual;
+        if strides {
+            flight.stride(machine, usual);
+        }
+        if journey.deliver(machine, &mut flight, (tau, last, strides), &mut out, sink) {
             return Ok(journey.effort);
         }
         if last {
@@ -114,6 +139,24 @@ pub fn run(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
     }
 }
 
+/// A phase of so many radians is known to a hundredth at best, and what is made of it to nothing.
+const PHASE_LOST: f64 = 1e-2 / f64::EPSILON;
+
+/// Refuses a swing that turns so often that double precision keeps nothing of its phase.
+fn has_a_phase(machine: &Machine, span: f64) -> Result<(), Error> {
+    let turned = machine.spectrum.turned(span);
+    match turned < PHASE_LOST {
+        true => Ok(()),
+        false => {
+            let message = format!(
+                "in {span:e} s the fastest swing turns through {turned:.1e} rad, of which double precision keeps no phase"
+            );
+            Err(Error::new(Code::Hopeless, message)
+                .hint("ask for a shorter time, make what is so stiff rigid, or give it damping"))
+        }
+    }
+}
+
 struct Journey<'a> {
     shared: &'a Shared<'a>,
     ask: &'a Ask,
@@ -135,11 +178,14 @@ impl Journey<'_> {
         &mut self,
         machine: &Machine,
         flight: &mut Flight,
-        (tau, last): (f64, bool),
+        (tau, last, strides): (f64, bool, bool),
         out: &mut [f64],
         sink: &mut Sink,
     ) -> bool {
         while self.sample <= self.ask.samples {
+            if self.sample.is_multiple_of(64) && self.ask.stop.is_due() {
+                return true;
+            }
             let t = self.ask.time(self.sample);
             let ahead = self.now.until(t).max(0.0);
             if ahead >= tau && !last {
@@ -149,7 +195,10 @@ impl Journey<'_> {
             let flow = if ahead == 0.0 {
                 sink(t, &self.y)
             } else {
-                flight.move_to(self.shared, machine, ahead);
+                match strides {
+                    true => flight.stride_to(self.shared, machine, ahead),
+                    false => flight.move_to(self.shared, machine, ahead),
+                }
                 flight.state(machine, ahead, out);
                 sink(t, out)
             };

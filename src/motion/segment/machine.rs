@@ -16,7 +16,7 @@ use crate::base::error::Error;
 use crate::motion::contact::Affine;
 use crate::motion::friction::Slip;
 use crate::motion::train::{BranchStand, Law, Train};
-use crate::numeric::{Complex, Matrix};
+use crate::numeric::{Complex, Matrix, registers};
 
 /// A machine in one regime.
 #[derive(Debug)]
@@ -126,6 +126,7 @@ impl Machine {
             modes,
         };
         machine.borders = machine.make_borders(shared, stands, &seen, &left, &laws)?;
+        registers::clear();
         Ok(machine)
     }
 
@@ -235,10 +236,17 @@ impl Machine {
             let value = steady + fed;
             [value, value * s + rest]
         });
+        let phasors: Vec<[Complex; 2]> = phasors.collect();
+        let sizes = phasors.iter().zip(&shared.inputs.frequencies);
+        let (steady, swing) = sizes.fold((0.0, 0.0), |(steady, swing), ([p, _], omega)| {
+            (steady + p.norm(), swing + p.norm() * omega * omega)
+        });
         Border {
             branch,
             to,
-            phasors: phasors.collect(),
+            phasors,
+            steady,
+            swing,
             sizes: self.spectrum.sizes_of(&row),
             row,
             rate,

@@ -5,6 +5,7 @@
 
 use super::dense::Dense;
 use super::equations::Equations;
+use super::light;
 use super::spectrum::{Other, Spectrum};
 use super::stage::Stage;
 use crate::base::error::Error;
@@ -23,6 +24,13 @@ pub fn parts(
     pushes: &[(f64, Vec<Complex>)],
 ) -> Result<(Spectrum, Stage), Error> {
     let states = States::new(equations);
+    if let Some(found) = light::roots(equations) {
+        let root = |r: light::LightRoot| Root::of(&states, r.value, &r.shape);
+        let roots: Vec<Root> = found.into_iter().map(root).collect();
+        if let Some(found) = apart(equations, &states, &roots)? {
+            return Ok(found);
+        }
+    }
     let matrix = states.matrix(equations);
     let modes = roots(equations, &states, &matrix)?;
     match apart(equations, &states, &modes)? {
@@ -138,6 +146,21 @@ struct Root {
     vector: Vec<Complex>,
 }
 
+impl Root {
+    /// Of a shape over the modes that are not free.
+    fn of(states: &States, value: Complex, shape: &[Complex]) -> Root {
+        let rate = |j: usize| shape[j - states.first] * value;
+        let places = states.places.iter();
+        let places = places.map(|&(j, s)| shape[j - states.first] * s);
+        Root {
+            value,
+            vector: places
+                .chain((states.first..states.modes).map(rate))
+                .collect(),
+        }
+    }
+}
+
 fn roots(equations: &Equations, states: &States, matrix: &Matrix) -> Result<Vec<Root>, Error> {
     let n = states.len();
     let eigen = general::eigen(matrix)?;
@@ -207,29 +230,20 @@ fn polish(
         // No damper is certain to see it.
         polished = Complex::new(0.0, polished.im);
     }
-    let rate = |j: usize| root.right[j - states.first] * polished;
-    let places = states
-        .places
-        .iter()
-        .map(|&(j, s)| root.right[j - states.first] * s);
-    let vector: Vec<Complex> = places
-        .chain((states.first..states.modes).map(rate))
-        .collect();
-    let mut vector = vector;
+    let mut polished = Root::of(states, polished, &root.right);
     if value.im == 0.0 {
         // A real root has a real vector up to a factor.
-        let largest = vector.iter().fold(
-            Complex::ZERO,
-            |m, &x| if x.norm() > m.norm() { x } else { m },
-        );
-        vector
+        let largest =
+            polished.vector.iter().fold(
+                Complex::ZERO,
+                |m, &x| if x.norm() > m.norm() { x } else { m },
+            );
+        polished
+            .vector
             .iter_mut()
             .for_each(|x| *x = Complex::new((*x / largest).re, 0.0));
     }
-    Some(Root {
-        value: polished,
-        vector,
-    })
+    Some(polished)
 }
 
 /// Parts of their own, unless vectors nearly coincide.

@@ -30,6 +30,9 @@ pub mod equations;
 /// Modes that do not act on each other.
 pub mod apart;
 
+/// Damped roots from undamped modes.
+pub mod light;
+
 /// Modes that do.
 pub mod mixed;
 

@@ -18,6 +18,10 @@ const INVERSE_FACTORIALS: [f64; 24] = {
 
 /// `E, Φ₁, Φ₂, Φ₃` of a real λ after τ.
 pub fn real(lambda: f64, tau: f64) -> [f64; 4] {
+    if lambda == 0.0 {
+        let half = 0.5 * tau * tau;
+        return [1.0, tau, half, half * tau / 3.0];
+    }
     let x = lambda * tau;
     if x.abs() < 1.0 {
         // Σ xⁿ/(n+3)!: 20 terms are exact to rounding below one.

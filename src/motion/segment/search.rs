@@ -6,7 +6,7 @@
 use super::flight::{Flight, Reading};
 use super::machine::Machine;
 use super::shared::Shared;
-use crate::motion::problem::Effort;
+use crate::motion::problem::{Ask, Effort};
 
 /// A border reached.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,7 +24,7 @@ pub enum Outcome {
     Clear,
     /// A border is.
     Reached(Reached),
-    /// The budget went first, at this τ.
+    /// The budget went first, or the run is to end, at this τ.
     Spent(f64),
 }
 
@@ -45,7 +45,7 @@ impl Search {
         machine: &Machine,
         flight: &mut Flight,
         span: f64,
-        (effort, budget): (&mut Effort, u64),
+        (effort, ask): (&mut Effort, &Ask),
     ) -> Outcome {
         let borders = machine.borders.len();
         self.known.clear();
@@ -58,7 +58,9 @@ impl Search {
         let mut tau = 0.0;
         loop {
             effort.evaluations += 1;
-            if effort.evaluations + effort.steps > budget {
+            if effort.evaluations + effort.steps > ask.budget
+                || effort.evaluations.is_multiple_of(LOOK) && ask.stop.is_due()
+            {
                 return Outcome::Spent(tau);
             }
             let horizon = (span - tau).min(flight.reach);
@@ -154,6 +156,9 @@ fn safe(Reading { value, rate }: Reading, bound: f64) -> f64 {
         false => 0.0,
     }
 }
+
+/// Evaluations between two looks at whether the run is to end.
+const LOOK: u64 = 256;
 
 /// The one root after τ, where p falls ever faster than half its rate there; nothing where that is beyond the horizon.
 fn newton(

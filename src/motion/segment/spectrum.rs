@@ -141,6 +141,16 @@ impl Spectrum {
         swings.chain(others).fold(0.0, f64::max)
     }
 
+    /// The largest angle that a swing turns through while there is something left of it, within `span` seconds, rad.
+    pub fn turned(&self, span: f64) -> f64 {
+        const GONE: f64 = 36.0; // e⁻³⁶ is below rounding
+        let angle = |l: &Complex| match l.re < 0.0 {
+            true => l.im * span.min(GONE / -l.re),
+            false => l.im * span,
+        };
+        self.swings.iter().map(angle).fold(0.0, f64::max)
+    }
+
     /// `Λ` applied to the left: the row c Λ.
     pub fn rate_of(&self, c: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; c.len()];
@@ -275,9 +285,9 @@ impl Spectrum {
                 moving -= drift * inverse;
             }
             let still = start - moving;
-            run.bounds.push((lambda * rate + ramp).norm());
+            run.bounds.push(size_of(lambda * rate + ramp));
             run.sizes
-                .push(still.norm() + moving.norm() + drift.norm() * span);
+                .push(size_of(still) + size_of(moving) + size_of(drift) * span);
             run.swings.push(SwingRun {
                 still,
                 drift,
@@ -285,7 +295,7 @@ impl Spectrum {
                 start,
                 rate,
                 ramp,
-                small: phi::SMALL / lambda.norm(),
+                small: phi::SMALL / size_of(lambda),
             });
         }
         let mut at = 2 * self.swings.len();
@@ -388,18 +398,71 @@ impl Spectrum {
         }
     }
 
-    /// σ after τ.
-    pub fn at(&self, run: &Run, resonances: &[Resonance], tau: f64, sigma: &mut [f64]) {
+    /// σ after τ; `fade` learns how much is left of every swing, one where that was not needed.
+    pub fn at(
+        &self,
+        run: &Run,
+        resonances: &[Resonance],
+        tau: f64,
+        sigma: &mut [f64],
+        fade: &mut [f64],
+    ) {
         let mut decay = Decay::default();
-        for ((&lambda, part), out) in self
-            .swings
-            .iter()
-            .zip(&run.swings)
-            .zip(sigma.chunks_exact_mut(2))
-        {
+        let parts = self.swings.iter().zip(&run.swings);
+        let places = sigma.chunks_exact_mut(2).zip(fade);
+        for ((&lambda, part), (out, fade)) in parts.zip(places) {
+            let zeta = if tau < part.small {
+                *fade = 1.0;
+                part.beginning(lambda, tau)
+            } else {
+                *fade = decay.after(lambda.re, tau);
+                part.still + part.drift * tau + turn(lambda, tau, *fade) * part.moving
+            };
+            out[0] = zeta.re;
+            out[1] = zeta.im;
+        }
+        self.others_at(run, tau, sigma);
+        if !resonances.is_empty() {
+            self.resound(run, resonances, tau, sigma);
+        }
+    }
+
+    /// Prepares equal strides of h: `e^{λh}` of every swing.
+    pub fn stride(&self, h: f64, strides: &mut Strides) {
+        let mut decay = Decay::default();
+        strides.turns.clear();
+        let turns = self.swings.iter();
+        let turns = turns.map(|&lambda| turn(lambda, h, decay.after(lambda.re, h)));
+        strides.turns.extend(turns);
+        strides.left = 0;
+    }
+
+    /// σ after τ, one stride after the last time it was asked for: every swing is turned on, and set anew now and then.
+    pub fn after_stride(
+        &self,
+        run: &Run,
+        resonances: &[Resonance],
+        tau: f64,
+        sigma: &mut [f64],
+        strides: &mut Strides,
+    ) {
+        if strides.left == 0 {
+            let mut decay = Decay::default();
+            strides.moving.clear();
+            let parts = self.swings.iter().zip(&run.swings);
+            let moving = parts.map(|(&l, part)| turn(l, tau, decay.after(l.re, tau)) * part.moving);
+            strides.moving.extend(moving);
+            strides.left = ANCHORED;
+        } else {
+            let turns = strides.moving.iter_mut().zip(&strides.turns);
+            turns.for_each(|(moving, turn)| *moving *= turn);
+        }
+        strides.left -= 1;
+        let parts = self.swings.iter().zip(&run.swings).zip(&strides.moving);
+        for (((&lambda, part), moving), out) in parts.zip(sigma.chunks_exact_mut(2)) {
             let zeta = match tau < part.small {
                 true => part.beginning(lambda, tau),
-                false => part.later(lambda, tau, decay.after(lambda.re, tau)),
+                false => part.still + part.drift * tau + moving,
             };
             out[0] = zeta.re;
             out[1] = zeta.im;
@@ -476,12 +539,12 @@ impl Spectrum {
         }
     }
 
-    /// How much of [`Run::bounds`] is left from τ on, for `horizon` seconds at most.
+    /// How much of [`Run::bounds`] is left from τ on, for `horizon` seconds at most; [`Spectrum::at`] was there.
     pub fn fade(&self, tau: f64, horizon: f64, fade: &mut [f64]) {
-        let mut decay = Decay::default();
         for (out, lambda) in fade.iter_mut().zip(&self.swings) {
-            let until = if lambda.re > 0.0 { tau + horizon } else { tau };
-            *out = decay.after(lambda.re, until);
+            if lambda.re > 0.0 {
+                *out = (lambda.re * (tau + horizon)).exp();
+            }
         }
         let mut at = self.swings.len();
         for other in &self.others {
@@ -506,6 +569,20 @@ impl Spectrum {
         }
     }
 }
+
+/// What moves, in equal strides.
+#[derive(Debug, Default)]
+pub struct Strides {
+    /// `e^{λh}`.
+    turns: Vec<Complex>,
+    /// `moving e^{λτ}`.
+    moving: Vec<Complex>,
+    /// Strides until it is set anew.
+    left: u32,
+}
+
+/// After so many strides every swing is set anew, so that its rounding does not add up.
+const ANCHORED: u32 = 16;
 
 /// |iω − λ| below this share of |λ| is taken as resonance: apart, a digit would go.
 const NEAR: f64 = 0.1;
@@ -574,10 +651,16 @@ impl SwingRun {
         let (first, second) = phi::small(lambda * tau);
         self.start + (first * self.rate + second * self.ramp * tau) * tau
     }
+}
 
-    fn later(&self, lambda: Complex, tau: f64, decay: f64) -> Complex {
-        let (s, c) = (lambda.im * tau).sin_cos();
-        let turn = Complex::new(c * decay, s * decay);
-        self.still + self.drift * tau + turn * self.moving
-    }
+/// `e^{λτ}`, with `decay = e^{Re λ τ}`.
+fn turn(lambda: Complex, tau: f64, decay: f64) -> Complex {
+    let (s, c) = (lambda.im * tau).sin_cos();
+    Complex::new(c * decay, s * decay)
+}
+
+/// |z|, or up to a twelfth more.
+fn size_of(z: Complex) -> f64 {
+    let (re, im) = (z.re.abs(), z.im.abs());
+    re.max(im) + (std::f64::consts::SQRT_2 - 1.0) * re.min(im)
 }

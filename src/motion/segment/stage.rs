@@ -21,8 +21,8 @@ pub enum Stage {
 /// A mode: its two states in σ, and two-by-two matrices by rows.
 #[derive(Debug, Clone, Copy)]
 pub struct Pair {
-    /// Where its states are.
-    pub at: [usize; 2],
+    /// Where the first of its states is; the other is the next.
+    pub at: usize,
     /// (η, η̇) of the two.
     pub out: [f64; 4],
     /// The two of (η, η̇).
@@ -36,7 +36,9 @@ impl Stage {
             Stage::Pairs(pairs) => {
                 let (places, rates) = modal.split_at_mut(pairs.len());
                 for ((pair, eta), rate) in pairs.iter().zip(places).zip(rates) {
-                    let (a, b) = (sigma[pair.at[0]], sigma[pair.at[1]]);
+                    let &[a, b] = &sigma[pair.at..pair.at + 2] else {
+                        continue;
+                    };
                     *eta = pair.out[0] * a + pair.out[1] * b;
                     *rate = pair.out[2] * a + pair.out[3] * b;
                 }
@@ -51,8 +53,8 @@ impl Stage {
             Stage::Pairs(pairs) => {
                 for (j, pair) in pairs.iter().enumerate() {
                     let (eta, rate) = (modal[j], modal[pairs.len() + j]);
-                    sigma[pair.at[0]] = pair.into[0] * eta + pair.into[1] * rate;
-                    sigma[pair.at[1]] = pair.into[2] * eta + pair.into[3] * rate;
+                    sigma[pair.at] = pair.into[0] * eta + pair.into[1] * rate;
+                    sigma[pair.at + 1] = pair.into[2] * eta + pair.into[3] * rate;
                 }
             }
             Stage::Full { into, .. } => product(into, modal, sigma),
@@ -66,8 +68,8 @@ impl Stage {
                 let mut row = vec![0.0; len];
                 for (j, pair) in pairs.iter().enumerate() {
                     let (eta, rate) = (modal[j], modal[pairs.len() + j]);
-                    row[pair.at[0]] = pair.out[0] * eta + pair.out[2] * rate;
-                    row[pair.at[1]] = pair.out[1] * eta + pair.out[3] * rate;
+                    row[pair.at] = pair.out[0] * eta + pair.out[2] * rate;
+                    row[pair.at + 1] = pair.out[1] * eta + pair.out[3] * rate;
                 }
                 row
             }

@@ -38,10 +38,6 @@ pub struct Acquired {
     pub hits: Vec<Hit>,
     /// Power spectral density of the first input by line, and of every channel, where blocks were averaged.
     pub spectra: Option<Spectra>,
-    /// Where the input has power, Hz.
-    pub driven_hz: Option<(f64, f64)>,
-    /// Independent lines' worth of noise in a line.
-    pub line_independence: f64,
     /// Doubts.
     pub warnings: Vec<Warning>,
 }
@@ -148,14 +144,15 @@ fn struck(
         found.block as f64 / recording.rate_hz,
         recording.rate_hz / found.block as f64
     );
-    let driven = driven_band(&found.force_power, &found.estimate.frequency_hz);
+    let usable_hz = driven_band(&found.force_power, &found.estimate.frequency_hz);
     Ok(Acquired {
-        responses: found.estimate.responses(&terminals(channels)),
+        responses: FrequencyResponses {
+            usable_hz,
+            ..found.estimate.responses(&terminals(channels))
+        },
         how,
         hits: found.hits,
         spectra: None,
-        driven_hz: driven,
-        line_independence: 1.0,
         warnings: found.estimate.warnings,
     })
 }
@@ -211,12 +208,17 @@ fn averaged(
         estimate.averages,
         recording.rate_hz / options.block as f64
     );
+    // The window's main lobe spreads the mean over the first lines; filters bend the last ones.
+    const EDGE: f64 = 0.95;
+    let lines = &estimate.frequency_hz;
     Ok(Acquired {
-        responses: estimate.responses(&terminals(channels)),
+        responses: FrequencyResponses {
+            usable_hz: (lines.get(3).zip(lines.last())).map(|(&low, &last)| (low, EDGE * last)),
+            line_independence: Some(independence(options.window)),
+            ..estimate.responses(&terminals(channels))
+        },
         how,
         hits: Vec::new(),
-        driven_hz: None,
-        line_independence: independence(options.window),
         warnings: estimate.warnings,
         spectra: Some(spectra),
     })

@@ -3,12 +3,12 @@
 use std::f64::consts::TAU;
 use std::time::Instant;
 
+use super::attribution::{Attribution, Model};
 use super::blocks;
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
 use crate::base::kind::{Dimension, Kind};
 use crate::base::units;
-use crate::numeric::fraction::Fraction;
 use crate::recording::column::Column;
 use crate::recording::settle::no_channel;
 use crate::recording::signals::{Channel, Recording};
@@ -17,6 +17,7 @@ use crate::spectrum::rotation::encoder::quadrature;
 use crate::spectrum::rotation::tacho::{Pulse, Pulses, number};
 use crate::transmission::measured::eccentricity::{Parted, parted};
 use crate::transmission::measured::evaluate::{Ask, Measured, evaluate};
+use crate::transmission::measured::orders::Named;
 use crate::transmission::measured::rows::{InMemory, Rows, Scale, Scales, wrap};
 use crate::transmission::measured::teeth::Teeth;
 
@@ -45,8 +46,6 @@ pub struct EncoderStudy {
     pub radius: Option<f64>,
     /// Transverse pressure angle of a single pair, rad: tells an encoder's eccentricity from the gear's, of both flanks.
     pub pressure_angle: Option<f64>,
-    /// Orders that a model names.
-    pub named: Vec<(Fraction, String)>,
 }
 
 /// What an encoder record says.
@@ -57,6 +56,8 @@ pub struct EncoderRecord {
     pub measured: Measured,
     /// Eccentricity of encoders and gears apart.
     pub parted: Vec<Parted>,
+    /// What makes the lines of the first flank, where there is a model.
+    pub attribution: Option<Attribution>,
     /// What this record cannot tell apart, and what could.
     pub limits: Vec<String>,
     /// See [`EncoderStudy::radius`].
@@ -75,6 +76,7 @@ pub fn encoders(
     input: &Recording,
     output: &Recording,
     study: &EncoderStudy,
+    model: Option<&Model>,
 ) -> Result<EncoderRecord, Error> {
     let start = Instant::now();
     let mut how = Vec::new();
@@ -94,7 +96,10 @@ pub fn encoders(
         rate_hz: None,
         multiples: study.multiples,
         repair: study.repair,
-        named: study.named.clone(),
+        named: match model {
+            Some(model) => model.named(&study.teeth)?,
+            None => Named::default(),
+        },
     };
     let measured = if timed {
         let curve =
@@ -146,6 +151,11 @@ pub fn encoders(
             hint: None,
         });
     }
+    let speed = measured.speed.as_ref().map(|s| s.range().0);
+    let attribution = match (model, measured.flanks.first()) {
+        (Some(model), Some(flank)) => Some(model.attribute(flank, speed)?),
+        _ => None,
+    };
     let parted = study
         .pressure_angle
         .map_or(Vec::new(), |angle| parted(&measured, &study.teeth, angle));
@@ -153,6 +163,7 @@ pub fn encoders(
     Ok(EncoderRecord {
         how,
         parted,
+        attribution,
         limits,
         measured,
         radius: study.radius,

@@ -15,7 +15,7 @@ use crate::base::error::{Error, Warning};
 use crate::base::words::counted;
 use crate::identify::modal::lsfd::ModeShape;
 use crate::identify::mode::IdentifiedMode;
-use crate::identify::rational::{self, Measured, RationalFit, RationalOptions};
+use crate::identify::rational::{self, Delay, Measured, RationalFit, RationalOptions};
 use crate::numeric::{Complex, ComplexMatrix};
 use crate::recording::names;
 use crate::recording::quantity::ResponseKind;
@@ -57,10 +57,12 @@ pub fn identify(source: Source, study: &IdentifyStudy) -> Result<Identification,
                 return Err(Error::new(Code::Usage, message)
                     .hint("take a method from responses, such as --method plscf"));
             }
+            check_flags(method, study)?;
             from_responses(method, chosen(responses, study)?, None, Vec::new(), study)
         }
         Source::Signals(recording) => {
             let method = method(study, false);
+            check_flags(method, study)?;
             let inputs = record::places(recording, &study.inputs)?;
             let outputs = record::places(recording, &study.outputs)?;
             check_roles(method, &inputs, &outputs, recording)?;
@@ -87,6 +89,34 @@ pub fn identify(source: Source, study: &IdentifyStudy) -> Result<Identification,
                 study,
             )
         }
+    }
+}
+
+/// Refuses what the method would do nothing with.
+fn check_flags(method: Method, study: &IdentifyStudy) -> Result<(), Error> {
+    let idle = [
+        (
+            study.delay != Delay::None && method != Method::Rational,
+            "--delay",
+            "--method rational estimates delays",
+        ),
+        (
+            study.allow_unstable && method != Method::Rational,
+            "--allow-unstable",
+            "--method rational may be let find unstable poles",
+        ),
+        (
+            study.derivative.is_some() && method.needs() != Needs::Responses,
+            "--kind",
+            "it says what responses to an input are: name what drives, --input",
+        ),
+    ];
+    match idle.into_iter().find(|flag| flag.0) {
+        Some((_, flag, hint)) => {
+            let message = format!("{} does nothing with {flag}", method.word());
+            Err(Error::new(Code::Usage, message).hint(hint))
+        }
+        None => Ok(()),
     }
 }
 
@@ -185,14 +215,14 @@ fn from_responses(
     mut trace: Vec<(&'static str, f64)>,
     study: &IdentifyStudy,
 ) -> Result<Identification, Error> {
-    let band_hz = band(&responses, acquired.as_ref(), study)?;
+    let band_hz = band(&responses, study)?;
     let table = responses.table();
     let mut warnings = acquired.as_ref().map_or(Vec::new(), |a| a.warnings.clone());
     warnings.extend(doubts::of_kinds(&responses));
     let start = Instant::now();
     let mut method = method;
     let fit = match method {
-        Method::Rational => match fitted(&responses, acquired.as_ref(), band_hz, study) {
+        Method::Rational => match fitted(&responses, band_hz, study) {
             Ok(fit) => Some(fit),
             // Nobody asked for this method: another answers, and it is said why.
             Err(error) if error.code == Code::NoConvergence && study.method.is_none() => {
@@ -228,7 +258,11 @@ fn from_responses(
                 evidence: Evidence::Rational(fit),
             }
         }
-        None => modal::identify(method, &responses, band_hz, study)?,
+        None => {
+            let independence = responses.line_independence.unwrap_or(1.0);
+            let stands_in = study.method.is_none().then_some(independence);
+            modal::identify(method, &responses, band_hz, study, stands_in)?
+        }
     };
     trace.push((method.word(), start.elapsed().as_secs_f64()));
     warnings.extend(found.warnings);
@@ -333,12 +367,8 @@ fn chosen(
     Ok(responses)
 }
 
-/// The lines fitted: as asked, else where the input has power, else all that are not at an edge.
-fn band(
-    responses: &FrequencyResponses,
-    acquired: Option<&Acquired>,
-    study: &IdentifyStudy,
-) -> Result<(f64, f64), Error> {
+/// The lines fitted: as asked, else those known to be usable, else all.
+fn band(responses: &FrequencyResponses, study: &IdentifyStudy) -> Result<(f64, f64), Error> {
     let lines = &responses.frequency_hz;
     let (Some(&first), Some(&last)) = (lines.first(), lines.last()) else {
         return Err(Error::new(Code::EmptyLog, "there are no lines to fit"));
@@ -353,20 +383,11 @@ fn band(
         }
         return Ok((low, high));
     }
-    if let Some(driven) = acquired.and_then(|a| a.driven_hz) {
-        return Ok(driven);
-    }
-    // The window's main lobe spreads the mean over the first lines; filters bend the last ones.
-    const EDGE: f64 = 0.95;
-    match acquired {
-        Some(_) => Ok((lines.get(3).copied().unwrap_or(first), EDGE * last)),
-        None => Ok((first, last)),
-    }
+    Ok(responses.usable_hz.unwrap_or((first, last)))
 }
 
 fn fitted(
     responses: &FrequencyResponses,
-    acquired: Option<&Acquired>,
     band: (f64, f64),
     study: &IdentifyStudy,
 ) -> Result<RationalFit, Error> {
@@ -397,7 +418,7 @@ fn fitted(
             responses: &values,
             variance: variance.as_deref(),
             variance_trusted: false,
-            line_independence: acquired.map_or(1.0, |a| a.line_independence),
+            line_independence: responses.line_independence.unwrap_or(1.0),
             derivative,
         };
         rational::fit(&measured, &options)

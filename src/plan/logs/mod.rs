@@ -57,5 +57,8 @@ pub mod spectrum;
 /// Spectra that a file holds.
 pub mod held;
 
+/// Measured orders and what a model declares of them.
+pub mod attribution;
+
 /// Transmission error from two encoders.
 pub mod encoders;

@@ -36,10 +36,13 @@ pub fn places(recording: &Recording, words: &[String]) -> Result<Vec<usize>, Err
         .collect()
 }
 
-/// Refuses channels named twice, without signal, or with one signal under two names.
+/// Sizes whose squares, summed over any log and multiplied with each other, neither overflow nor vanish.
+const SQUARABLE: (f64, f64) = (1e-60, 1e60);
+
+/// Refuses channels named twice, without signal, of a size that cannot be squared, or with one signal under two names.
 ///
 /// # Errors
-/// `conflict`, `no-signal`; samples that cannot be read.
+/// `conflict`, `no-signal`, `out-of-range`; samples that cannot be read.
 pub fn check(recording: &Recording, inputs: &[usize], outputs: &[usize]) -> Result<(), Error> {
     let chosen: Vec<usize> = inputs.iter().chain(outputs).copied().collect();
     let name = |at: usize| recording.channels[at].name.as_str();
@@ -75,6 +78,16 @@ pub fn check(recording: &Recording, inputs: &[usize], outputs: &[usize]) -> Resu
         }
     })?;
     for (&at, &(low, high)) in chosen.iter().zip(&ranges) {
+        let largest = low.abs().max(high.abs());
+        if largest > SQUARABLE.1 || (largest > 0.0 && largest < SQUARABLE.0) {
+            let message = format!(
+                "{} reaches {largest:.3e}: its power cannot be formed in double precision",
+                name(at)
+            );
+            return Err(Error::new(Code::OutOfRange, message).hint(
+                "look at the unit of the channel, or give it a sensible one in the sidecar",
+            ));
+        }
         if low >= high {
             let message = format!("{} is {low} in every sample", name(at));
             return Err(Error::new(Code::NoSignal, message)

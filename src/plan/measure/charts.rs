@@ -165,6 +165,7 @@ impl Evaluation<'_> {
             let pitches = Pitches::new(&column.values, method, teeth, chart.std)
                 .map_err(|e| e.at(&chart.place))?;
             let span = |found: &Found| match found.end - found.first {
+                0 => "all alike".to_string(),
                 1 => format!("pitch {}", found.first + 1),
                 _ => format!(
                     "pitches {} to {}",
@@ -241,10 +242,15 @@ impl Evaluation<'_> {
     fn column_of_both(&mut self, chart: &Chart, lever: &Lever) -> Result<Column, Errors> {
         let found = self.one(chart, Side::Both, lever)?;
         let found = found.filter(|column| !column.values.is_empty());
-        found.ok_or_else(|| {
-            Error::new(Code::MissingKey, "this chart has no `column` with readings")
+        let of_sides = chart.columns[1..].iter().any(|names| !names.is_empty());
+        let message = match of_sides {
+            true => "this chart belongs to neither side of the teeth, and names `left` or `right`",
+            false => "the `column` of this chart holds no reading",
+        };
+        found.filter(|_| !of_sides).ok_or_else(|| {
+            Error::new(Code::Conflict, message)
                 .at(&chart.place)
-                .hint("it belongs to both sides of the teeth: name its column in `column`")
+                .hint("name the column of its readings in `column`")
                 .into()
         })
     }
@@ -317,11 +323,12 @@ impl Evaluation<'_> {
     /// The worst of the traces of a side, and the mean slope, in which the mounting shows.
     fn worst_lines(&mut self, side: Side, is_profile: bool, traces: &[(String, Vec<f64>, Line)]) {
         use Quantity::*;
+        type Reading = fn(&Line) -> Estimate;
         let [total, form, slope] = match is_profile {
             true => [ProfileTotal, ProfileForm, ProfileSlope],
             false => [HelixTotal, HelixForm, HelixSlope],
         };
-        let of: [(Quantity, fn(&Line) -> Estimate); 3] = [
+        let of: [(Quantity, Reading); 3] = [
             (total, |line| line.total),
             (form, |line| line.form),
             (slope, |line| line.slope),

@@ -159,6 +159,16 @@ pub fn structure(train: &Train) -> String {
         "friction pairs",
     );
     part(
+        count(&|l| matches!(l, Law::Clutch { .. })),
+        "clutch pressed over time",
+        "clutches pressed over time",
+    );
+    part(
+        count(&|l| matches!(l, Law::Orders { .. })),
+        "load that follows an angle",
+        "loads that follow angles",
+    );
+    part(
         count(&|l| matches!(l, Law::Curve(_) | Law::Lagged { .. })),
         "motor",
         "motors",
@@ -167,7 +177,7 @@ pub fn structure(train: &Train) -> String {
         train
             .branches
             .iter()
-            .filter(|b| b.followed.is_some())
+            .filter(|b| !b.followed.is_empty())
             .count(),
         "error that follows an angle",
         "errors that follow angles",

@@ -1,12 +1,12 @@
 //! Runs a motion and keeps what was asked of it.
 
 use std::ops::ControlFlow;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use super::choice::Choice;
 use super::scene::MotionScene;
 use crate::base::error::Error;
+use crate::base::stop::Stop;
 use crate::motion::energy::{Balance, Meter};
 use crate::motion::problem::{Ask, Effort};
 
@@ -31,7 +31,7 @@ pub struct Motion {
 pub const BUDGET: u64 = 400_000_000;
 
 /// What a scene asks of a method.
-pub fn ask(scene: &MotionScene, choice: &Choice, samples: usize) -> Ask {
+pub fn ask(scene: &MotionScene, choice: &Choice, samples: usize, stop: &Stop) -> Ask {
     Ask {
         from: 0.0,
         to: scene.until,
@@ -39,6 +39,7 @@ pub fn ask(scene: &MotionScene, choice: &Choice, samples: usize) -> Ask {
         samples,
         effort: choice.wanted,
         budget: BUDGET,
+        stop: stop.clone(),
     }
 }
 
@@ -50,7 +51,7 @@ pub fn run(
     scene: &MotionScene,
     choice: &Choice,
     energy: bool,
-    stop: &AtomicBool,
+    stop: &Stop,
 ) -> Result<Motion, Error> {
     let train = &scene.moving.train;
     // Powers change faster than what is shown of them.
@@ -59,11 +60,10 @@ pub fn run(
     } else {
         1
     };
-    let ask = ask(scene, choice, scene.samples * finer);
+    let ask = ask(scene, choice, scene.samples * finer, stop);
     let (mut time, mut values) = (Vec::new(), vec![Vec::new(); scene.outputs.list.len()]);
     let mut meters = [Meter::default(), Meter::default()];
     let mut count = 0;
-    let mut interrupted = false;
     let start = Instant::now();
     let effort = (choice.method.run)(train, &ask, &mut |t, y| {
         if energy {
@@ -77,11 +77,7 @@ pub fn run(
             }
         }
         count += 1;
-        interrupted = stop.load(Ordering::Relaxed);
-        match interrupted {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
-        }
+        ControlFlow::Continue(())
     })?;
     let seconds = start.elapsed().as_secs_f64();
     let balance = energy.then(|| meters.map(Meter::balance));
@@ -91,7 +87,7 @@ pub fn run(
         effort,
         seconds,
         balance,
-        interrupted,
+        interrupted: count <= ask.samples,
     })
 }
 

@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
+use crate::base::stop::Stop;
 use crate::base::words::{counted, listed};
 use crate::machine::kinematics::mean_speeds;
 use crate::motion::floquet::chart::{Tongue, tongues};
@@ -304,7 +305,7 @@ fn resonances(train: &Train, span: [f64; 2], points: usize) -> Result<Vec<Tongue
     if !varies(train) {
         return Err("no stiffness varies".to_string());
     }
-    tongues(train, span, points).map_err(|error| error.message)
+    tongues(train, span, points, &Stop::default()).map_err(|error| error.message)
 }
 
 /// The amplitude of the first output on another stable stretch of the curve at ω: the furthest from that of `here`.

@@ -317,7 +317,11 @@ fn indexed(machine: &Machine, chain: &Chain, index: &IndexStudy) -> Result<Vec<b
 }
 
 /// The rotation of a node.
-fn angle(machine: &Machine, name: &str) -> Result<usize, Error> {
+/// The angle of a node.
+///
+/// # Errors
+/// `UnknownNode`.
+pub fn angle(machine: &Machine, name: &str) -> Result<usize, Error> {
     machine.freedom(name).ok_or_else(|| {
         let known = machine.nodes.iter().map(|node| node.name.as_str());
         let hint = match suggestion(name, known) {

@@ -144,6 +144,8 @@ pub fn responses(path: &str, channels: &[RawChannel]) -> Result<FrequencyRespons
         functions,
         averages: None,
         window_decay: 0.0,
+        usable_hz: None,
+        line_independence: None,
     })
 }
 

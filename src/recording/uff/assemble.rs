@@ -59,6 +59,9 @@ pub(super) fn assemble(
         context.coherence(set, &mut responses, raw);
     }
     raw.responses = together(responses, raw);
+    if let Some(responses) = &mut raw.responses {
+        responses.add_variances();
+    }
     tell_apart(raw);
     if !left_out.is_empty() {
         let count = left_out.len();
@@ -291,12 +294,28 @@ fn together(functions: Vec<Function>, raw: &mut Raw) -> Option<FrequencyResponse
             hint: Some("put them into files of their own".into()),
         });
     }
-    let kept = functions.into_iter().filter(|f| f.lines == frequency_hz);
-    let functions = kept.map(|f| f.response).collect();
+    let kept: Vec<Function> = (functions.into_iter())
+        .filter(|f| f.lines == frequency_hz)
+        .collect();
+    // What this crate wrote is the same in every set; what differs is not believed.
+    let said = |line: usize, words: [&str; 3]| {
+        let mut all = kept.iter().map(|f| codes::pair(&f.header.ids[line], words));
+        let first = all.next()??;
+        all.all(|other| other == Some(first)).then_some(first)
+    };
+    let behind = said(3, codes::AVERAGES_LINE);
+    let usable_hz = said(4, codes::USABLE_LINE).filter(|(low, high)| *low >= 0.0 && low < high);
+    let line_independence = said(1, codes::INDEPENDENCE_LINE)
+        .map(|(lines, line)| lines / line)
+        .filter(|share| *share > 0.0 && *share <= 1.0);
+    let functions = kept.into_iter().map(|f| f.response).collect();
     Some(FrequencyResponses {
         frequency_hz,
         functions,
-        ..FrequencyResponses::default()
+        averages: behind.map(|b| b.0).filter(|n| *n > 0.0),
+        window_decay: behind.map_or(0.0, |b| b.1.max(0.0)),
+        usable_hz,
+        line_independence,
     })
 }
 

@@ -50,6 +50,27 @@ pub(in crate::recording) const FREQUENCY: i64 = 18;
 /// How the line of the header that states the rate with all its digits begins and ends.
 pub(in crate::recording) const RATE_LINE: (&str, &str) = ("sample rate ", " Hz");
 
+/// How the lines of the header begin, go on and end that state what lies behind a frequency response: the effective number of averages
+/// with the rate of an exponential window on it, and the band worth fitting with how many independent lines a line of it holds.
+pub(in crate::recording) const AVERAGES_LINE: [&str; 3] =
+    ["effective averages ", ", exponential window ", " 1/s"];
+pub(in crate::recording) const INDEPENDENCE_LINE: [&str; 3] =
+    ["independent lines ", " in ", " line"];
+pub(in crate::recording) const USABLE_LINE: [&str; 3] = ["usable from ", " to ", " Hz"];
+
+/// Two numbers between the words of such a line.
+pub(in crate::recording) fn pair(
+    line: &str,
+    [before, between, after]: [&str; 3],
+) -> Option<(f64, f64)> {
+    let (a, b) = line
+        .strip_prefix(before)?
+        .strip_suffix(after)?
+        .split_once(between)?;
+    let number = |text: &str| text.parse::<f64>().ok().filter(|x| x.is_finite());
+    Some((number(a)?, number(b)?))
+}
+
 /// SI unit of a type of data, records 8 to 11 field 1; empty where the type does not fix it.
 pub(super) fn si_unit(data_type: i64) -> &'static str {
     match data_type {

@@ -1,7 +1,8 @@
 //! UFF 58: a data set for each channel or response, in text or in bytes (58b, little-endian), always in double precision.
 //!
 //! The format gives ten characters to a name and 13 columns to the abscissa. Whole names stand in the first line of the
-//! header, the rate with all its digits in the fourth; this crate reads both again. Uniform lines are written as start and
+//! header, the rate with all its digits in the fourth, and what lies behind frequency responses (averages, window, the band worth
+//! fitting) in the second, fourth and fifth; this crate reads all of them again. Uniform lines are written as start and
 //! increment where those give the same lines back, else one by one: in bytes exactly, in text with seven digits.
 
 use std::io::{self, Write};
@@ -108,8 +109,22 @@ pub fn responses(
 ) -> Result<(), Error> {
     let lines = &responses.frequency_hz;
     let abscissa = even(lines).unwrap_or(Abscissa::Uneven(lines));
+    let said = |pair: Option<(f64, f64)>, [before, between, after]: [&str; 3]| {
+        pair.map_or(String::new(), |(a, b)| {
+            format!("{before}{a:?}{between}{b:?}{after}")
+        })
+    };
+    let behind = responses.averages.map(|n| (n, responses.window_decay));
+    let facts = [
+        said(behind, codes::AVERAGES_LINE),
+        said(responses.usable_hz, codes::USABLE_LINE),
+        said(
+            responses.line_independence.map(|share| (share, 1.0)),
+            codes::INDEPENDENCE_LINE,
+        ),
+    ];
     for function in &responses.functions {
-        one(function, abscissa, lines, form, to).map_err(failed)?;
+        one(function, abscissa, lines, &facts, form, to).map_err(failed)?;
     }
     Ok(())
 }
@@ -118,6 +133,7 @@ fn one(
     function: &FrequencyResponse,
     abscissa: Abscissa<'_>,
     lines: &[f64],
+    facts: &[String; 3],
     form: Form,
     to: &mut impl Write,
 ) -> io::Result<()> {
@@ -127,7 +143,7 @@ fn one(
         None => output.name.clone(),
     };
     let head = Head {
-        ids: [&name, "", "", "", ""],
+        ids: [&name, &facts[2], "", &facts[0], &facts[1]],
         function: codes::FREQUENCY_RESPONSE,
         output,
         input: function.input.as_ref(),

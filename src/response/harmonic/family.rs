@@ -143,11 +143,22 @@ fn refuse(train: &Train, rates: &[f64]) -> Result<(), Error> {
             .variation
             .as_ref()
             .is_some_and(|w| w.phase.angle().is_some());
-        if b.followed.is_some() || followed {
+        if !b.followed.is_empty() || followed {
             let message = format!("the wave of {} follows an angle, not time", b.name);
             return Err(
                 Error::new(Code::Conflict, message).hint("write mesh_phase = \"speed\" in [start]")
             );
+        }
+        let hint = match b.law {
+            Law::Clutch { .. } => Some("take its engagement as a motion in time"),
+            Law::Orders { .. } => Some(
+                "write mesh_phase = \"speed\" in [start], so that its orders turn at the mean speed",
+            ),
+            _ => None,
+        };
+        if let Some(hint) = hint {
+            let message = format!("{} does not repeat with the excitation", b.name);
+            return Err(Error::new(Code::Conflict, message).hint(hint));
         }
         if rate != 0.0 && matches!(b.law, Law::Contact(_) | Law::Nonlinear { .. }) {
             let message = format!("the two sides of {} do not run at one speed", b.name);

@@ -7,6 +7,7 @@ use super::balance::{Balance, Unknowns};
 use super::family::Family;
 use super::multipliers::multipliers;
 use crate::base::error::Error;
+use crate::base::stop::Stop;
 use crate::motion::floquet::NEUTRAL;
 use crate::motion::floquet::orbit::{Orbit, orbit};
 use crate::motion::methods::periodic;
@@ -246,6 +247,7 @@ fn sampled_exactly(
         samples: SAMPLES,
         effort: Wanted::Tolerance(1e-12),
         budget: u64::MAX,
+        stop: Stop::default(),
     };
     let mut rows = Vec::with_capacity(SAMPLES);
     let mut sink = |t: f64, y: &[f64]| {

@@ -89,7 +89,14 @@ impl Lines {
                     });
                     (0.0, 0.0, -curve.torque(rate))
                 }
-                (Law::Friction(_) | Law::Nonlinear { .. }, None) => (0.0, 0.0, 0.0),
+                // What is no known force of one frequency is active or was refused.
+                (
+                    Law::Friction(_)
+                    | Law::Nonlinear { .. }
+                    | Law::Clutch { .. }
+                    | Law::Orders { .. },
+                    None,
+                ) => (0.0, 0.0, 0.0),
             };
             for (i, u) in acts.iter().enumerate() {
                 for (j, w) in sees.iter().enumerate() {

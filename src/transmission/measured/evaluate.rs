@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use super::cells::{CELLS_PER_ORDER, Cells, ERROR, LEAST_PER_CELL, LOST};
 use super::flank::{Flank, Search, flank};
 use super::jumps::{Jump, Look, jumps};
+use super::orders::Named;
 use super::rows::{Rows, Scales, each};
 use super::speed::{Paces, Speed};
 use super::survey::{MeasuredRatio, Run, survey};
@@ -28,8 +29,8 @@ pub struct Ask {
     pub multiples: Option<usize>,
     /// Steps of lost counts are taken out.
     pub repair: bool,
-    /// Orders that a model names, per turn of the output.
-    pub named: Vec<(Fraction, String)>,
+    /// Orders that a model names.
+    pub named: Named,
 }
 
 /// Multiples of the meshes looked for where nobody says how many.
@@ -194,7 +195,12 @@ fn resolution(ask: &Ask, pace: f64) -> Result<(usize, usize), Error> {
         return Err(Error::new(Code::OutOfRange, message).hint(hint));
     }
     let multiples = ask.multiples.unwrap_or(MULTIPLES.min(reachable.max(1)));
-    let named = ask.named.iter().map(|n| n.0.value()).fold(0.0, f64::max);
+    let named = ask
+        .named
+        .declared
+        .iter()
+        .map(|n| n.0.value())
+        .fold(0.0, f64::max);
     let wanted = cells(multiples as f64 * highest)
         .max(cells(named))
         .min(most);

@@ -4,12 +4,11 @@ use super::cells::ERROR;
 use super::fit::fit;
 use super::interval::of_amplitude;
 use super::noise::{Level, Residual};
-use super::orders::{Near, Order, OrderList, Reach};
+use super::orders::{APART, Named, Near, Order, OrderList, Reach};
 use super::teeth::Teeth;
 use crate::base::error::Error;
 use crate::gear::measurement::composite::Record;
 use crate::gear::measurement::ranges::Ranges;
-use crate::numeric::fraction::Fraction;
 use crate::spectrum::rotation::angular::AngularSignal;
 use crate::spectrum::rotation::averaging::TurnAverage;
 
@@ -94,7 +93,7 @@ pub struct Search<'a> {
     /// The highest order.
     pub band: f64,
     /// Orders that a model names.
-    pub named: &'a [(Fraction, String)],
+    pub named: &'a Named,
 }
 
 /// Of one line in a thousand records it is said that it stands out, and does not.
@@ -115,12 +114,19 @@ pub fn flank(mut signal: AngularSignal, forward: bool, search: &Search) -> Resul
         turns,
     };
     let mut list = OrderList::default();
-    for (order, name) in search.named {
+    for (order, name) in &search.named.declared {
         list.put(order.clone(), name.clone());
     }
     list.with_train(search.teeth, search.multiples);
     let mut orders = list.resolved(reach, &mut Vec::new());
     let mut more = OrderList::default();
+    for (order, name) in &search.named.possible {
+        // It names what nothing between the encoders makes, and takes nothing from what is fitted.
+        let is_near = |o: &Order| (o.value - order.value()).abs() < APART / turns;
+        if !orders.iter().any(is_near) {
+            more.put(order.clone(), name.clone());
+        }
+    }
     more.with_more(search.teeth, search.multiples);
     let mut candidates = more.resolved(reach, &mut orders);
     let mut found = fit(&signal, &orders)?;

@@ -29,6 +29,15 @@ pub struct Near {
     pub turns: f64,
 }
 
+/// Orders that a model names, with what has them.
+#[derive(Debug, Clone, Default)]
+pub struct Named {
+    /// Of declared errors: fitted.
+    pub declared: Vec<(Fraction, String)>,
+    /// Of whatever turns or meshes, between the encoders or not: looked for.
+    pub possible: Vec<(Fraction, String)>,
+}
+
 /// What a record can show.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reach {
@@ -39,7 +48,7 @@ pub struct Reach {
 }
 
 /// Share of 1/T by which two orders differ at least to be fitted both.
-const APART: f64 = 0.9;
+pub const APART: f64 = 0.9;
 
 /// Orders in the order of their weight: those to be fitted, then those to be looked for.
 #[derive(Debug, Default)]

@@ -11,7 +11,9 @@ pub fn foreign(train: &Train) -> Option<String> {
         let straight = |curve: &Curve| matches!(curve, Curve::Straight { .. });
         let turns = |wave: &Wave| wave.phase.angle().is_some();
         match &b.law {
-            Law::Friction(_) => return Some(format!("{name} has dry friction")),
+            Law::Friction(_) | Law::Clutch { .. } => {
+                return Some(format!("{name} has dry friction"));
+            }
             Law::Nonlinear { .. } => {
                 return Some(format!("the characteristic of {name} is not linear"));
             }
@@ -25,12 +27,15 @@ pub fn foreign(train: &Train) -> Option<String> {
                 "the stiffness of {name} follows an angle, not time"
             ));
         }
-        if b.followed.as_ref().is_some_and(turns) {
+        if b.followed.iter().any(turns) {
             return Some(format!("the error of {name} follows an angle, not time"));
         }
+        if let Law::Orders { .. } = b.law {
+            return Some(format!("{name} follows an angle, not time"));
+        }
         b.followed
-            .as_ref()
-            .filter(|e| matches!(e.shape, Shape::Rectangular { .. }))
+            .iter()
+            .find(|e| matches!(e.shape, Shape::Rectangular { .. }))
             .map(|_| format!("the error of {name} jumps"))
     };
     let bent = || {

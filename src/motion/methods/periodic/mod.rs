@@ -10,7 +10,7 @@ use super::{Ladder, Method};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::motion::problem::{Ask, Effort, Problem, Sink};
-use crate::motion::progress::check;
+use crate::motion::progress::{check, within_budget};
 use crate::motion::train::Train;
 
 /// What it does not take.
@@ -62,6 +62,12 @@ fn run(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
     loop {
         let leg = walk.leg(end);
         let last = leg.limit.is_none() && leg.to >= walk.place_of(end);
+        if walk.effort.steps.is_multiple_of(16) {
+            if ask.stop.is_due() {
+                return Ok(finished(walk));
+            }
+            within_budget(ask, &walk.effort, ask.from + walk.elapsed(-1.0))?;
+        }
         while sample <= ask.samples {
             let place = walk.place_of(next);
             if place > leg.to && !(last && sample == ask.samples) {

@@ -254,7 +254,7 @@ impl<'a> Tables<'a> {
         let lines = &regime.pieces[self.train.drives.len()..];
         let errors = self.train.branches.iter().zip(lines).map(|(b, &line)| {
             let mut error = series(b.imposed.as_ref(), line);
-            if let Some(wave) = &b.followed {
+            for wave in &b.followed {
                 add_wave(&mut error, wave, at, half);
             }
             error

@@ -1,0 +1,134 @@
+//! Transmission error from encoder counts against NumPy and against the memory, in one run.
+//!
+//! `cargo bench --bench transmission` prints times on the processor, errors against the truth and ratios. The peer needs `python3` with
+//! NumPy, on one thread as ours is. The error is the worst relative one of an amplitude.
+
+use std::f64::consts::TAU;
+use std::fs::File;
+use std::hint::black_box;
+use std::io::{BufWriter, Write};
+
+use beside::{Took, best_on_processor as best};
+use geardyn::transmission::measured::evaluate::{Ask, evaluate};
+use geardyn::transmission::measured::orders::Named;
+use geardyn::transmission::measured::rows::{InMemory, Scale, Scales};
+use geardyn::transmission::measured::teeth::Teeth;
+
+mod beside;
+
+/// Of the first column.
+const WIDTH: usize = 58;
+
+/// Rows of both encoders.
+const ROWS: usize = 10_000_000;
+
+/// Rows in a turn of the output.
+const PER_TURN: f64 = 3200.0;
+
+/// Counts a turn of input and output.
+const COUNTS: [f64; 2] = [40_000.0, 72_000.0];
+
+/// Orders per turn of the output and amplitudes, rad; phases are 1, 2, 3, ….
+const ERRORS: [(f64, f64); 4] = [
+    (1.0, 5e-5),
+    (64.0 / 21.0, 2e-5),
+    (64.0, 1.5e-5),
+    (128.0, 4e-6),
+];
+
+/// Counts of both encoders at an even clock, the speed uneven by 2 %.
+fn readings() -> (Vec<f64>, Vec<f64>) {
+    let mut rng = fastrand::Rng::with_seed(3);
+    let one = |k: usize| {
+        let even = k as f64 / PER_TURN;
+        let turns = even + 0.02 / (TAU * 1.7) * (TAU * 1.7 * even).sin();
+        let wave = |(n, (o, a)): (usize, &(f64, f64))| a * (TAU * o * turns + n as f64 + 1.0).cos();
+        let error: f64 = ERRORS.iter().enumerate().map(wave).sum();
+        let noise = [rng.f64(), rng.f64()];
+        (
+            (turns * 64.0 / 21.0 * COUNTS[0] + noise[0]).floor(),
+            ((turns + error / TAU) * COUNTS[1] + noise[1]).floor(),
+        )
+    };
+    (0..ROWS).map(one).unzip()
+}
+
+fn main() {
+    beside::head(WIDTH, "numpy");
+    let (input, output) = readings();
+    let scale = |counts: f64| Scale {
+        unit: TAU / counts,
+        wrap: None,
+        step: TAU / counts,
+    };
+    let ask = Ask {
+        teeth: Teeth::parse("21:64").expect("teeth"),
+        scales: Scales {
+            input: scale(COUNTS[0]),
+            output: scale(COUNTS[1]),
+        },
+        rate_hz: Some(10_000.0),
+        multiples: Some(2),
+        repair: false,
+        named: Named::default(),
+    };
+    let rows = InMemory(&input, &output);
+    let (seconds, found) = best(3, || evaluate(&rows, &ask).expect("the record is sound"));
+    let off = |(order, a): &(f64, f64)| {
+        let lines = &found.flanks[0].lines;
+        let line = lines.iter().find(|l| (l.order.value - order).abs() < 1e-9);
+        line.map_or(f64::NAN, |l| (l.amplitude / a - 1.0).abs())
+    };
+    let error = ERRORS.iter().map(off).fold(0.0, f64::max);
+    let path = std::env::temp_dir().join(format!("geardyn-bench-te-{}.f64", std::process::id()));
+    let mut to = BufWriter::new(File::create(&path).expect("the temporary folder takes a file"));
+    for x in input.iter().chain(&output) {
+        to.write_all(&x.to_le_bytes()).expect("there is room");
+    }
+    to.flush().expect("there is room");
+    let name = path.to_str().expect("the name is plain");
+    let ours = Took {
+        seconds,
+        error: Some(error),
+    };
+    for (what, script) in [
+        (
+            "TE of 10 000 000 rows, all checks and intervals; numpy.interp and rfft",
+            "interpolate",
+        ),
+        ("the same; least squares of 4 orders alone", "fit"),
+    ] {
+        beside::row(
+            WIDTH,
+            what,
+            ours,
+            beside::peer("transmission_peer.py", &[script, name]),
+        );
+    }
+    std::fs::remove_file(&path).expect("the file is ours");
+    let (seconds, _) = best(3, || {
+        black_box(&input).iter().sum::<f64>() + black_box(&output).iter().sum::<f64>()
+    });
+    let took = |seconds| Took {
+        seconds,
+        error: None,
+    };
+    beside::row(
+        WIDTH,
+        "  limit: summing both columns in memory",
+        took(seconds),
+        None,
+    );
+    let (seconds, _) = best(3, || {
+        let e: Vec<f64> = (black_box(&input).iter().zip(black_box(&output)))
+            .map(|(a, b)| b / COUNTS[1] - a / COUNTS[0] * 21.0 / 64.0)
+            .collect();
+        e
+    });
+    beside::row(
+        WIDTH,
+        "  limit: θ₂ − θ₁ z₁/z₂ into memory",
+        took(seconds),
+        None,
+    );
+}

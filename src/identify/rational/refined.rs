@@ -1,0 +1,175 @@
+//! Poles that another method found, each brought to its place in a window of its own: every response has its own pole there, beside a
+//! smooth background, and the mode is the mean over the responses that see it (random effects, DerSimonian and Laird 1986). A method
+//! that looks for common poles of all lines at once spends two on a resonance the responses disagree about, or a wider one; here
+//! there is one, with an uncertainty that holds what noise leaves and what the responses disagree by.
+
+use crate::base::error::Error;
+use crate::numeric::Complex;
+use crate::numeric::statistics::chi_squared_quantile;
+
+use super::answer::spread_of;
+use super::basis::{Pole, Problem, Structure};
+use super::lines::{Lines, Weights};
+use super::local::{cut, window};
+use super::projection::{Fitted, Model, Stop, at, refine};
+use super::scan::spacing;
+use super::spread::{Mean, beside, disagreement, mean};
+use super::variance::from_differences;
+use super::{Measured, RationalOptions, Spread};
+use crate::identify::mode::IdentifiedMode;
+
+/// A pole at its place.
+#[derive(Debug, Clone)]
+pub struct Refined {
+    /// Which of those given.
+    pub place: usize,
+    /// The pole and its covariance; no shape. As given, and without covariance, where its window is most of the band or no response
+    /// holds on to it.
+    pub mode: IdentifiedMode,
+    /// What the responses disagree by, where it is known.
+    pub spread: Option<Spread>,
+}
+
+/// Residues are free complex numbers.
+const NUMERATORS: usize = 2;
+
+/// Each pole is fitted beside the others where they stand, so all are fitted again once they have moved.
+const ROUNDS: usize = 4;
+
+/// Brings poles (rad/s, of the upper half plane, the more certain first) to their places. One that lies beside another and stands only
+/// for what the responses disagree by is left out; the order is kept.
+///
+/// # Errors
+/// As [`super::fit`] of what was measured.
+pub fn refined(
+    measured: &Measured,
+    options: &RationalOptions,
+    poles: &[Complex],
+) -> Result<Vec<Refined>, Error> {
+    let lines = Lines::new(measured, options)?;
+    let variance = match &lines.variance {
+        Some(variance) => lines.floored(variance),
+        None => from_differences(&lines),
+    };
+    let weights = Weights::new(&variance);
+    let problem = [lines.shared(&weights, Structure::FULL)];
+    let all: Vec<Pole> = poles.iter().map(|p| scaled(*p, lines.top)).collect();
+    let first = apart(&problem[0], &all);
+    let (mut places, mut now): (Vec<usize>, Vec<Pole>) = first.iter().map(|&k| (k, all[k])).unzip();
+    let mut means = settle(&problem, &mut now, lines.independence);
+    for k in (0..all.len()).filter(|k| !first.contains(k)) {
+        if is_double(&problem, &now, &all[k]) {
+            continue;
+        }
+        places.push(k);
+        now.push(all[k]);
+        means = settle(&problem, &mut now, lines.independence);
+    }
+    let mut answer: Vec<(usize, Option<Mean>)> = places.into_iter().zip(means).collect();
+    answer.sort_by_key(|a| a.0);
+    Ok(answer
+        .into_iter()
+        .map(|(place, mean)| {
+            let mut mode = IdentifiedMode {
+                pole: poles[place],
+                pole_covariance: None,
+                shape: Vec::new(),
+            };
+            let spread = mean.map(|mean| spread_of(&mut mode, &mean, lines.top));
+            Refined {
+                place,
+                mode,
+                spread,
+            }
+        })
+        .collect())
+}
+
+/// A start needs a width; in units of the highest line.
+const LEAST_REAL_PART: f64 = 1e-9;
+
+fn scaled(pole: Complex, top: f64) -> Pole {
+    Pole {
+        w: pole.im / top,
+        sigma: (pole.re.abs() / top).max(LEAST_REAL_PART),
+        stable: pole.re <= 0.0,
+    }
+}
+
+fn fitted(problem: &[Problem; 1], poles: &[Pole]) -> Fitted {
+    let model = Model {
+        poles: poles.to_vec(),
+        delays: Vec::new(),
+    };
+    at(problem, &model, NUMERATORS)
+}
+
+/// Which poles lie beside no earlier one.
+fn apart(problem: &Problem, all: &[Pole]) -> Vec<usize> {
+    let mut chosen: Vec<usize> = Vec::new();
+    for (k, pole) in all.iter().enumerate() {
+        let known: Vec<Pole> = chosen.iter().map(|&k| all[k]).collect();
+        if beside(problem, &known, pole).is_none() {
+            chosen.push(k);
+        }
+    }
+    chosen
+}
+
+/// Brings the poles to the means over the responses that see them, which are returned.
+fn settle(problem: &[Problem; 1], now: &mut [Pole], independence: f64) -> Vec<Option<Mean>> {
+    let mut means = Vec::new();
+    for _ in 0..ROUNDS {
+        let fitted = fitted(problem, now);
+        let mean = |r: usize| mean(&problem[0], &fitted, NUMERATORS, r, independence);
+        means = (0..now.len())
+            .map(|r| mean(r).filter(Mean::is_finite))
+            .collect();
+        for (pole, mean) in now.iter_mut().zip(&means) {
+            *pole = mean.as_ref().map_or(*pole, |mean| mean.pole);
+        }
+    }
+    means
+}
+
+/// Whether a pole stands beside one of those at their places without need, or for what the responses disagree about.
+fn is_double(problem: &[Problem; 1], now: &[Pole], pole: &Pole) -> bool {
+    let Some(r) = beside(&problem[0], now, pole) else {
+        return false;
+    };
+    let fitted = fitted(problem, now);
+    !is_needed(&problem[0], &fitted, r, *pole)
+        || disagreement(&problem[0], &fitted, NUMERATORS, r, *pole).is_some()
+}
+
+/// How often noise alone may keep a second pole beside another.
+const FALSE_ALARM: f64 = 1e-3;
+
+const STOP: Stop = Stop {
+    steps: 15,
+    fall: 0.1,
+    share: 1e-5,
+};
+
+/// Whether one more pole beside pole `r` lowers the misfit of the window by more than noise would, the noise taken from what both leave.
+fn is_needed(problem: &Problem, fitted: &Fitted, r: usize, place: Pole) -> bool {
+    let numerators = NUMERATORS;
+    let pole = fitted.model.poles[r];
+    let Some((from, to)) = window(&problem.x, &pole, spacing(&problem.x)) else {
+        return true;
+    };
+    let local = [cut(problem, fitted, numerators, &[r], from, to)];
+    let best = |poles: Vec<Pole>| {
+        let model = Model {
+            poles,
+            delays: Vec::new(),
+        };
+        refine(&local, at(&local, &model, numerators), numerators, STOP).chi2
+    };
+    let (one, two) = (best(vec![pole]), best(vec![pole, place]));
+    let responses = local[0].y.ncols() as f64;
+    let unknown = responses * (2 * numerators + local[0].fixed.ncols()) as f64 + 4.0;
+    let freedom = (2.0 * (to - from) as f64 * responses - unknown).max(1.0);
+    let brings = numerators as f64 * responses + 2.0;
+    one - two > (two / freedom).max(1.0) * chi_squared_quantile(1.0 - FALSE_ALARM, brings)
+}
