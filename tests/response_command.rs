@@ -336,3 +336,56 @@ fn refuses_speeds_that_cannot_be() {
         assert!(text.contains(word), "{arguments:?}: {text}");
     }
 }
+
+/// While contact lasts, and slowly, a pair with play driven at a prescribed speed does what a linear response says.
+#[test]
+fn law_balance_of_a_closed_pair_is_linear() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder
+        .path()
+        .join("driven.toml")
+        .to_str()
+        .unwrap()
+        .to_string();
+    let root = env!("CARGO_MANIFEST_DIR");
+    let text = format!(
+        "title = \"t\"\nmodel = \"{root}/models/gear_pair.toml\"\n[[motor]]\nname = \"drive\"\nat = \"pinion\"\nkind = \"speed\"\nspeed = \"4314.7 rpm\"\n[[error]]\non = \"pinion\"\ncause = \"profile\"\norder = 25\namplitude = \"1 µm\"\n"
+    );
+    std::fs::write(&scene, text).unwrap();
+    let found = document(&[
+        "response",
+        &scene,
+        "--harmonic-balance",
+        "1200:1400:2",
+        "--tolerance",
+        "1e-4",
+        "--json",
+    ]);
+    let point = &found["points"][0];
+    let hertz = point["frequency_hz"].as_f64().unwrap();
+    assert!((hertz - 1200.0 * 25.0 / 60.0).abs() < 1e-6, "{point}");
+    let band = format!("{hertz}:{}", 2.0 * hertz);
+    let linear = document(&[
+        "response",
+        "models/gear_pair.toml",
+        "--input",
+        "pair.te",
+        "--output",
+        "pair.deflection",
+        "--hold",
+        "pinion",
+        "--band",
+        &band,
+        "--lines",
+        "2",
+        "--json",
+    ]);
+    let value = &linear["value"][0];
+    let size = value["re"]
+        .as_f64()
+        .unwrap()
+        .hypot(value["im"].as_f64().unwrap())
+        * 1e-6;
+    let ours = point["outputs"][0]["amplitude"].as_f64().unwrap();
+    assert!((ours / size - 1.0).abs() < 1e-6, "{ours} for {size}");
+}

@@ -93,6 +93,7 @@ impl Ready {
         let train = &scene.moving.train;
         let of = |name: &String| machine.freedom(name).map_or(0.0, |f| speeds[f]);
         let coordinates: Vec<f64> = train.coordinates.iter().map(of).collect();
+        let coordinates = beside_prescribed(&scene, coordinates)?;
         let family = Family::new(train, &coordinates)?;
         let active = Lines::new(&family).active;
         let events = if study.orders_alone {
@@ -163,6 +164,27 @@ impl Ready {
             ),
         ]
     }
+}
+
+/// Mean speeds of the coordinates that stay, less what prescribed motions carry them along with.
+fn beside_prescribed(scene: &MotionScene, mut speeds: Vec<f64>) -> Result<Vec<f64>, Error> {
+    let Some(prescribed) = &scene.moving.prescribed else {
+        return Ok(speeds);
+    };
+    for motion in &prescribed.motions {
+        let slope = motion.course.knots.last().map_or(0.0, |k| k.slope);
+        if motion.course.knots.iter().any(|k| k.slope != slope) {
+            let message = format!(
+                "{} changes its speed, and a steady motion has one",
+                motion.name
+            );
+            return Err(Error::new(Code::Conflict, message).hint("give the motor one speed"));
+        }
+        for (speed, &whole) in speeds.iter_mut().zip(&prescribed.kept) {
+            *speed -= motion.share[whole] * slope;
+        }
+    }
+    Ok(speeds)
 }
 
 /// The plan of a study, row by row.

@@ -39,12 +39,14 @@ impl Family {
     /// without a common period, or one too long.
     pub fn new(train: &Train, speeds: &[f64]) -> Result<Family, Error> {
         let rate = |b: &Branch| {
-            let size: f64 = b
-                .direction
-                .scaled()
-                .map(|(i, a)| (a * speeds[i]).abs())
-                .sum();
-            let rate = b.direction.dot(speeds);
+            let imposed = b
+                .imposed
+                .as_ref()
+                .and_then(|e| e.knots.last())
+                .map_or(0.0, |k| k.slope);
+            let parts = b.direction.scaled().map(|(i, a)| a * speeds[i]);
+            let size = parts.map(f64::abs).sum::<f64>() + imposed.abs();
+            let rate = b.direction.dot(speeds) - imposed;
             if rate.abs() > TOGETHER * size {
                 rate
             } else {
