@@ -34,14 +34,14 @@ mod local;
 /// Responses that disagree.
 mod spread;
 
+/// How certain the poles are.
+mod covariance;
+
 /// How many poles.
 mod growth;
 
 /// Which residual terms.
 mod structure;
-
-/// How certain the poles are.
-mod covariance;
 
 /// A start for a delay.
 mod delay;
