@@ -276,12 +276,15 @@ fn law_smooth_laws_agree_with_integration() {
         let period = TAU / p.omega;
         let train = family.at(p.omega);
         let steady = brute(&train, &p.start, period, 1, 4000);
-        let off = apart(&steady[1..], &[p.start.clone()]);
+        let off = apart(&steady[1..], std::slice::from_ref(&p.start));
         println!("{name}: {} orders, comes back to {off:.1e}", p.orders);
         assert!(off < 1e-6, "{name}: {off:.1e}");
         // From elsewhere it ends there as well.
         let settled = brute(&train, &[0.0, 0.0, 0.0], 40.0 * period, 1, 20_000);
-        assert!(apart(&settled[1..], &[p.start.clone()]) < 1e-5, "{name}");
+        assert!(
+            apart(&settled[1..], std::slice::from_ref(&p.start)) < 1e-5,
+            "{name}"
+        );
     }
 }
 
@@ -317,7 +320,7 @@ fn law_turning_against_a_damper_keeps_no_angle() {
     train.drives.push(push(0, Signal::constant(-rest)));
     train.drives.push(push(1, Signal::constant(-2.0 * rest)));
     let steady = brute(&train, &p.start, TAU / p.omega, 1, 4000);
-    let off = apart(&steady[1..], &[p.start.clone()]);
+    let off = apart(&steady[1..], std::slice::from_ref(&p.start));
     println!("comes back to {off:.1e}");
     assert!(off < 1e-5, "{off:.1e}");
 }

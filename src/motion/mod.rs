@@ -27,11 +27,11 @@ pub mod combination;
 /// Motions known in time, taken out of the equations.
 pub mod prescribed;
 
-/// Exact motion from switch to switch.
-pub mod segment;
-
 /// How far a run has come.
 pub mod progress;
+
+/// Exact motion from switch to switch.
+pub mod segment;
 
 /// The size of every state.
 pub mod scale;

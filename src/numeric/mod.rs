@@ -30,6 +30,9 @@ pub mod lattice;
 /// Constraints in exact fractions.
 pub mod exact;
 
+/// Sums over long vectors.
+pub mod slices;
+
 /// Householder reduction that keeps the digits of small rows.
 mod rowwise;
 
@@ -48,11 +51,11 @@ pub mod assignment;
 /// How alike two complex vectors are in direction.
 pub mod collinearity;
 
-/// Symmetric eigenproblems, Cholesky factors, linear systems.
-pub mod definite;
-
 /// Vector registers as they should be left.
 pub mod registers;
+
+/// Symmetric eigenproblems, Cholesky factors, linear systems.
+pub mod definite;
 
 /// LU factors that are kept.
 pub mod lu;
@@ -86,9 +89,6 @@ pub mod orthonormal;
 
 /// Triangles of tall matrices, least squares, singular values with vectors.
 pub mod factors;
-
-/// Sums over long vectors.
-pub mod slices;
 
 /// Sparse symmetric matrices, and their factorisation with a count of negative eigenvalues.
 pub mod sparse;

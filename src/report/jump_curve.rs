@@ -65,7 +65,7 @@ pub fn jump_curve(shown: &JumpCurve) -> String {
             across: (LEFT, WIDTH - 24.0),
             down: (TOP, TOP + HIGH),
             x,
-            y: (0.0f64.min(y.0.max(0.0)), y.1),
+            y: (0.0, y.1),
         };
         for (from, to, name) in &shown.bands {
             let (low, high) = (from.max(x.0), to.min(x.1));

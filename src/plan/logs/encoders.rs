@@ -114,9 +114,9 @@ pub fn encoders(
             curve(input, &first, a, &mut how)?,
             curve(output, &second, b, &mut how)?,
         );
-        let (rate_hz, turned) = even(&first, &second)?;
+        let (rate_hz, [first, second]) = even(&first, &second)?;
         ask.rate_hz = Some(rate_hz);
-        evaluate(&InMemory(&turned.0, &turned.1), &ask)?
+        evaluate(&InMemory(&first, &second), &ask)?
     } else {
         let rows = Columns {
             input: &first[0].samples,
@@ -406,7 +406,7 @@ fn from_tracks(
 }
 
 /// Both angles at even instants, as many as the coarser encoder has points, and how many a second.
-fn even(a: &AngleCurve, b: &AngleCurve) -> Result<(f64, (Vec<f64>, Vec<f64>)), Error> {
+fn even(a: &AngleCurve, b: &AngleCurve) -> Result<(f64, [Vec<f64>; 2]), Error> {
     let ((a0, a1), (b0, b1)) = (a.times_s(), b.times_s());
     let (from, to) = (a0.max(b0), a1.min(b1));
     if !(to > from) {
@@ -429,5 +429,5 @@ fn even(a: &AngleCurve, b: &AngleCurve) -> Result<(f64, (Vec<f64>, Vec<f64>)), E
             .map(|i| curve.at(from + i as f64 / rate))
             .collect()
     };
-    Ok((rate, (at(a), at(b))))
+    Ok((rate, [at(a), at(b)]))
 }

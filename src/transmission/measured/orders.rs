@@ -140,7 +140,7 @@ impl OrderList {
     }
 
     /// What a record can show of it, beside what is fitted `already`; an order nearer than it resolves to one before it is noted there.
-    pub fn resolved(self, reach: Reach, already: &mut Vec<Order>) -> Vec<Order> {
+    pub fn resolved(self, reach: Reach, already: &mut [Order]) -> Vec<Order> {
         let mut fresh: Vec<Order> = Vec::new();
         let least = APART / reach.turns;
         for order in self.orders {
