@@ -290,6 +290,26 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "The mean torques do not balance, so the train speeds up under them.",
     ),
     (
+        "undamped",
+        Warning,
+        "Nothing damps the machine, so that its answer at a natural frequency is infinite and no peak has a height.",
+    ),
+    (
+        "curve-lost",
+        Warning,
+        "A curve of periodic motions could not be followed any further: the motion may stop repeating with the excitation there.",
+    ),
+    (
+        "orders-limited",
+        Warning,
+        "A balance of orders would need more of them than it takes; how much those left out add up to is said.",
+    ),
+    (
+        "gyroscopic",
+        Warning,
+        "Gyroscopic terms are kept as they are at one speed while the excitation passes through a range of speeds.",
+    ),
+    (
         "contact-open",
         Warning,
         "A contact with play stands open under the mean torques and has no stiffness.",

@@ -65,6 +65,11 @@ pub fn refined(
         now.push(all[k]);
         means = settle(&problem, &mut now, lines.independence);
     }
+    while let Some(twin) = twin(&means) {
+        places.remove(twin);
+        now.remove(twin);
+        means = settle(&problem, &mut now, lines.independence);
+    }
     let mut answer: Vec<(usize, Option<Mean>)> = places.into_iter().zip(means).collect();
     answer.sort_by_key(|a| a.0);
     Ok(answer
@@ -83,6 +88,24 @@ pub fn refined(
             }
         })
         .collect())
+}
+
+/// Poles that settled closer than this, in standard deviations of their difference, are one that was given twice.
+const TWINS: f64 = 3.0;
+
+/// A pole that came to the place of an earlier one.
+fn twin(means: &[Option<Mean>]) -> Option<usize> {
+    let meet = |a: &Mean, b: &Mean| {
+        let near = |x: f64, y: f64, v: f64, u: f64| (x - y).powi(2) <= TWINS * TWINS * (v + u);
+        near(a.pole.w, b.pole.w, a.variance.0, b.variance.0)
+            && near(a.pole.sigma, b.pole.sigma, a.variance.1, b.variance.1)
+    };
+    (1..means.len()).rev().find(|&k| {
+        let earlier = means[..k].iter().flatten();
+        means[k]
+            .as_ref()
+            .is_some_and(|own| earlier.into_iter().any(|other| meet(own, other)))
+    })
 }
 
 /// A start needs a width; in units of the highest line.
