@@ -17,7 +17,7 @@ use crate::spectrum::rotation::angular::AngularSignal;
 pub const CELLS_PER_ORDER: usize = 4;
 
 /// What is lost or added of an order that is kept, relative, where two or more values fall into each cell evenly.
-pub const ERROR: f64 = 2e-4;
+pub const ERROR: f64 = 5e-4;
 
 /// Values that fall into a cell at least.
 pub const LEAST_PER_CELL: f64 = 2.0;
