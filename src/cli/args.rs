@@ -758,7 +758,7 @@ pub struct ResponseArgs {
 /// Arguments of `measure`.
 #[derive(Debug, Args)]
 pub struct MeasureArgs {
-    /// A TOML file with [measured_gear], which names the CSV files of its charts
+    /// A TOML file with `[measured_gear]`, which names the CSV files of its charts
     pub file: PathBuf,
     /// One JSON document on standard output, nothing else there
     #[arg(long)]

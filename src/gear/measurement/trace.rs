@@ -144,7 +144,7 @@ pub fn line(
 /// How much a trace's last point falls short of the line through the points below the relief.
 ///
 /// # Errors
-/// Those of [`line`].
+/// Those of [`line()`].
 pub fn tip_relief(
     along: &[f64],
     deviation: &[f64],

@@ -1,7 +1,7 @@
 //! Values at any angles brought to even cells of angle, in one pass: `v_m = Σ K(u_i − m) e_i / Σ K(u_i − m)` with u the angle in
 //! cells and K the window of Kaiser and Bessel over six cells; what K takes from the high orders is given back by a short filter.
 //!
-//! Kept within [`ERROR`] are orders up to a quarter of the cells a turn; what would fold onto them is as far down. K and its shape for
+//! Kept within `ERROR` are orders up to a quarter of the cells a turn; what would fold onto them is as far down. K and its shape for
 //! twice as many cells as needed: P. J. Beatty, D. G. Nishimura, J. M. Pauly, IEEE Trans. Med. Imaging 24 (2005), 799–808, eq. 5.
 
 use std::f64::consts::PI;
