@@ -25,6 +25,7 @@ pub fn add(builder: &mut Builder, model: &Model, part: &model::FormError) -> Res
     let error = match part.cause {
         Cause::Misalignment => joint(builder, model, part)?,
         Cause::BeltJoint => belt(builder, model, part)?,
+        Cause::Lead => screw(builder, model, part)?,
         _ => gear(builder, part)?,
     };
     builder.machine.errors.push(error);
@@ -193,6 +194,7 @@ fn shape(part: &model::FormError, teeth: u32) -> Result<Shape, Error> {
             })
         }
         ErrorSize::Table(values) => Shape::Table(values.clone()),
+        ErrorSize::Travel { values, .. } => Shape::Table(there_and_back(values)),
         ErrorSize::Tilt { angle, phase } => {
             let t = (angle / 2.0).tan().powi(2);
             orders(
@@ -325,7 +327,6 @@ fn belt(builder: &Builder, model: &Model, part: &model::FormError) -> Result<For
     let ErrorSize::Joint { length, .. } = part.size else {
         return Err(missing());
     };
-    let nanometres = |length: f64| (1e9 * length).round() as i64;
     let around = TAU * found.radii[0];
     if length < around {
         let message = format!("a belt {length} m long does not go round its pulley of {around} m");
@@ -333,6 +334,38 @@ fn belt(builder: &Builder, model: &Model, part: &model::FormError) -> Result<For
     }
     let pace = (nanometres(around), nanometres(length));
     Ok(fixed(part, turning, pace, branch, 1.0, shape(part, 1)?))
+}
+
+/// The lead of a screw; a table over its travel is run through there and back, so that no step stands at the ends.
+fn screw(builder: &Builder, model: &Model, part: &model::FormError) -> Result<FormError, Error> {
+    let missing = || {
+        let message = format!("there is no screw `{}`", part.on.text);
+        let hint = "cause = \"lead\" stands on a [[screw]] by its name";
+        Error::new(Code::UnknownNode, message)
+            .at(&part.on.place)
+            .hint(hint)
+    };
+    let found = (model.screws.iter())
+        .find(|screw| screw.name.text == part.on.text)
+        .ok_or_else(missing)?;
+    let branch = of_element(&builder.machine, &part.on.text).ok_or_else(missing)?;
+    let turning = builder.theta(&found.between[0])?;
+    let pace = match part.size {
+        ErrorSize::Travel { travel, .. } => (found.lead as i64, nanometres(2.0 * travel)),
+        _ => (1, 1),
+    };
+    Ok(fixed(part, turning, pace, branch, 1.0, shape(part, 1)?))
+}
+
+/// A table over a travel, and back again without its ends.
+fn there_and_back(values: &[f64]) -> Vec<f64> {
+    let back = values.iter().skip(1).rev().skip(1);
+    values.iter().chain(back).copied().collect()
+}
+
+/// The nearest whole number of nanometres, one at least.
+fn nanometres(length: f64) -> i64 {
+    ((1e9 * length).round() as i64).max(1)
 }
 
 /// An error that acts in one branch alone.
