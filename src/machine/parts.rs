@@ -32,6 +32,8 @@ pub struct Machine {
     pub errors: Vec<FormError>,
     /// Gears, for orders of excitation.
     pub gears: Vec<Gear>,
+    /// Gears of planetary stages that errors can be on beside these: planets, and a sun or ring that stands.
+    pub members: Vec<Member>,
     /// Mean speeds stated in the file: freedom, rad/s. The first is the reference.
     pub speeds: Vec<(usize, f64)>,
     /// Damping of no element.
@@ -221,6 +223,17 @@ pub struct Gear {
     pub seats: Vec<Seat>,
 }
 
+/// A gear of a planetary stage by its name: `stage.planet_1`, `stage.sun`, `stage.ring`.
+#[derive(Debug, Clone)]
+pub struct Member {
+    /// Its name.
+    pub name: String,
+    /// The gear; of one that stands, what turns is the carrier, and the gear turns back against it.
+    pub gear: Gear,
+    /// It is fixed to ground.
+    pub stands: bool,
+}
+
 /// How a gear stands in one of its meshes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Seat {
@@ -230,7 +243,7 @@ pub struct Seat {
     pub across: [[f64; 2]; 2],
     /// What one along its axis does on the drive flank.
     pub along: f64,
-    /// The lever of the tooth force over the radius of the pitch circle.
+    /// What teeth an arc ahead on the pitch circle do to the deflection: the lever of the tooth force over the radius of the pitch circle.
     pub lever: f64,
     /// Normal module, m, and radius of the pitch circle, m, of a pair of parallel axes; tolerances are stated for these.
     pub cylindrical: Option<[f64; 2]>,

@@ -224,12 +224,17 @@ fn refuse_what_cannot_be(f: &mut Fields, cause: Cause, size: &ErrorSize) {
     let is_offset = cause.is_offset();
     let graded = matches!(size, ErrorSize::Grade { .. });
     let once = matches!(size, ErrorSize::Orders(terms) if terms.iter().all(|t| t.0 == 1));
-    let known = [Cause::Eccentricity, Cause::CumulativePitch, Cause::Profile];
+    let known = [
+        Cause::Eccentricity,
+        Cause::CumulativePitch,
+        Cause::SinglePitch,
+        Cause::Profile,
+    ];
     if graded && !known.contains(&cause) {
         refuse(
             f,
             "grade",
-            "a grade says what an eccentricity, a cumulative-pitch or a profile may be",
+            "a grade says what an eccentricity, a cumulative-pitch, a single-pitch or a profile may be",
         );
     }
     if is_offset && !once && !graded {

@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::model::{Axis, End, Model, Name, ShaftBody};
+use super::model::{Axis, End, Model, Name, Planetary, ShaftBody};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::notes::Notes;
@@ -114,6 +114,8 @@ struct Nodes<'a> {
     /// Elements that make nodes `name.1 …` or `name.planet_1 …`, with the number of the last.
     rows: HashMap<&'a str, (&'static str, usize)>,
     elements: HashSet<&'a str>,
+    /// `stage.sun` and `stage.ring` where these stand, for errors.
+    standing: HashSet<String>,
 }
 
 impl<'a> Nodes<'a> {
@@ -142,11 +144,12 @@ impl<'a> Nodes<'a> {
             bodies: bodies.map(|name| name.text.as_str()).collect(),
             rows,
             elements: names(model).iter().map(|n| n.text.as_str()).collect(),
+            standing: model.planetaries.iter().flat_map(standing).collect(),
         }
     }
 
     fn has(&self, node: &str) -> bool {
-        self.bodies.contains(node) || self.in_row(node).is_some()
+        self.bodies.contains(node) || self.in_row(node).is_some() || self.standing.contains(node)
     }
 
     /// The node is one of those an element makes.
@@ -181,6 +184,15 @@ impl<'a> Nodes<'a> {
             .at(&name.place)
             .hint(hint)
     }
+}
+
+/// Names of what of a stage is fixed to ground and has errors all the same.
+fn standing(stage: &Planetary) -> impl Iterator<Item = String> + '_ {
+    let members = [("sun", &stage.sun), ("ring", &stage.ring)];
+    let fixed = members
+        .into_iter()
+        .filter(|(_, end)| matches!(end, End::Ground));
+    fixed.map(|(word, _)| format!("{}.{word}", stage.name.text))
 }
 
 /// Notes pairs without a module on bodies that move sideways, where the size of the gears counts.

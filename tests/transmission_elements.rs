@@ -1,8 +1,8 @@
-//! Screws and slides: closed forms of a table on a screw, its transmission error in µm, what cannot be.
+//! Errors of screws and of planetary sets: a table on a screw in µm, planets one by one against sums by hand, grades of pitches.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use geardyn::base::code::Code;
 use geardyn::modes::basis::{self, Solver as Decomposition};
@@ -123,7 +123,7 @@ fn exact_lines_of_a_table() {
         assert!((lead.norm() - 3e-6).abs() < 1e-20);
         let towards = lead.arg();
         let expected = match sign > 0.0 {
-            true => std::f64::consts::PI - 0.4,
+            true => PI - 0.4,
             false => -0.4,
         };
         assert!((towards - expected).abs() < 1e-12, "{hand}: {towards}");
@@ -132,7 +132,7 @@ fn exact_lines_of_a_table() {
         // 8 µm on the pitch circle of radius 50 mm turn the shaft by 160 µrad, the table by 160 µrad · 12 mm/2π.
         let pitch = line("cumulative-pitch", "1").norm();
         assert!((pitch / (8e-6 / 0.05 * 0.012 / TAU) - 1.0).abs() < 1e-13, "{pitch}");
-        let base = 0.05 * (std::f64::consts::PI / 9.0).cos();
+        let base = 0.05 * (PI / 9.0).cos();
         let mesh = line("profile", "50").norm();
         assert!((mesh / (2e-6 / base * 0.012 / TAU) - 1.0).abs() < 1e-13, "{mesh}");
         assert_eq!(source(machine, &answer.rows[0]), "screw");
@@ -243,4 +243,166 @@ fn refuses_what_cannot_be() {
     let second = "[[screw]]\nname = \"second\"\nbetween = [\"shaft\", \"table\"]\nlead = 0.0120001\n";
     let rigid = feed("right", second).replace("k = 2e8\nc = 5e3\n", "");
     assert_eq!(refusal(&rigid).code, Code::ContradictoryRatios);
+}
+
+/// Sun driving, ring standing, carrier out, meshes of one stiffness: planets are free, so `F_n = k/2 (δ_s + δ_r)` of each and `Σ F_n = 0`:
+/// the carrier errs by `−mean(e_s,n + e_r,n) / (r_bs + r_br)`.
+fn stage(teeth: [u32; 3], planets: u32, errors: &str) -> Prepared {
+    written(&format!(
+        "inertia = [{{ name = \"sun\", J = 0.01 }}, {{ name = \"carrier\", J = 0.1 }}]\n\
+         planetary = [{{ name = \"set\", sun = \"sun\", ring = \"ground\", carrier = \"carrier\", planets = {planets}, teeth = [{}, {}, {}], \
+         module = 0.003, planet_J = 1e-3, k_sun = 2e8, k_ring = 2e8 }}]\n{errors}",
+        teeth[0], teeth[1], teeth[2]
+    ))
+}
+
+fn carried(prepared: &Prepared) -> Answer {
+    let study = TransmissionStudy {
+        driver: Some("sun".to_string()),
+        output: Some("carrier".to_string()),
+        ..TransmissionStudy::default()
+    };
+    run(prepared, &study).unwrap()
+}
+
+/// Size of a line by its order, rad; zero where there is none.
+fn line(answer: &Answer, order: &str) -> f64 {
+    let rows = answer.rows.iter().filter(|r| r.line.order.to_string() == order);
+    rows.map(|r| answer.slow(r).norm()).sum()
+}
+
+/// One planet's errors by hand. Off its axis by ε it moves its carrier pin to and fro: the carrier by `ε / (N r_c)`. An arc of its pitch
+/// circle is passed on by the tooth at the sun and, half a turn round, taken back by the tooth at the ring: odd orders add up to
+/// `F / (N r_c)`, even ones are gone. A profile reaches both meshes half a turn apart.
+#[test]
+fn exact_errors_of_one_planet() {
+    // 21 + 2·30 = 81; N = 3 of (21 + 81)/3 = 34.
+    let radius = 0.003 * (21.0 + 30.0) / 2.0;
+    let of = |error: &str| {
+        let errors = format!("error = [{{ on = \"set.planet_2\", {error} }}]\n");
+        carried(&stage([21, 30, 81], 3, &errors))
+    };
+    // Turns of a planet against the carrier for one of the carrier: 81/30 = 27/10.
+    let eccentric = of("cause = \"eccentricity\", amplitude = 1e-5, phase = 0.3");
+    let found = line(&eccentric, "27/10");
+    assert!((found / (1e-5 / 3.0 / radius) - 1.0).abs() < 1e-11, "{found}");
+    let pitch = of("cause = \"cumulative-pitch\", amplitudes = [1e-5, 1e-5, 1e-5], orders = [1, 2, 3]");
+    for (order, share) in [("27/10", 1.0), ("27/5", 0.0), ("81/10", 1.0)] {
+        let found = line(&pitch, order) * 3.0 * radius / 1e-5;
+        assert!((found - share).abs() < 1e-11, "{order}: {found}");
+    }
+    // 30 teeth: half a turn is 15 pitches, so both meshes see the profile alike; 2 A / (N (r_bs + r_br)).
+    let base = 2.0 * radius * (PI / 9.0).cos();
+    let profile = of("cause = \"profile\", amplitude = 2e-6");
+    let found = line(&profile, "81");
+    assert!((found / (2.0 * 2e-6 / 3.0 / base) - 1.0).abs() < 1e-11, "{found}");
+    // An odd number of teeth: a tooth at the sun, a space at the ring.
+    let errors = "error = [{ on = \"set.planet_1\", cause = \"profile\", amplitude = 2e-6 }]\n";
+    let odd = carried(&stage([21, 33, 87], 3, errors));
+    assert!(line(&odd, "87") < 1e-16);
+}
+
+/// Sun and ring meet every planet: orders survive where the planets see them in step, `Σ cos(n (φ − ψ_j))/N` by hand.
+#[test]
+fn exact_orders_that_planets_cancel() {
+    for (teeth, planets) in [([21, 30, 81], 3), ([20, 31, 82], 3), ([24, 24, 72], 4), ([22, 25, 72], 4)] {
+        let [sun, planet, ring] = teeth.map(f64::from);
+        let radius = 0.003 * (sun + planet) / 2.0;
+        let base = 2.0 * radius * (PI / 9.0).cos();
+        let in_step = |n: f64| {
+            let sums = (0..planets).map(|j| (n * TAU * f64::from(j) / f64::from(planets)).sin_cos());
+            let (s, c) = sums.fold((0.0, 0.0), |(s, c), x| (s + x.0, c + x.1));
+            s.hypot(c) / f64::from(planets)
+        };
+        for (on, z, turns) in [("sun", sun, ring / sun), ("set.ring", ring, 1.0)] {
+            let errors = format!(
+                "error = [{{ on = \"{on}\", cause = \"form\", amplitudes = [1e-6, 1e-6, 1e-6, 1e-6, 1e-6], orders = [1, 2, 3, 4, {z}] }}]\n"
+            );
+            let answer = carried(&stage(teeth, planets as u32, &errors));
+            for n in [1.0, 2.0, 3.0, 4.0, z] {
+                let row = answer
+                    .rows
+                    .iter()
+                    .find(|r| (r.line.order.value() - n * turns).abs() < 1e-9)
+                    .unwrap();
+                let found = answer.slow(row).norm() * base / 1e-6;
+                assert!((found - in_step(n)).abs() < 1e-11, "{on} {teeth:?} {n}: {found} {}", in_step(n));
+            }
+        }
+        // Off its axis, a sun among equal planets turns nothing.
+        let errors = "error = [{ on = \"sun\", cause = \"eccentricity\", amplitude = 1e-5 }]\n";
+        let answer = carried(&stage(teeth, planets as u32, errors));
+        assert!(answer.rows.iter().all(|r| answer.slow(r).norm() < 1e-15));
+    }
+}
+
+/// A ring that stands is passed by the carrier: its table comes out tooth after tooth, against the one planet of a stage with two.
+#[test]
+fn exact_standing_ring_is_run_through_by_its_planets() {
+    let values: Vec<f64> = (0..81).map(|k| 1e-6 * f64::from((7 * k) % 13)).collect();
+    let mean = values.iter().sum::<f64>() / 81.0;
+    let errors = format!("error = [{{ on = \"set.ring\", cause = \"cumulative-pitch\", values = {values:?} }}]\n");
+    let prepared = stage([21, 30, 81], 1, &errors);
+    let answer = run(
+        &prepared,
+        &TransmissionStudy {
+            driver: Some("sun".to_string()),
+            output: Some("carrier".to_string()),
+            record: true,
+            ..TransmissionStudy::default()
+        },
+    )
+    .unwrap();
+    let made = &answer.record.as_ref().unwrap().record;
+    // One planet alone rolls in the ring: where the ring's teeth are ahead by F, on the pitch circle, the planet finds them early, and the
+    // carrier goes with them, by F over twice its arm.
+    let radius = 0.003 * 51.0 / 2.0;
+    for (k, value) in values.iter().enumerate() {
+        // Samples lie beside the teeth: the record's own lines say what is there.
+        let phi = TAU * k as f64 / 81.0;
+        let sum: f64 = (answer.rows.iter())
+            .map(|r| {
+                let z = answer.slow(r);
+                z.norm() * (r.line.order.value() * phi + z.arg()).cos()
+            })
+            .sum();
+        let exact = (value - mean) / (2.0 * radius);
+        assert!((sum - exact).abs() < 1e-6 * 1e-5, "{k}: {sum} {exact}");
+    }
+    assert_eq!(made.turns, 1);
+}
+
+/// Pitches by chance within ± f_pt: the amplitudes that added up random tables show, 4 000 of them.
+#[test]
+fn exact_grade_of_single_pitches() {
+    let text = "inertia = [{ name = \"a\", J = 0.1 }, { name = \"b\", J = 0.1 }]\n\
+         gear_pair = [{ name = \"pair\", between = [\"a\", \"b\"], teeth = [30, 60], module = 0.003, k = 1e8 }]\n\
+         error = [{ on = \"b\", cause = \"single-pitch\", grade = 5, phase = \"unknown\" }]\n";
+    let prepared = written(text);
+    let error = &prepared.machine.errors[0];
+    assert!(error.assumed.as_ref().unwrap().contains("f_pt"));
+    let terms = error.shape.harmonics();
+    assert_eq!(terms.len(), 10);
+    // f_pt = 0.3 (m + 0.4 √d) + 4 µm, sizes as the standard rounds them: d = 180 mm lies between 125 and 280, m = 3 mm between 2 and 3.5.
+    let (m, d) = (7f64.sqrt(), (125f64 * 280.0).sqrt());
+    let limit = 1e-6 * (0.3 * (m + 0.4 * d.sqrt()) + 4.0);
+    let mut rng = fastrand::Rng::with_seed(7);
+    let mut squares = [0.0; 10];
+    const TABLES: usize = 4000;
+    for _ in 0..TABLES {
+        let single: Vec<f64> = (0..60).map(|_| limit * (2.0 * rng.f64() - 1.0)).collect();
+        let mean = single.iter().sum::<f64>() / 60.0;
+        let mut sum = 0.0;
+        let added: Vec<f64> = single.iter().map(|f| { sum += f - mean; sum }).collect();
+        for (n, square) in squares.iter_mut().enumerate() {
+            let angle = |k: usize| TAU * (n as f64 + 1.0) * k as f64 / 60.0;
+            let re: f64 = (0..60).map(|k| added[k] * angle(k).cos()).sum();
+            let im: f64 = (0..60).map(|k| added[k] * angle(k).sin()).sum();
+            *square += (re * re + im * im) / 900.0;
+        }
+    }
+    for ((n, amplitude, _), square) in terms.iter().zip(squares) {
+        let rms = (square / TABLES as f64).sqrt();
+        assert!((amplitude / rms - 1.0).abs() < 0.05, "{n}: {amplitude} {rms}");
+    }
 }
