@@ -228,7 +228,7 @@ pub struct Gear {
 pub struct Member {
     /// Its name.
     pub name: String,
-    /// The gear; of one that stands, what turns is the carrier, and the gear turns back against it.
+    /// The gear; of one that stands, what turns is the carrier.
     pub gear: Gear,
     /// It is fixed to ground.
     pub stands: bool,

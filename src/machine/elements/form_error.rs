@@ -82,6 +82,7 @@ fn gear(builder: &Builder, part: &model::FormError) -> Result<FormError, Error> 
                 reach(part.cause, seat, 0, zero),
                 reach(part.cause, seat, 1, zero),
             ];
+            // The planets run through what stands in the sense of the carrier.
             if standing.is_some() {
                 flanks.iter_mut().for_each(|flank| flank.turn = -flank.turn);
             }
@@ -105,10 +106,7 @@ fn gear(builder: &Builder, part: &model::FormError) -> Result<FormError, Error> 
         carrier: first.carrier,
         pace: (1, 1),
         acts,
-        shape: match standing {
-            Some(_) => backward(shape),
-            None => shape,
-        },
+        shape,
         phase_known: part.phase_known,
         tolerance: part.tolerance,
         assumed: graded.map(|g| g.1),
@@ -400,21 +398,6 @@ fn screw(builder: &Builder, model: &Model, part: &model::FormError) -> Result<Fo
         _ => (1, 1),
     };
     Ok(fixed(part, turning, pace, branch, 1.0, shape(part, 1)?))
-}
-
-/// A shape run through backward: what stands is passed by the carrier's planets against its own sense.
-fn backward(shape: Shape) -> Shape {
-    match shape {
-        Shape::Fourier { mean, terms } => Shape::Fourier {
-            mean,
-            terms: terms.into_iter().map(|(n, a, phase)| (n, a, -phase)).collect(),
-        },
-        Shape::Table(mut values) => {
-            values[1..].reverse();
-            Shape::Table(values)
-        }
-        rectangular => rectangular,
-    }
 }
 
 /// A table over a travel, and back again without its ends.
