@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde_json::Value;
 
 use super::args::SimulateArgs;
-use super::{diagnostic, interrupt, motion_flags, output};
+use super::{epilogue, interrupt, motion_flags, output};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors, Warning};
 use crate::base::stop::Stop;
@@ -36,11 +36,7 @@ pub fn run(args: &SimulateArgs) -> Result<u8, Errors> {
         ..study
     };
     let outputs: Vec<PathBuf> = args.csv.iter().chain(&args.svg).cloned().collect();
-    let inputs: Vec<PathBuf> = scene
-        .sources
-        .iter()
-        .map(|source| PathBuf::from(&source.path))
-        .collect();
+    let inputs: Vec<PathBuf> = scene.files();
     output::check(&outputs, &inputs)?;
     if let Some(path) = &args.svg {
         output::ends(path, &["svg"])?;
@@ -68,9 +64,7 @@ pub fn run(args: &SimulateArgs) -> Result<u8, Errors> {
     }
     if !args.quiet {
         output::tell(&moved.epilogue());
-        if !written.is_empty() {
-            output::tell(&format!("wrote {}\n", written.join(" ")));
-        }
+        output::tell(&epilogue::written(&written));
     }
     Ok(moved.exit())
 }
@@ -137,19 +131,12 @@ impl Moved {
     /// What was done and left out, what it cost, doubts.
     pub fn epilogue(&self) -> String {
         let mut text = String::from("\n");
-        for (name, verdict) in &self.plan {
-            text += &match verdict {
-                Verdict::Runs(what) => format!("{name}: {what}\n"),
-                Verdict::LeftOut(why) => format!("left out {name}: {why}\n"),
-            };
-        }
+        text += &epilogue::steps(&self.plan);
         text += &report::motion_table::effort(&self.motion);
         if let Some(balance) = &self.motion.balance {
             text += &report::motion_table::balance(balance);
         }
-        for warning in &self.warnings {
-            text += &diagnostic::warning(warning, diagnostic::colour());
-        }
+        text += &epilogue::warnings(&self.warnings);
         if self.motion.interrupted {
             let end = self.motion.time.last().copied().unwrap_or(0.0);
             text += &format!("interrupted at {end} s: what is shown ends there\n");
