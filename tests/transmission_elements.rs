@@ -67,7 +67,11 @@ fn exact_axial_mode() {
     let exact = (2e8 * (1.0 / 300.0 + (0.012 / TAU).powi(2) / polar)).sqrt();
     assert_eq!(frequencies.len(), 2);
     assert_eq!(frequencies[0], 0.0);
-    assert!((frequencies[1] / exact - 1.0).abs() < 1e-14, "{} {exact}", frequencies[1]);
+    assert!(
+        (frequencies[1] / exact - 1.0).abs() < 1e-14,
+        "{} {exact}",
+        frequencies[1]
+    );
     assert!(!prepared.machine.is_lateral());
 }
 
@@ -94,7 +98,10 @@ fn exact_response_to_a_torque() {
         let a = spring * (arm * arm) + polar;
         let (b, d) = (spring * arm, spring + mass);
         let exact = -b / (a * d - b * b);
-        assert!((found - exact).norm() < 1e-11 * exact.norm(), "{omega}: {found} {exact}");
+        assert!(
+            (found - exact).norm() < 1e-11 * exact.norm(),
+            "{omega}: {found} {exact}"
+        );
     }
 }
 
@@ -111,9 +118,10 @@ fn exact_lines_of_a_table() {
         let machine = &prepared.machine;
         assert_eq!(machine.freedom_name(answer.chain.per), "shaft.theta");
         let line = |of: &str, order: &str| {
-            let row = answer.rows.iter().find(|r| {
-                cause(machine, r) == of && r.line.order.to_string() == order
-            });
+            let row = answer
+                .rows
+                .iter()
+                .find(|r| cause(machine, r) == of && r.line.order.to_string() == order);
             let row = row.unwrap_or_else(|| panic!("{of} {order}"));
             answer.slow(row)
         };
@@ -131,10 +139,16 @@ fn exact_lines_of_a_table() {
         assert!((line("lead", "5").norm() - 5e-7).abs() < 1e-20);
         // 8 µm on the pitch circle of radius 50 mm turn the shaft by 160 µrad, the table by 160 µrad · 12 mm/2π.
         let pitch = line("cumulative-pitch", "1").norm();
-        assert!((pitch / (8e-6 / 0.05 * 0.012 / TAU) - 1.0).abs() < 1e-13, "{pitch}");
+        assert!(
+            (pitch / (8e-6 / 0.05 * 0.012 / TAU) - 1.0).abs() < 1e-13,
+            "{pitch}"
+        );
         let base = 0.05 * (PI / 9.0).cos();
         let mesh = line("profile", "50").norm();
-        assert!((mesh / (2e-6 / base * 0.012 / TAU) - 1.0).abs() < 1e-13, "{mesh}");
+        assert!(
+            (mesh / (2e-6 / base * 0.012 / TAU) - 1.0).abs() < 1e-13,
+            "{mesh}"
+        );
         assert_eq!(source(machine, &answer.rows[0]), "screw");
     }
 }
@@ -170,7 +184,11 @@ fn exact_table_under_load_and_at_speed() {
         ..study_of("table")
     };
     let answer = run(&prepared, &study).unwrap();
-    assert!((answer.wind_up + 2000.0 / 2e8).abs() < 1e-18, "{}", answer.wind_up);
+    assert!(
+        (answer.wind_up + 2000.0 / 2e8).abs() < 1e-18,
+        "{}",
+        answer.wind_up
+    );
     assert_eq!(answer.speed.unwrap().abs(), 24.0);
     let omega = 30.0 * 24.0;
     let spring = geardyn::numeric::Complex::new(2e8, 5e3 * omega);
@@ -196,7 +214,11 @@ fn law_gantry_forgets_what_is_common() {
         ..study_of("left")
     };
     let answer = run(&prepared, &study).unwrap();
-    let orders: Vec<String> = answer.rows.iter().map(|r| r.line.order.to_string()).collect();
+    let orders: Vec<String> = answer
+        .rows
+        .iter()
+        .map(|r| r.line.order.to_string())
+        .collect();
     assert_eq!(orders, ["1", "3", "3"]);
     let sizes: Vec<f64> = answer.rows.iter().map(|r| answer.slow(r).norm()).collect();
     assert!((sizes[0] - 3e-6).abs() < 1e-19, "{sizes:?}");
@@ -219,19 +241,71 @@ fn law_gantry_forgets_what_is_common() {
 #[test]
 fn refuses_what_cannot_be() {
     let cases = [
-        ("[[shaft]]\nname = \"s\"\nbetween = [\"shaft\", \"table\"]\nk = 1e4\n", Code::Conflict, "does not turn"),
-        ("[[bearing]]\nname = \"b\"\nat = \"table\"\nk_x = 1e8\n", Code::Conflict, "no axis x"),
-        ("[[load]]\nat = \"shaft\"\nforce = 10.0\n", Code::Conflict, "turns"),
-        ("[[load]]\nat = \"table\"\ntorque = 10.0\n", Code::Conflict, "does not turn"),
-        ("[[load]]\nat = \"shaft\"\nforce = 10.0\ntorque = 1.0\n", Code::Conflict, "force"),
-        ("[[screw]]\nname = \"t\"\nbetween = [\"table\", \"shaft\"]\nlead = 0.01\n", Code::Conflict, "does not turn"),
-        ("[[screw]]\nname = \"t\"\nbetween = [\"motor\", \"shaft\"]\nlead = 0.01\n", Code::Conflict, "no slide"),
-        ("[[screw]]\nname = \"t\"\nbetween = [\"motor\", \"table\"]\nlead = 0.0\n", Code::OutOfRange, "lead"),
-        ("[[screw]]\nname = \"t\"\nbetween = [\"motor\", \"table\"]\nlead = 1e-2\nk_wave = { kind = \"fourier\" }\n", Code::UnknownKey, "k_wave"),
-        ("[[error]]\non = \"pair\"\ncause = \"lead\"\namplitude = 1e-6\n", Code::UnknownNode, "no screw"),
-        ("[[error]]\non = \"screw\"\ncause = \"lead\"\nharmonic = 1\namplitude = 1e-6\n", Code::Conflict, "harmonic"),
-        ("[[error]]\non = \"shaft\"\ncause = \"form\"\nvalues = [0.0, 1e-6]\ntravel = 1.0\n", Code::Conflict, "travel"),
-        ("[[error]]\non = \"screw\"\ncause = \"lead\"\nvalues = [1e-6]\ntravel = 1.0\n", Code::OutOfRange, "two values"),
+        (
+            "[[shaft]]\nname = \"s\"\nbetween = [\"shaft\", \"table\"]\nk = 1e4\n",
+            Code::Conflict,
+            "does not turn",
+        ),
+        (
+            "[[bearing]]\nname = \"b\"\nat = \"table\"\nk_x = 1e8\n",
+            Code::Conflict,
+            "no axis x",
+        ),
+        (
+            "[[load]]\nat = \"shaft\"\nforce = 10.0\n",
+            Code::Conflict,
+            "turns",
+        ),
+        (
+            "[[load]]\nat = \"table\"\ntorque = 10.0\n",
+            Code::Conflict,
+            "does not turn",
+        ),
+        (
+            "[[load]]\nat = \"shaft\"\nforce = 10.0\ntorque = 1.0\n",
+            Code::Conflict,
+            "force",
+        ),
+        (
+            "[[screw]]\nname = \"t\"\nbetween = [\"table\", \"shaft\"]\nlead = 0.01\n",
+            Code::Conflict,
+            "does not turn",
+        ),
+        (
+            "[[screw]]\nname = \"t\"\nbetween = [\"motor\", \"shaft\"]\nlead = 0.01\n",
+            Code::Conflict,
+            "no slide",
+        ),
+        (
+            "[[screw]]\nname = \"t\"\nbetween = [\"motor\", \"table\"]\nlead = 0.0\n",
+            Code::OutOfRange,
+            "lead",
+        ),
+        (
+            "[[screw]]\nname = \"t\"\nbetween = [\"motor\", \"table\"]\nlead = 1e-2\nk_wave = { kind = \"fourier\" }\n",
+            Code::UnknownKey,
+            "k_wave",
+        ),
+        (
+            "[[error]]\non = \"pair\"\ncause = \"lead\"\namplitude = 1e-6\n",
+            Code::UnknownNode,
+            "no screw",
+        ),
+        (
+            "[[error]]\non = \"screw\"\ncause = \"lead\"\nharmonic = 1\namplitude = 1e-6\n",
+            Code::Conflict,
+            "harmonic",
+        ),
+        (
+            "[[error]]\non = \"shaft\"\ncause = \"form\"\nvalues = [0.0, 1e-6]\ntravel = 1.0\n",
+            Code::Conflict,
+            "travel",
+        ),
+        (
+            "[[error]]\non = \"screw\"\ncause = \"lead\"\nvalues = [1e-6]\ntravel = 1.0\n",
+            Code::OutOfRange,
+            "two values",
+        ),
         ("[[speed]]\n", Code::WrongType, "speed"),
     ];
     for (text, code, word) in cases {
@@ -240,7 +314,8 @@ fn refuses_what_cannot_be() {
         assert!(error.to_string().contains(word), "{text}\n{error}");
     }
     // Two screws of other leads between one shaft and one table cannot both be rigid.
-    let second = "[[screw]]\nname = \"second\"\nbetween = [\"shaft\", \"table\"]\nlead = 0.0120001\n";
+    let second =
+        "[[screw]]\nname = \"second\"\nbetween = [\"shaft\", \"table\"]\nlead = 0.0120001\n";
     let rigid = feed("right", second).replace("k = 2e8\nc = 5e3\n", "");
     assert_eq!(refusal(&rigid).code, Code::ContradictoryRatios);
 }
@@ -267,7 +342,10 @@ fn carried(prepared: &Prepared) -> Answer {
 
 /// Size of a line by its order, rad; zero where there is none.
 fn line(answer: &Answer, order: &str) -> f64 {
-    let rows = answer.rows.iter().filter(|r| r.line.order.to_string() == order);
+    let rows = answer
+        .rows
+        .iter()
+        .filter(|r| r.line.order.to_string() == order);
     rows.map(|r| answer.slow(r).norm()).sum()
 }
 
@@ -285,8 +363,12 @@ fn exact_errors_of_one_planet() {
     // Turns of a planet against the carrier for one of the carrier: 81/30 = 27/10.
     let eccentric = of("cause = \"eccentricity\", amplitude = 1e-5, phase = 0.3");
     let found = line(&eccentric, "27/10");
-    assert!((found / (1e-5 / 3.0 / radius) - 1.0).abs() < 1e-11, "{found}");
-    let pitch = of("cause = \"cumulative-pitch\", amplitudes = [1e-5, 1e-5, 1e-5], orders = [1, 2, 3]");
+    assert!(
+        (found / (1e-5 / 3.0 / radius) - 1.0).abs() < 1e-11,
+        "{found}"
+    );
+    let pitch =
+        of("cause = \"cumulative-pitch\", amplitudes = [1e-5, 1e-5, 1e-5], orders = [1, 2, 3]");
     for (order, share) in [("27/10", 1.0), ("27/5", 0.0), ("81/10", 1.0)] {
         let found = line(&pitch, order) * 3.0 * radius / 1e-5;
         assert!((found - share).abs() < 1e-11, "{order}: {found}");
@@ -295,7 +377,10 @@ fn exact_errors_of_one_planet() {
     let base = 2.0 * radius * (PI / 9.0).cos();
     let profile = of("cause = \"profile\", amplitude = 2e-6");
     let found = line(&profile, "81");
-    assert!((found / (2.0 * 2e-6 / 3.0 / base) - 1.0).abs() < 1e-11, "{found}");
+    assert!(
+        (found / (2.0 * 2e-6 / 3.0 / base) - 1.0).abs() < 1e-11,
+        "{found}"
+    );
     // An odd number of teeth: a tooth at the sun, a space at the ring.
     let errors = "error = [{ on = \"set.planet_1\", cause = \"profile\", amplitude = 2e-6 }]\n";
     let odd = carried(&stage([21, 33, 87], 3, errors));
@@ -305,12 +390,18 @@ fn exact_errors_of_one_planet() {
 /// Sun and ring meet every planet: orders survive where the planets see them in step, `Σ cos(n (φ − ψ_j))/N` by hand.
 #[test]
 fn exact_orders_that_planets_cancel() {
-    for (teeth, planets) in [([21, 30, 81], 3), ([20, 31, 82], 3), ([24, 24, 72], 4), ([22, 25, 72], 4)] {
+    for (teeth, planets) in [
+        ([21, 30, 81], 3),
+        ([20, 31, 82], 3),
+        ([24, 24, 72], 4),
+        ([22, 25, 72], 4),
+    ] {
         let [sun, planet, ring] = teeth.map(f64::from);
         let radius = 0.003 * (sun + planet) / 2.0;
         let base = 2.0 * radius * (PI / 9.0).cos();
         let in_step = |n: f64| {
-            let sums = (0..planets).map(|j| (n * TAU * f64::from(j) / f64::from(planets)).sin_cos());
+            let sums =
+                (0..planets).map(|j| (n * TAU * f64::from(j) / f64::from(planets)).sin_cos());
             let (s, c) = sums.fold((0.0, 0.0), |(s, c), x| (s + x.0, c + x.1));
             s.hypot(c) / f64::from(planets)
         };
@@ -326,7 +417,11 @@ fn exact_orders_that_planets_cancel() {
                     .find(|r| (r.line.order.value() - n * turns).abs() < 1e-9)
                     .unwrap();
                 let found = answer.slow(row).norm() * base / 1e-6;
-                assert!((found - in_step(n)).abs() < 1e-11, "{on} {teeth:?} {n}: {found} {}", in_step(n));
+                assert!(
+                    (found - in_step(n)).abs() < 1e-11,
+                    "{on} {teeth:?} {n}: {found} {}",
+                    in_step(n)
+                );
             }
         }
         // Off its axis, a sun among equal planets turns nothing.
@@ -341,7 +436,9 @@ fn exact_orders_that_planets_cancel() {
 fn exact_standing_ring_is_run_through_by_its_planets() {
     let values: Vec<f64> = (0..81).map(|k| 1e-6 * f64::from((7 * k) % 13)).collect();
     let mean = values.iter().sum::<f64>() / 81.0;
-    let errors = format!("error = [{{ on = \"set.ring\", cause = \"cumulative-pitch\", values = {values:?} }}]\n");
+    let errors = format!(
+        "error = [{{ on = \"set.ring\", cause = \"cumulative-pitch\", values = {values:?} }}]\n"
+    );
     let prepared = stage([21, 30, 81], 1, &errors);
     let answer = run(
         &prepared,
@@ -393,7 +490,13 @@ fn exact_grade_of_single_pitches() {
         let single: Vec<f64> = (0..60).map(|_| limit * (2.0 * rng.f64() - 1.0)).collect();
         let mean = single.iter().sum::<f64>() / 60.0;
         let mut sum = 0.0;
-        let added: Vec<f64> = single.iter().map(|f| { sum += f - mean; sum }).collect();
+        let added: Vec<f64> = single
+            .iter()
+            .map(|f| {
+                sum += f - mean;
+                sum
+            })
+            .collect();
         for (n, square) in squares.iter_mut().enumerate() {
             let angle = |k: usize| TAU * (n as f64 + 1.0) * k as f64 / 60.0;
             let re: f64 = (0..60).map(|k| added[k] * angle(k).cos()).sum();
@@ -403,6 +506,9 @@ fn exact_grade_of_single_pitches() {
     }
     for ((n, amplitude, _), square) in terms.iter().zip(squares) {
         let rms = (square / TABLES as f64).sqrt();
-        assert!((amplitude / rms - 1.0).abs() < 0.05, "{n}: {amplitude} {rms}");
+        assert!(
+            (amplitude / rms - 1.0).abs() < 0.05,
+            "{n}: {amplitude} {rms}"
+        );
     }
 }

@@ -55,9 +55,9 @@ impl Builder {
                 node.text,
                 axis.name()
             );
-            return Err(Error::new(Code::Conflict, message)
-                .at(&node.place)
-                .hint("a slide takes `k_z` and `c_z`; a body that moves in other ways is an [[inertia]]"));
+            return Err(Error::new(Code::Conflict, message).at(&node.place).hint(
+                "a slide takes `k_z` and `c_z`; a body that moves in other ways is an [[inertia]]",
+            ));
         }
         self.axes[at].insert(axis);
         Ok(())

@@ -66,8 +66,14 @@ fn lines(title: &str, machine: &Machine, answer: &Answer) -> String {
     let amplitude = |k: usize| answer.slow(&answer.rows[k]).norm() * unit.times;
     let place = |k: usize| answer.rows[k].line.order.value().log10();
     let groups = orders(answer, amplitude);
-    let names: Vec<String> = groups.iter().map(|group| named(machine, answer, group)).collect();
-    let longest = names.iter().map(|name| width_of(name, NAME)).fold(0.0, f64::max);
+    let names: Vec<String> = groups
+        .iter()
+        .map(|group| named(machine, answer, group))
+        .collect();
+    let longest = names
+        .iter()
+        .map(|name| width_of(name, NAME))
+        .fold(0.0, f64::max);
     let top = 44.0 + longest;
     picture(WIDTH, top + HIGH + 50.0, |canvas| {
         canvas.text(title, (LEFT, 16.0), TITLE, BLACK, Anchor::Start);
@@ -128,13 +134,7 @@ fn lines(title: &str, machine: &Machine, answer: &Answer) -> String {
                     .log10(),
             );
             canvas.line((right, top - 6.0), (spot.0, spot.1 - 4.0), FAINT, 0.7);
-            canvas.upright(
-                name,
-                (right, top - 9.0),
-                NAME,
-                BLACK,
-                Anchor::Start,
-            );
+            canvas.upright(name, (right, top - 9.0), NAME, BLACK, Anchor::Start);
         }
     })
 }

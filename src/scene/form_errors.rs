@@ -263,7 +263,11 @@ fn refuse_what_cannot_be(f: &mut Fields, cause: Cause, size: &ErrorSize) {
     }
     if matches!(size, ErrorSize::Mesh(_)) && cause == Cause::Lead {
         let key = ["harmonic", "harmonics"].into_iter().find(|k| f.has(k));
-        refuse(f, key.unwrap_or("amplitude"), "a screw has no teeth: give `order` or `orders`, per turn of it");
+        refuse(
+            f,
+            key.unwrap_or("amplitude"),
+            "a screw has no teeth: give `order` or `orders`, per turn of it",
+        );
     }
     if matches!(size, ErrorSize::Tilt { .. }) && cause != Cause::Misalignment {
         refuse(f, "tilt", "a tilt is of a misaligned coupling");

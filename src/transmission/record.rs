@@ -54,12 +54,7 @@ pub fn turns(
 }
 
 /// Adds the lines up: order, A and ψ; `fastest` cycles a turn have their samples.
-pub fn synthetic(
-    lines: &[(f64, Complex)],
-    turns: usize,
-    fastest: f64,
-    closed: bool,
-) -> Synthetic {
+pub fn synthetic(lines: &[(f64, Complex)], turns: usize, fastest: f64, closed: bool) -> Synthetic {
     /// The running phase is set anew so often, so that its rounding stays that of so many products.
     const ANEW: usize = 1024;
     let count = ((turns as f64 * fastest * PER_CYCLE).ceil() as usize).max(64 * turns);

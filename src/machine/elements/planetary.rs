@@ -182,7 +182,10 @@ fn list(
             teeth: Some(teeth[1]),
             carrier: thetas[2],
             branches: vec![branches.0, branches.1],
-            seats: vec![planet_seat(stage, 0, teeth[1]), planet_seat(stage, 1, teeth[1])],
+            seats: vec![
+                planet_seat(stage, 0, teeth[1]),
+                planet_seat(stage, 1, teeth[1]),
+            ],
         };
         builder.machine.members.push(Member {
             name,

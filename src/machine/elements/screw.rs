@@ -27,7 +27,10 @@ pub fn add_slide(builder: &mut Builder, element: usize, slide: &Slide) -> Result
 pub fn add(builder: &mut Builder, element: usize, screw: &Screw) -> Result<(), Error> {
     let [turns, slides] = &screw.between;
     let theta = builder.theta(turns)?;
-    let z = match (builder.freedom(slides, Axis::Theta)?, builder.freedom(slides, Axis::Z)?) {
+    let z = match (
+        builder.freedom(slides, Axis::Theta)?,
+        builder.freedom(slides, Axis::Z)?,
+    ) {
         (None, Some(z)) => z,
         _ => return Err(no_slide(screw)),
     };

@@ -12,7 +12,6 @@ use crate::plan::prepared::Prepared;
 use crate::plan::stages::Verdict;
 use crate::plan::transmission::recorded::{self, Recorded};
 use crate::response::frequency::Way;
-use crate::response::system::Setting;
 use crate::scene::study::{IndexStudy, TransmissionStudy};
 use crate::transmission::budget::{self, Budget, Term};
 use crate::transmission::chain::{Chain, Ends};
@@ -106,7 +105,6 @@ pub fn run(prepared: &Prepared, study: &TransmissionStudy) -> Result<Answer, Err
         machine,
         kinematics,
         operating,
-        linear,
         ..
     } = prepared;
     let Some(output) = &study.output else {
@@ -139,20 +137,18 @@ pub fn run(prepared: &Prepared, study: &TransmissionStudy) -> Result<Answer, Err
     let slides = !machine.freedoms[ends.output].axis.turns();
     if let (true, Some(what)) = (
         slides,
-        [("a radius", study.radius.is_some()), ("indexing", study.index.is_some())]
-            .iter()
-            .find_map(|(what, asked)| asked.then_some(what)),
+        [
+            ("a radius", study.radius.is_some()),
+            ("indexing", study.index.is_some()),
+        ]
+        .iter()
+        .find_map(|(what, asked)| asked.then_some(what)),
     ) {
         let message = format!("{what} is of an output that turns, and {output} slides");
         return Err(Error::new(Code::Conflict, message)
             .hint("leave it out: the error of a slide is told in µm of its travel"));
     }
-    let setting = Setting {
-        machine,
-        operating,
-        linear,
-        speeds: None,
-    };
+    let setting = prepared.setting(None);
     let mut all = lines::lines(machine, operating, &chain);
     let misfit = lines::misfit(machine, &chain, &all);
     if let Some(loop_of) = &misfit

@@ -133,7 +133,10 @@ impl Cells {
         if best.len() <= 2 * FILTER {
             return Err(empty());
         }
-        let raw: Vec<f64> = best.clone().map(|m| self.sums[m][1] / self.sums[m][0]).collect();
+        let raw: Vec<f64> = best
+            .clone()
+            .map(|m| self.sums[m][1] / self.sums[m][0])
+            .collect();
         let value = |i: usize| {
             let middle = filter[0] * raw[i];
             let sides = (1..=FILTER).map(|j| filter[j] * (raw[i - j] + raw[i + j]));

@@ -59,7 +59,9 @@ impl Residual {
         let (sum, squares) = (0.5 * n as f64, 0.375 * n as f64);
         let spacing = per_turn as f64 / n as f64;
         let kept = ((band / spacing) as usize + 1).min(lines.len());
-        let power: Vec<f64> = (0..kept).map(|k| windowed(k).norm_sqr() / squares).collect();
+        let power: Vec<f64> = (0..kept)
+            .map(|k| windowed(k).norm_sqr() / squares)
+            .collect();
         let mut quiet = vec![true; kept];
         let mut empty = |order: f64| {
             let at = order / spacing;
