@@ -305,6 +305,11 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "A curve of periodic motions could not be followed any further: the motion may stop repeating with the excitation there.",
     ),
     (
+        "doubling",
+        Warning,
+        "A motion of two periods begins at a period doubling. Such motions are followed where every switch can be located; simulate in time just beyond the doubling to see one elsewhere.",
+    ),
+    (
         "orders-limited",
         Warning,
         "A balance of orders would need more of them than it takes; how much those left out add up to is said.",
