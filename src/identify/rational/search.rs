@@ -341,8 +341,11 @@ fn grown(
         let problem = [lines.shared(&weights, structure)];
         let mut growth = Growth::new(&problem, numerators, rules, MOST_WORK - effort.work);
         let fitted = growth.prune(at(&problem, &model, numerators));
-        let fitted = growth.grow(fitted, evidence);
-        let fitted = growth.drop_uncertain(fitted);
+        let mut fitted = growth.grow(fitted, evidence);
+        // A disagreement names its pole by place: poles go only where there is none.
+        if growth.scatter.is_none() {
+            fitted = growth.drop_uncertain(fitted);
+        }
         effort.scans += growth.scans;
         effort.steps += growth.steps;
         effort.work += growth.work;
