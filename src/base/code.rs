@@ -58,7 +58,7 @@ codes! {
     RaggedRow "ragged-row" 2 "A row of numbers has more or fewer cells than the rows before it. The row is never cut, filled or passed over; mend the file, or state the delimiter and the decimal mark where they were misread."
     NotANumber "not-a-number" 2 "A cell of a channel holds text. Blank cells, NaN and overload words are understood as missing samples; anything else is not guessed at."
     BadTime "bad-time" 2 "The time stamps repeat or run backward, so that the order of the samples is in doubt."
-    RateUnknown "rate-unknown" 2 "Neither time stamps nor the header give the sample rate. State it: --rate 5000, or `rate` in the sidecar."
+    RateUnknown "rate-unknown" 2 "Neither time stamps nor the header give the sample rate, or the header states it in a way that cannot be read with certainty: with a unit that is none of a rate, a tail, or numbers that may be one or several. State it: --rate 5000, or `rate` in the sidecar."
     RateDisagrees "rate-disagrees" 2 "The sample rate by the time stamps, by the header and by the sample count over the duration differ by more than 0.1 %. Say which one is right: --rate-from time, --rate-from header, or --rate."
     NoChannel "no-channel" 2 "The log has no channel of that name. `geardyn check LOG` lists the channels."
     NoSignal "no-signal" 2 "The channel holds nothing to analyse: all zero, constant, or no number at all."

@@ -2,7 +2,7 @@
 
 use super::column::Column;
 use super::responses::{FrequencyResponses, Spectrum};
-use crate::base::error::Warning;
+use crate::base::error::{Error, Warning};
 
 /// What a reader understood of one file.
 #[derive(Debug, Default)]
@@ -56,6 +56,8 @@ pub struct Clock {
     pub stamps: Option<Stamps>,
     /// The sample rate the header states, Hz, and where it says so (`Delta_X`, `Sampling Frequency`).
     pub header_rate: Option<(f64, String)>,
+    /// What is wrong with the sample rate the header states, where it states one that cannot be read.
+    pub unread_rate: Option<Error>,
     /// How many samples the header states.
     pub header_samples: Option<usize>,
     /// Date and time of the first sample as written.

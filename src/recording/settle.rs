@@ -57,6 +57,13 @@ fn settled(mut raw: Raw, settings: &Settings) -> Result<Recording, Error> {
             hint: Some("look whether the file was cut off".to_string()),
         });
     }
+    if let (Some(_), Some(unread), None) = (&base, &group.clock.unread_rate, settings.rate) {
+        raw.warnings.push(Warning {
+            code: "header-rate-unread",
+            message: format!("{}; the time stamps give the rate", unread.message),
+            hint: None,
+        });
+    }
     let mut settled = Settled {
         rate_hz,
         stretches: match &base {
@@ -344,6 +351,11 @@ fn rate(
         };
         (base.rate_hz, format!("{how} over {rows} stamps"))
     };
+    if let (Some(RateSource::Header), _, None) | (None, None, None) = (settings.rate, base, header)
+        && let Some(unread) = &group.clock.unread_rate
+    {
+        return Err(unread.clone());
+    }
     match (settings.rate, base, header) {
         (Some(RateSource::Hertz(rate)), _, _) if RATES.contains(&rate) => {
             Ok((rate, "as stated".to_string()))

@@ -99,6 +99,10 @@ pub fn read(path: &str, mut reader: impl Read, settings: &Settings) -> Result<Ra
     };
     doubts(&mut raw, &layout, &header);
     assemble(&mut raw, plan, body, &said, settings)?;
+    let unread = said.unread.map(|u| unread_rate(path, &lines, &u));
+    for group in &mut raw.groups {
+        group.clock.unread_rate.clone_from(&unread);
+    }
     Ok(raw)
 }
 
@@ -199,6 +203,15 @@ fn no_rows(path: &str, lines: &[&str]) -> Error {
     Error::new(Code::EmptyLog, format!("{path} holds no row of numbers"))
         .at(&place)
         .hint("a log has rows of numbers with the same number of cells; this text has none")
+}
+
+/// What is wrong with the sample rate that stands in a line.
+fn unread_rate(path: &str, lines: &[&str], unread: &preamble::Unread) -> Error {
+    let line = lines.get(unread.line - 1).copied().unwrap_or("");
+    let place = Place::in_line(path, unread.line, line, 0..line.len());
+    Error::new(Code::RateUnknown, &unread.message)
+        .at(&place)
+        .hint("state it: --rate HZ, or rate = \"… Hz\" in the sidecar")
 }
 
 /// Rows of numbers above the first row that fit neither as rows nor as names.
@@ -426,6 +439,7 @@ fn assemble(
         group.clock = Clock {
             stamps: group.clock.stamps.take(),
             header_rate: said.rate.clone(),
+            unread_rate: None,
             header_samples: said.samples,
             start: start.or_else(|| said.start.clone()),
             lines: lines.clone(),
