@@ -496,21 +496,17 @@ impl Settled {
         let band = resample::best_band(seconds, &longest, rate)?;
         let columns: Vec<&Column> = self.channels.iter().map(|c| &c.samples).collect();
         let mut outputs: Vec<Column> = columns.iter().map(|_| Column::default()).collect();
-        let (mut worst, mut at) = (0.0f64, 0);
+        let (mut worst, mut worst_at_ends, mut at) = (0.0f64, 0.0f64, 0);
         for (rows, &start_s) in base.stretches.iter().zip(&base.starts) {
             let grid = Grid {
                 rows: rows.clone(),
                 start_s,
                 count: rows.len(),
             };
-            worst = worst.max(resample::resample(
-                seconds,
-                &columns,
-                &grid,
-                rate,
-                band,
-                &mut outputs,
-            )?);
+            let quality =
+                resample::resample(seconds, &columns, &grid, rate, band, &mut outputs)?;
+            worst = worst.max(quality.error);
+            worst_at_ends = worst_at_ends.max(quality.error_at_ends);
         }
         // The outputs hold the stretches end to end.
         for stretch in &mut self.stretches {
@@ -520,7 +516,19 @@ impl Settled {
         for (channel, output) in self.channels.iter_mut().zip(outputs) {
             channel.samples = output;
         }
-        let decibels = 20.0 * worst.max(1e-12).log10();
+        /// An error this large, −20 dB, is no resampling.
+        const USELESS: f64 = 0.1;
+        if worst > USELESS {
+            let message = format!(
+                "the time stamps are too uneven to resample: even below {band:.4} Hz the error would be {:.0} %",
+                100.0 * worst
+            );
+            return Err(Error::new(Code::BadTime, message)
+                .hint("log with even steps, or leave the stamps aside: --time none --rate HZ"));
+        }
+        let decibels = |error: f64| 20.0 * error.max(1e-12).log10();
+        let (inside, at_ends) = (decibels(worst), decibels(worst_at_ends));
+        let ends = resample::ENDS;
         let text = crate::base::units::seconds;
         let drift = match (base.drift_hz.1 / base.drift_hz.0 - 1.0).abs() > SAME_RATE {
             true => format!(
@@ -536,7 +544,7 @@ impl Settled {
             false => String::new(),
         };
         let message = format!(
-            "resampled to {rate:.6} Hz, band-limited: error below {decibels:.0} dB up to {band:.4} Hz (stamps up to {} off an even grid, {} rms, steps of {} to {}{rounded}{drift})",
+            "resampled to {rate:.6} Hz, band-limited: error below {inside:.0} dB up to {band:.4} Hz, {at_ends:.0} dB within {ends} samples of an end of a stretch (stamps up to {} off an even grid, {} rms, steps of {} to {}{rounded}{drift})",
             text(most_s),
             text(rms_s),
             text(short),
