@@ -50,6 +50,10 @@ const LEAST_DIP: f64 = 2.0;
 /// And by more than so improbable a ripple of the estimate.
 const RIPPLE: f64 = 1e-3;
 
+/// Where the next higher value is farther off than so many lines, they show what lies between by their median: the lowest of many
+/// lines of few averages is low by chance, and says nothing.
+const BETWEEN: usize = 16;
+
 /// The peaks of a channel, the highest above the floor first.
 pub fn peaks(spectra: &Spectra, channel: usize, options: &PeakOptions) -> Vec<Peak> {
     let psd = &spectra.psd[channel];
@@ -67,13 +71,21 @@ pub fn peaks(spectra: &Spectra, channel: usize, options: &PeakOptions) -> Vec<Pe
         .map(|m| m / multiple(0.5))
         .collect();
     let (left, right) = valleys(psd);
-    let is_peak = |k: &usize| {
-        let s = psd[*k];
+    let middle = |beside: &[f64]| {
+        let mut beside = beside.to_vec();
+        let at = beside.len() / 2;
+        *beside.select_nth_unstable_by(at, f64::total_cmp).1 / multiple(0.5)
+    };
+    let falls = |s: f64, valley: &Valley, beside: &[f64]| {
+        s > dip * valley.lowest || (valley.lines > BETWEEN && s > ratio * middle(beside))
+    };
+    let is_peak = |&k: &usize| {
+        let s = psd[k];
         s > psd[k - 1]
             && s >= psd[k + 1]
-            && s > ratio * floor[*k]
-            && s > dip * left[*k]
-            && s > dip * right[*k]
+            && s > ratio * floor[k]
+            && falls(s, &left[k], &psd[k.saturating_sub(BETWEEN)..k])
+            && falls(s, &right[k], &psd[k + 1..(k + 1 + BETWEEN).min(lines)])
     };
     let spacing = spectra.frequency_hz[1] - spectra.frequency_hz[0];
     let window = spectra.window.map_or(Vec::new(), |w| w.samples(SHAPE));
@@ -142,26 +154,37 @@ fn parabola([before, middle, after]: [f64; 3]) -> (f64, f64) {
     (shift, (b - 0.25 * (a - c) * shift).exp())
 }
 
-/// The lowest value from each line to the next larger one on its left and on its right, or to the end.
-fn valleys(psd: &[f64]) -> (Vec<f64>, Vec<f64>) {
+/// What lies between a line and the next larger one on a side, or the end.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Valley {
+    /// The lowest value.
+    lowest: f64,
+    /// Lines to the larger one, or to the end.
+    lines: usize,
+}
+
+/// The valleys to the left and to the right of each line.
+fn valleys(psd: &[f64]) -> (Vec<Valley>, Vec<Valley>) {
     let left = one_sided(psd.iter());
     let mut right = one_sided(psd.iter().rev());
     right.reverse();
     (left, right)
 }
 
-fn one_sided<'a>(values: impl Iterator<Item = &'a f64>) -> Vec<f64> {
-    // Values not yet topped, each with the lowest since the one before it.
-    let mut open: Vec<(f64, f64)> = Vec::new();
+fn one_sided<'a>(values: impl Iterator<Item = &'a f64>) -> Vec<Valley> {
+    // Values not yet topped, each with the lowest since the one before it, and their lines.
+    let mut open: Vec<(f64, f64, usize)> = Vec::new();
     values
-        .map(|&value| {
+        .enumerate()
+        .map(|(line, &value)| {
             let mut lowest = value;
-            while let Some(&(_, low)) = open.last().filter(|(height, _)| *height <= value) {
+            while let Some(&(_, low, _)) = open.last().filter(|(height, ..)| *height <= value) {
                 lowest = lowest.min(low);
                 open.pop();
             }
-            open.push((value, lowest));
-            lowest
+            let lines = line - open.last().map_or(0, |o| o.2);
+            open.push((value, lowest, line));
+            Valley { lowest, lines }
         })
         .collect()
 }
@@ -238,8 +261,12 @@ mod tests {
     #[test]
     fn exact_valleys() {
         let (left, right) = valleys(&[3.0, 1.0, 2.0, 0.5, 4.0, 2.0]);
-        assert_eq!(left, [3.0, 1.0, 1.0, 0.5, 0.5, 2.0]);
-        assert_eq!(right, [0.5, 1.0, 0.5, 0.5, 2.0, 2.0]);
+        let lowest = |side: &[Valley]| side.iter().map(|v| v.lowest).collect::<Vec<_>>();
+        assert_eq!(lowest(&left), [3.0, 1.0, 1.0, 0.5, 0.5, 2.0]);
+        assert_eq!(lowest(&right), [0.5, 1.0, 0.5, 0.5, 2.0, 2.0]);
+        let lines = |side: &[Valley]| side.iter().map(|v| v.lines).collect::<Vec<_>>();
+        assert_eq!(lines(&left), [0, 1, 2, 1, 4, 1]);
+        assert_eq!(lines(&right), [4, 1, 2, 1, 1, 0]);
     }
 
     fn spectrum(samples: &[f64]) -> Spectra {
@@ -274,6 +301,29 @@ mod tests {
                 assert!((peak.amplitude / a - 1.0).abs() < 1e-3, "{peak:?}");
             }
         }
+    }
+
+    /// A tone 20 dB above the noise of a single transform, far below another: both are found, and nothing else.
+    #[test]
+    fn law_weak_tone_of_one_average() {
+        let mut found = Vec::new();
+        for seed in 0..20 {
+            let mut rng = fastrand::Rng::with_seed(seed);
+            let mut psd: Vec<f64> = (0..20_000).map(|_| -rng.f64().ln()).collect();
+            psd[3000] = 1e6;
+            psd[9000] = 100.0;
+            let spectra = Spectra {
+                frequency_hz: (0..psd.len()).map(|k| k as f64).collect(),
+                psd: vec![psd],
+                blocks: 1,
+                bandwidth_hz: 1.0,
+                ..Spectra::default()
+            };
+            let lines = peaks(&spectra, 0, &PeakOptions::default());
+            found.push(lines.iter().map(|p| p.line).collect::<Vec<_>>());
+        }
+        let wrong = found.iter().filter(|f| **f != [3000, 9000]).count();
+        assert!(wrong <= 2, "{found:?}");
     }
 
     /// Noise alone shows no peak in 50 spectra, each allowed 0.01.

@@ -17,8 +17,17 @@ const SPEED_KNOWN: f64 = 2e-3;
 /// How exactly the kinematic frequencies of a rolling bearing are known, relative: one or two per cent of slip.
 const BEARING_KNOWN: f64 = 0.02;
 
-/// Harmonics of rotations and bearings, of meshes, and sidebands to either side of a mesh.
-const HARMONICS: (usize, usize, usize) = (5, 4, 3);
+/// Harmonics of rotations.
+const ROTATIONS: usize = 20;
+
+/// Harmonics of bearings: bursts that ring in one band have so many.
+const BURSTS: usize = 12;
+
+/// Harmonics of meshes.
+const MESHES: usize = 6;
+
+/// Sidebands to either side of each.
+const SIDEBANDS: usize = 8;
 
 /// Lines of every shaft and mesh of a machine, Hz, whose node `at` turns at `speed`, rad/s; in turns of that node where `in_orders`.
 ///
@@ -76,11 +85,11 @@ pub fn of_machine(
             match source.cause {
                 Cause::Rotation => {
                     let name = format!("rotation of {}", source.member);
-                    put(&mut rotations, source, family(name, HARMONICS.0));
+                    put(&mut rotations, source, family(name, ROTATIONS));
                 }
                 Cause::Mesh => {
                     let name = format!("mesh {}", source.element);
-                    put(&mut meshes, source, family(name, HARMONICS.1));
+                    put(&mut meshes, source, family(name, MESHES));
                 }
             }
         }
@@ -90,7 +99,7 @@ pub fn of_machine(
         all.extend(mesh.lines());
         for (_, rotation) in rotations.iter().filter(|(of, _)| of == element) {
             all.extend(mesh.sidebands(&Family {
-                harmonics: HARMONICS.2,
+                harmonics: SIDEBANDS,
                 ..rotation.clone()
             }));
         }
@@ -113,7 +122,7 @@ pub fn of_shaft(turns_per_s: f64) -> Vec<Expected> {
         name: "rotation".into(),
         fundamental: turns_per_s,
         relative_tolerance: SPEED_KNOWN,
-        harmonics: HARMONICS.0,
+        harmonics: ROTATIONS,
     }
     .lines()
 }
@@ -128,7 +137,7 @@ pub fn of_bearing(bearing: &RollingBearing, turns_per_s: f64) -> Result<Vec<Expe
         name: name.into(),
         fundamental: order * turns_per_s,
         relative_tolerance: BEARING_KNOWN,
-        harmonics: HARMONICS.0,
+        harmonics: BURSTS,
     };
     Ok([
         family("BPFO", orders.outer_ring),
