@@ -46,6 +46,9 @@ fn settled(mut raw: Raw, settings: &Settings) -> Result<Recording, Error> {
         _ => None,
     };
     let (rate_hz, rate_source) = rate(&group, base.as_ref(), settings)?;
+    if !RATES.contains(&rate_hz) {
+        return Err(no_rate(rate_hz, &format!(" {rate_source}")));
+    }
     let rows = group.channels.first().map_or(0, |c| c.samples.len());
     let stated = group.clock.header_samples.filter(|&n| n > rows);
     if let Some(stated) = stated
@@ -357,17 +360,7 @@ fn rate(
         return Err(unread.clone());
     }
     match (settings.rate, base, header) {
-        (Some(RateSource::Hertz(rate)), _, _) if RATES.contains(&rate) => {
-            Ok((rate, "as stated".to_string()))
-        }
-        (Some(RateSource::Hertz(rate)), _, _) => Err(Error::new(
-            Code::OutOfRange,
-            format!(
-                "a sample rate of {rate:?} Hz cannot be; {:?} to {:?} Hz",
-                RATES.start(),
-                RATES.end()
-            ),
-        )),
+        (Some(RateSource::Hertz(rate)), _, _) => Ok((rate, "as stated".to_string())),
         (Some(RateSource::Time), Some(base), _) => Ok(by_stamps(base)),
         (Some(RateSource::Time), None, _) => {
             let message = "the log has no time stamps to take the rate from";
@@ -394,6 +387,17 @@ fn rate(
             Err(Error::new(Code::RateUnknown, message).hint(hint))
         }
     }
+}
+
+/// The error of a rate that no recorder has.
+fn no_rate(rate_hz: f64, source: &str) -> Error {
+    let message = format!(
+        "a sample rate of {rate_hz:e} Hz{source} cannot be: it lies outside of {:e} to {:e} Hz",
+        RATES.start(),
+        RATES.end()
+    );
+    Error::new(Code::OutOfRange, message)
+        .hint("look at the unit of the rate, or of the time stamps")
 }
 
 /// The three ways to the rate, shown side by side.
@@ -503,8 +507,7 @@ impl Settled {
                 start_s,
                 count: rows.len(),
             };
-            let quality =
-                resample::resample(seconds, &columns, &grid, rate, band, &mut outputs)?;
+            let quality = resample::resample(seconds, &columns, &grid, rate, band, &mut outputs)?;
             worst = worst.max(quality.error);
             worst_at_ends = worst_at_ends.max(quality.error_at_ends);
         }

@@ -383,6 +383,12 @@ fn split(clock: &Clock, stamps: &Stamps, usual: &Usual, limit_s: f64) -> Result<
     if (whole / rate_hz - 1.0).abs() < ROUNDING {
         rate_hz = whole;
     }
+    /// Missing samples that no recorder leaves out: beyond, a stamp is wrong.
+    const ENDLESS: f64 = 1e12;
+    if let Some(gap) = gaps.iter().find(|g| !(g.seconds * rate_hz < ENDLESS)) {
+        let what = format!("leaps forward in time by {:.3e} s", gap.seconds);
+        return Err(bad_stamp(&clock.lines, gap.row, &what));
+    }
     for gap in &mut gaps {
         gap.missing = ((gap.seconds * rate_hz).round() as usize)
             .saturating_sub(1)
@@ -568,7 +574,11 @@ mod tests {
                 .collect();
             let found = examine(&Clock::default(), &stamps(&t, 1e-8)).unwrap();
             assert_eq!(found.gaps, [], "{jitter}");
-            assert!((found.rate_hz / 1000.0 - 1.0).abs() < 3e-4, "{}", found.rate_hz);
+            assert!(
+                (found.rate_hz / 1000.0 - 1.0).abs() < 3e-4,
+                "{}",
+                found.rate_hz
+            );
             if jitter < 0.3 {
                 continue;
             }

@@ -50,9 +50,9 @@ const LEAST_DIP: f64 = 2.0;
 /// And by more than so improbable a ripple of the estimate.
 const RIPPLE: f64 = 1e-3;
 
-/// Where the next higher value is farther off than so many lines, they show what lies between by their median: the lowest of many
-/// lines of few averages is low by chance, and says nothing.
-const BETWEEN: usize = 16;
+/// Lines nearest to a peak that are left to it; beyond, up to the next higher value, the lowest median over lines so far to twice as
+/// far off shows what lies between: the lowest single one of many lines of few averages is low by chance, and says nothing.
+const OWN: usize = 8;
 
 /// The peaks of a channel, the highest above the floor first.
 pub fn peaks(spectra: &Spectra, channel: usize, options: &PeakOptions) -> Vec<Peak> {
@@ -71,21 +71,28 @@ pub fn peaks(spectra: &Spectra, channel: usize, options: &PeakOptions) -> Vec<Pe
         .map(|m| m / multiple(0.5))
         .collect();
     let (left, right) = valleys(psd);
-    let middle = |beside: &[f64]| {
-        let mut beside = beside.to_vec();
-        let at = beside.len() / 2;
-        *beside.select_nth_unstable_by(at, f64::total_cmp).1 / multiple(0.5)
+    let half_power = multiple(0.5);
+    let middle = |from: usize, to: usize| {
+        let mut between = psd[from..to].to_vec();
+        let at = between.len() / 2;
+        *between.select_nth_unstable_by(at, f64::total_cmp).1 / half_power
     };
-    let falls = |s: f64, valley: &Valley, beside: &[f64]| {
-        s > dip * valley.lowest || (valley.lines > BETWEEN && s > ratio * middle(beside))
+    let falls = |s: f64, valley: &Valley, ring: &dyn Fn(usize) -> (usize, usize)| {
+        let widths = std::iter::successors(Some(OWN), |w| Some(2 * w));
+        let mut within = widths.take_while(|w| 2 * w <= valley.lines);
+        let is_lower = |w: usize| {
+            let (from, to) = ring(w);
+            s > ratio * middle(from, to)
+        };
+        s > dip * valley.lowest || within.any(is_lower)
     };
     let is_peak = |&k: &usize| {
         let s = psd[k];
         s > psd[k - 1]
             && s >= psd[k + 1]
             && s > ratio * floor[k]
-            && falls(s, &left[k], &psd[k.saturating_sub(BETWEEN)..k])
-            && falls(s, &right[k], &psd[k + 1..(k + 1 + BETWEEN).min(lines)])
+            && falls(s, &left[k], &|w| (k - 2 * w, k - w))
+            && falls(s, &right[k], &|w| (k + w, k + 2 * w))
     };
     let spacing = spectra.frequency_hz[1] - spectra.frequency_hz[0];
     let window = spectra.window.map_or(Vec::new(), |w| w.samples(SHAPE));
@@ -301,6 +308,39 @@ mod tests {
                 assert!((peak.amplitude / a - 1.0).abs() < 1e-3, "{peak:?}");
             }
         }
+    }
+
+    /// A resonance whose ripples are small, 900 lines from a larger one, with 30 dB between: it is one peak, as wide as it is.
+    #[test]
+    fn law_wide_peak_of_one_average() {
+        let resonance = |k: f64, at: f64| 1.0 / (1.0 + ((k - at) / 5.0).powi(2));
+        let mut rng = fastrand::Rng::with_seed(4);
+        let psd: Vec<f64> = (0..8000)
+            .map(|k| {
+                let k = f64::from(k);
+                let smooth = 1e4 * resonance(k, 3000.0) + 1e2 * resonance(k, 3900.0) + 1e-2;
+                smooth * (0.95 + 0.1 * rng.f64())
+            })
+            .collect();
+        let spectra = Spectra {
+            frequency_hz: (0..psd.len()).map(|k| k as f64).collect(),
+            psd: vec![psd],
+            blocks: 1,
+            bandwidth_hz: 1.0,
+            ..Spectra::default()
+        };
+        let found = peaks(&spectra, 0, &PeakOptions::default());
+        let near = |f: f64| {
+            found
+                .iter()
+                .filter(|p| (p.frequency_hz - f).abs() < 2.0)
+                .count()
+        };
+        assert_eq!(
+            (found.len(), near(3000.0), near(3900.0)),
+            (2, 1, 1),
+            "{found:?}"
+        );
     }
 
     /// A tone 20 dB above the noise of a single transform, far below another: both are found, and nothing else.

@@ -9,9 +9,9 @@ use super::spectrum_study::{
 use super::{blocks, steady, turning};
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
+use crate::numeric::statistics::normal_quantile;
 use crate::recording::quantity::{self, Sensed};
 use crate::recording::signals::{Channel, Recording};
-use crate::numeric::statistics::normal_quantile;
 use crate::spectrum::cepstrum::Cepstrum;
 use crate::spectrum::integrate::Motion;
 use crate::spectrum::label::{self, label};
@@ -105,7 +105,10 @@ fn check_signal(
         }
         None => {
             let size = |(low, high): &(f64, f64)| high.abs().max(low.abs());
-            let wild = ranges.iter().zip(channels).find(|(r, _)| !sizes.contains(&size(r)));
+            let wild = ranges
+                .iter()
+                .zip(channels)
+                .find(|(r, _)| !sizes.contains(&size(r)));
             match wild {
                 Some((range, channel)) => Err(out_of_range(channel, size(range))),
                 None => Ok(()),
@@ -249,7 +252,12 @@ fn shown(found: Found, channels: &[&Channel], study: &SpectrumStudy) -> Result<S
         }
         lines.retain(|line| line.amplitude > 0.0);
         lines.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
-        name(&mut lines, study, spacing);
+        // While a shaft speeds up, what answers it lags more and more: an order is known to a whole line.
+        let known = match across {
+            Across::Order => 2.0 * spacing,
+            _ => spacing,
+        };
+        name(&mut lines, study, known);
         let mut of_channel = if rows.is_empty() {
             Vec::new()
         } else {
@@ -485,7 +493,10 @@ fn cepstrum(
             }
         })
         .collect();
-    if curves.iter().all(|c| c.lines.iter().all(|l| !l.significant)) {
+    if curves
+        .iter()
+        .all(|c| c.lines.iter().all(|l| !l.significant))
+    {
         warnings.push(Warning {
             code: "no-line",
             message: "no family of lines stands clear of the noise: the strongest is shown".into(),

@@ -266,8 +266,9 @@ pub fn enveloped(
             "the band {low_hz:.6} … {high_hz:.6} Hz holds {} of {duration_s:.6} s, where an envelope needs {LEAST}",
             counted(lines.floor() as usize, "line")
         );
-        return Err(Error::new(Code::TooShort, message)
-            .hint("choose a wider --band, or record for longer"));
+        return Err(
+            Error::new(Code::TooShort, message).hint("choose a wider --band, or record for longer")
+        );
     }
     let parts = longest_parts(recording, channels, study, &mut warnings)?;
     let mut spectra = Spectra {
@@ -405,7 +406,9 @@ const HANN_BANDWIDTH: f64 = 1.5;
 /// # Errors
 /// Flags that would be passed over.
 pub fn check_flags(study: &SpectrumStudy) -> Result<(), Error> {
-    use SpectrumKind::{Amplitude, Average, Cepstrum, Density, Multitaper, Order, Rms, Spectrogram};
+    use SpectrumKind::{
+        Amplitude, Average, Cepstrum, Density, Multitaper, Order, Rms, Spectrogram,
+    };
     let blocks = matches!(study.kind, Density | Amplitude | Rms | Cepstrum);
     let refuse = |flag: &str, what: &str| {
         Err(Error::new(Code::Usage, format!("{flag} does nothing here"))

@@ -85,7 +85,12 @@ pub fn read(path: &str, mut reader: impl Read, settings: &Settings) -> Result<Ra
         .get(layout.first)
         .copied()
         .unwrap_or(head.bytes.len());
-    let body = body::Reader::new(path, &mut plan, layout.marks, coding, layout.first + 1).run(
+    // Cells of the names may hold line ends.
+    let above = &head.bytes[..start];
+    let ends = memchr::memchr2_iter(b'\n', b'\r', above);
+    let pairs = memchr::memmem::find_iter(above, b"\r\n").count();
+    let line = 1 + ends.count() - pairs;
+    let body = body::Reader::new(path, &mut plan, layout.marks, coding, line).run(
         &head.bytes[start..],
         head.whole,
         &mut stream,
@@ -138,7 +143,7 @@ fn head(
     refuse_binary(path, &bytes)?;
     let mut starts = Vec::new();
     let mut at = 0;
-    while let Some(length) = memchr::memchr2(b'\n', b'\r', &bytes[at..]) {
+    while let Some(length) = end_of_line(&bytes[at..]) {
         starts.push(at);
         let end = at + length;
         at = if bytes[end..].starts_with(b"\r\n") {
@@ -158,12 +163,39 @@ fn head(
     })
 }
 
+/// Where the line at the front ends; a cell in quotes may hold line ends.
+fn end_of_line(text: &[u8]) -> Option<usize> {
+    /// More lines than this have a quote that was never closed.
+    const IN_ONE_CELL: usize = 4;
+    let parts = |byte: u8| matches!(byte, b',' | b';' | b'\t' | b'|' | b'\n' | b'\r');
+    let first = memchr::memchr2(b'\n', b'\r', text)?;
+    let (mut quoted, mut begins, mut at, mut ends) = (false, true, 0, 0);
+    while let Some(&byte) = text.get(at) {
+        match byte {
+            b'"' if quoted && text.get(at + 1) == Some(&b'"') => at += 1,
+            b'"' if quoted && text.get(at + 1).is_none_or(|b| parts(*b)) => quoted = false,
+            b'"' if begins => quoted = true,
+            b'\n' | b'\r' if !quoted => return Some(at),
+            b'\n' => {
+                ends += 1;
+                if ends > IN_ONE_CELL {
+                    return Some(first);
+                }
+            }
+            _ => {}
+        }
+        begins = !quoted && (parts(byte) || (begins && byte == b' '));
+        at += 1;
+    }
+    quoted.then_some(first)
+}
+
 /// The lines of a text, ended by CR, LF or both.
 fn split(text: &str) -> impl Iterator<Item = &str> {
     let mut rest = Some(text);
     std::iter::from_fn(move || {
         let text = rest?;
-        match memchr::memchr2(b'\n', b'\r', text.as_bytes()) {
+        match end_of_line(text.as_bytes()) {
             Some(end) => {
                 let after = &text[end..];
                 rest = Some(after.strip_prefix("\r\n").unwrap_or(&after[1..]));
@@ -420,6 +452,16 @@ fn assemble(
         let group = &mut raw.groups[sink.group];
         match sink.reader.map(|at| &plan.readers[at]) {
             Some(reader) => {
+                if reader.is_in_doubt() {
+                    raw.warnings.push(Warning {
+                        code: "date-order",
+                        message: format!(
+                            "{} of `{}` may have the day or the month first: only what passed since is known",
+                            reader.start, sink.name
+                        ),
+                        hint: Some("say which comes first: --day-first or --month-first".into()),
+                    });
+                }
                 group.clock.start = (sink.unit == "date-time").then(|| reader.start.clone());
                 group.clock.stamps = Some(Stamps {
                     name: sink.name.clone(),

@@ -460,7 +460,13 @@ fn rate_of(key: &str, value: &str, decimal: u8) -> Option<Result<Rate, String>> 
     if !value.trim().starts_with(begins) || !value.contains(|c: char| c.is_ascii_digit()) {
         return None;
     }
-    Some(read_rate(key, value, decimal, unit_of_key, by_rate.is_some()))
+    Some(read_rate(
+        key,
+        value,
+        decimal,
+        unit_of_key,
+        by_rate.is_some(),
+    ))
 }
 
 fn read_rate(
@@ -591,8 +597,19 @@ mod tests {
     #[test]
     fn refuses_rates_that_cannot_be_read() {
         for text in [
-            "5 kHz/ch", "5k", "5 N", "5 rpm", "10 m/s", "1/5000 s", "0 Hz", "-5 Hz", "1e400 Hz",
-            "5000.0.1", "5 mhz", "51, 200, Hz", "12:30:00",
+            "5 kHz/ch",
+            "5k",
+            "5 N",
+            "5 rpm",
+            "10 m/s",
+            "1/5000 s",
+            "0 Hz",
+            "-5 Hz",
+            "1e400 Hz",
+            "5000.0.1",
+            "5 mhz",
+            "51, 200, Hz",
+            "12:30:00",
         ] {
             let line = format!("Sample rate: {text}");
             let found = read(&[(7, &line)], COMMA);
