@@ -680,3 +680,29 @@ fn refuses_what_no_spectrum_holds() {
     let narrow = ["--kind", "envelope", "--band", "100:101"];
     assert_eq!(run(500, 1.0, &narrow), "too-short");
 }
+
+/// The shipped drive names the two orders of the shipped run-up, each once.
+#[test]
+fn exact_names_of_the_run_up() {
+    let found = document(&[
+        "spectrum",
+        "data/run_up.csv",
+        "--channel",
+        "ax",
+        "--kind",
+        "order",
+        "--tacho",
+        "tacho",
+        "--model",
+        "models/spindle_drive.toml",
+        "--at",
+        "spindle",
+        "--json",
+    ]);
+    let names = |at: usize| found["channels"][0]["peaks"][at]["names"].clone();
+    assert_eq!(
+        names(0),
+        serde_json::json!(["2 × rotation of worm", "mesh index_drive"])
+    );
+    assert_eq!(names(1), serde_json::json!(["rotation of worm"]));
+}

@@ -2,6 +2,7 @@
 
 use super::column::Column;
 use super::responses::{FrequencyResponses, Spectrum};
+use super::settings::DialectSettings;
 use crate::base::error::{Error, Warning};
 
 /// What a reader understood of one file.
@@ -11,6 +12,8 @@ pub struct Raw {
     pub path: String,
     /// Format and dialect in words: `CSV, semicolon, decimal comma, Latin-1, 3 header lines`.
     pub dialect: String,
+    /// How a text was laid out, to be said again.
+    pub layout: DialectSettings,
     /// What the header says beside channels and rate, as written: date, operator, instrument.
     pub facts: Vec<(String, String)>,
     /// Channels, grouped by the clock they share; nearly always one group.

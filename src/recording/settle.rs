@@ -12,6 +12,7 @@ use super::signals::{Channel, Recording};
 use super::time_base::{self, Spacing, TimeBase};
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
+use crate::base::place::Place;
 use crate::base::words::{counted, listed, suggestion};
 
 /// Samples handled at a time.
@@ -32,7 +33,14 @@ const RATES: std::ops::RangeInclusive<f64> = 1e-12..=1e12;
 /// No rate or contradicting ones, stamps out of order, channels that do not exist or do not share a clock, units without sense.
 pub fn settle(raw: Raw, settings: &Settings) -> Result<Recording, Error> {
     let path = raw.path.clone();
-    settled(raw, settings).map_err(|e| e.in_file(&path))
+    settled(raw, settings).map_err(|mut e| {
+        // The clock knows the lines of its rows and not whose they are.
+        e.place = e.place.map(|place| match place.source().path.is_empty() {
+            true => Place::of_line(&path, place.line()),
+            false => place,
+        });
+        e.in_file(&path)
+    })
 }
 
 fn settled(mut raw: Raw, settings: &Settings) -> Result<Recording, Error> {
@@ -530,7 +538,8 @@ impl Settled {
                 .hint("log with even steps, or leave the stamps aside: --time none --rate HZ"));
         }
         let decibels = |error: f64| 20.0 * error.max(1e-12).log10();
-        let (inside, at_ends) = (decibels(worst), decibels(worst_at_ends));
+        let minus = |error: f64| format!("{:.0}", decibels(error)).replace('-', "−");
+        let (inside, at_ends) = (minus(worst), minus(worst_at_ends));
         let ends = resample::ENDS;
         let text = crate::base::units::seconds;
         let drift = match (base.drift_hz.1 / base.drift_hz.0 - 1.0).abs() > SAME_RATE {
@@ -547,7 +556,7 @@ impl Settled {
             false => String::new(),
         };
         let message = format!(
-            "resampled to {rate:.6} Hz, band-limited: error below {inside:.0} dB up to {band:.4} Hz, {at_ends:.0} dB within {ends} samples of an end of a stretch (stamps up to {} off an even grid, {} rms, steps of {} to {}{rounded}{drift})",
+            "resampled to {rate:.6} Hz, band-limited: error below {inside} dB up to {band:.4} Hz, {at_ends} dB within {ends} samples of an end of a stretch (stamps up to {} off an even grid, {} rms, steps of {} to {}{rounded}{drift})",
             text(most_s),
             text(rms_s),
             text(short),

@@ -9,6 +9,8 @@ use super::column::Column;
 use super::raw::{Clock, Lines, Stamps};
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::base::place::Place;
+use crate::base::words::counted;
 
 /// Samples read at a time.
 const BLOCK: usize = 1 << 16;
@@ -141,7 +143,7 @@ fn each(
 pub fn examine(clock: &Clock, stamps: &Stamps) -> Result<TimeBase, Error> {
     let n = stamps.seconds.len();
     if n < 2 {
-        let message = format!("{n} rows have no sample rate");
+        let message = format!("{} of no sample rate", counted(n, "row"));
         return Err(Error::new(Code::TooShort, message).hint("state it: --rate"));
     }
     let usual = usual_step(stamps)?;
@@ -479,8 +481,12 @@ fn bad_stamp(lines: &Lines, row: usize, what: &str) -> Error {
         Some(line) => format!("line {line}"),
         None => format!("sample {}", row + 1),
     };
-    Error::new(Code::BadTime, format!("{which} {what}"))
-        .hint("sort or cut the log there, or leave its stamps aside: --time none --rate HZ")
+    let error = Error::new(Code::BadTime, format!("{which} {what}"));
+    let error = match lines.of(row) {
+        Some(line) => error.at(&Place::of_line("", line)),
+        None => error,
+    };
+    error.hint("sort or cut the log there, or leave its stamps aside: --time none --rate HZ")
 }
 
 #[cfg(test)]

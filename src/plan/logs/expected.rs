@@ -55,7 +55,7 @@ pub fn of_machine(
     };
     let held = |e: Error| {
         match e.code {
-        Code::NoSpeed => e.hint("a support with k_theta, or a shaft to ground, holds it: leave --model out, --speed or --tacho alone name the rotation"),
+        Code::NoSpeed => e.hint("a support with k_theta, or a shaft to ground, holds it: name a model of the drive, such as models/spindle_drive.toml, or leave --model out: --speed or --tacho alone name the rotation"),
         _ => e,
     }
     };
@@ -95,8 +95,9 @@ pub fn of_machine(
         }
     }
     let mut all: Vec<Expected> = rotations.iter().flat_map(|(_, f)| f.lines()).collect();
+    all.extend(meshes.iter().flat_map(|(_, mesh)| mesh.lines()));
+    let plain = all.len();
     for (element, mesh) in &meshes {
-        all.extend(mesh.lines());
         for (_, rotation) in rotations.iter().filter(|(of, _)| of == element) {
             all.extend(mesh.sidebands(&Family {
                 harmonics: SIDEBANDS,
@@ -104,7 +105,30 @@ pub fn of_machine(
             }));
         }
     }
-    Ok(all)
+    Ok(without_other_words(all, plain))
+}
+
+/// Without sidebands that stand where a line before them in the list does: multiples of a rotation make up a mesh, so that a sideband
+/// of one harmonic is one of the next, and the shorter name is enough. The first `plain` are no sidebands, and all stay.
+fn without_other_words(all: Vec<Expected>, plain: usize) -> Vec<Expected> {
+    /// Of sums and multiples of one speed.
+    const ROUNDING: f64 = 1e-9;
+    let mut order: Vec<usize> = (0..all.len()).collect();
+    order.sort_by(|&a, &b| all[a].position.total_cmp(&all[b].position));
+    let mut stays = vec![true; all.len()];
+    let alike = |a: &usize, b: &usize| {
+        (all[*b].position - all[*a].position).abs() <= ROUNDING * all[*b].position
+    };
+    for group in order.chunk_by(alike) {
+        let first = group.iter().min().copied().unwrap_or(0);
+        for &i in group.iter().filter(|&&i| i >= plain && i != first) {
+            stays[i] = false;
+        }
+    }
+    let mut stays = stays.into_iter();
+    all.into_iter()
+        .filter(|_| stays.next() == Some(true))
+        .collect()
 }
 
 /// Each name once, with the element it belongs to.

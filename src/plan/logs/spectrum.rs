@@ -64,10 +64,14 @@ fn check_band(recording: &Recording, study: &SpectrumStudy) -> Result<(), Error>
     let half = 0.5 * recording.rate_hz;
     match study.band {
         Some((low, high)) if study.kind != SpectrumKind::Order && low >= half => {
-            let message =
-                format!("the band {low} … {high} Hz lies above half the sample rate, {half} Hz");
+            let message = format!(
+                "the band {} … {} Hz lies above half the sample rate, {} Hz",
+                short(low),
+                short(high),
+                short(half)
+            );
             Err(Error::new(Code::OutOfRange, message)
-                .hint(format!("choose a band below {half} Hz")))
+                .hint(format!("choose a band below {} Hz", short(half))))
         }
         _ => Ok(()),
     }
@@ -212,11 +216,15 @@ fn shown(found: Found, channels: &[&Channel], study: &SpectrumStudy) -> Result<S
     let spacing = spacing(&spectra);
     if inside.is_empty() {
         let message = match band {
-            Some((low, high)) => format!("no line lies in the band {low} … {high}"),
+            Some((low, high)) => {
+                format!("no line lies in the band {} … {}", short(low), short(high))
+            }
             None => "the spectrum has no line".to_string(),
         };
-        return Err(Error::new(Code::OutOfRange, message)
-            .hint(format!("lines are {spacing} apart; choose a wider band")));
+        return Err(Error::new(Code::OutOfRange, message).hint(format!(
+            "lines are {} apart; choose a wider band",
+            short(spacing)
+        )));
     }
     let low_hz = band.map_or(0.0, |b| b.0).max(NEAR_ZERO as f64 * spacing);
     let mut curves = Vec::new();
@@ -325,6 +333,9 @@ fn significant(hertz: f64, step: f64) -> String {
 
 /// A frequency without zeros behind.
 fn short(hertz: f64) -> String {
+    if !(1e-5..1e12).contains(&hertz.abs()) && hertz != 0.0 {
+        return format!("{hertz:e}");
+    }
     let text = format!("{hertz:.6}");
     text.trim_end_matches('0').trim_end_matches('.').to_string()
 }

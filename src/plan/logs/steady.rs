@@ -139,7 +139,7 @@ fn asked(recording: &Recording, resolution_hz: f64) -> Result<usize, Error> {
         return Ok(block as usize);
     }
     let message = format!(
-        "lines of {resolution_hz} Hz need blocks of {block:.0} samples; the longest stretch has {longest}, and a block at least {LEAST}"
+        "lines of {resolution_hz:e} Hz need blocks of {block:e} samples; the longest stretch has {longest}, and a block at least {LEAST}"
     );
     let hint = format!(
         "ask for {:.6} to {:.6} Hz",

@@ -4,10 +4,11 @@ use std::io::{Cursor, Read};
 
 use super::column::Column;
 use super::raw::{Clock, Group, Raw, RawChannel, Repair, Stamps};
-use super::settings::Settings;
+use super::settings::{DialectSettings, Settings};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors, Warning};
 use crate::base::place::Place;
+use crate::base::words::counted;
 
 /// Bytes to characters.
 pub mod encodings;
@@ -57,7 +58,7 @@ pub fn read(path: &str, mut reader: impl Read, settings: &Settings) -> Result<Ra
     let mut taste = Vec::new();
     take(&mut reader, TASTE, &mut taste, path)?;
     let coding = encodings::Coding::detect(&taste, settings.dialect.encoding.as_deref())?;
-    let coding_name = coding.name(&taste);
+    let (coding_name, label) = (coding.name(&taste), coding.label());
     let whole = Cursor::new(taste).chain(reader);
     let mut stream: Box<dyn Read + '_> = if coding.is_wide() {
         coding.to_utf8(whole)
@@ -98,6 +99,13 @@ pub fn read(path: &str, mut reader: impl Read, settings: &Settings) -> Result<Ra
     let mut raw = Raw {
         path: path.to_string(),
         dialect: in_words(&layout, coding_name),
+        layout: DialectSettings {
+            delimiter: (layout.kinds.len() > 1).then(|| char::from(layout.marks.delimiter)),
+            decimal: Some(char::from(layout.marks.decimal)),
+            encoding: Some(label.to_lowercase()),
+            header_lines: Some(layout.first),
+            day_first: settings.dialect.day_first,
+        },
         facts: said.facts.clone(),
         warnings: said.warnings.clone(),
         ..Raw::default()
@@ -411,7 +419,10 @@ fn assemble(
         note(
             raw,
             "footer-skipped",
-            format!("{trailing} rows without any number at the end were passed over"),
+            format!(
+                "{} without any number at the end passed over",
+                counted(trailing, "row")
+            ),
         );
     }
     if let Some((count, line, text)) = &body.footer {
@@ -420,7 +431,8 @@ fn assemble(
             raw,
             "footer-skipped",
             format!(
-                "{count} lines after the rows were passed over, from line {line} on: \"{text}\""
+                "{} after the rows passed over, from line {line} on: \"{text}\"",
+                counted(*count, "line")
             ),
         );
     }
@@ -428,7 +440,7 @@ fn assemble(
         note(
             raw,
             "cells-missing",
-            format!("{} rows hold only a time", body.only_time),
+            format!("only a time in {}", counted(body.only_time, "row")),
         );
     }
     let lengths: Vec<usize> = (0..plan.groups)
@@ -562,8 +574,8 @@ fn report_cells(raw: &mut Raw, sink: &columns::Sink, filled: &body::Filled) {
             raw,
             "cells-missing",
             format!(
-                "{} cells of `{name}` hold no number{overloads}: {line} {}{more}",
-                filled.missing,
+                "no number in {} of `{name}`{overloads}: {line} {}{more}",
+                counted(filled.missing, "cell"),
                 lines.join(", ")
             ),
         );
@@ -573,8 +585,8 @@ fn report_cells(raw: &mut Raw, sink: &columns::Sink, filled: &body::Filled) {
             raw,
             "thousands-joined",
             format!(
-                "{} cells of `{name}` have thousands separators",
-                filled.grouped
+                "thousands separators in {} of `{name}`",
+                counted(filled.grouped, "cell")
             ),
         );
     }
