@@ -45,6 +45,21 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "Two lines of the header state different sample rates. State the right one: --rate.",
     ),
     (
+        "header-rate-mark",
+        Warning,
+        "The header states a sample rate whose only mark stands before three digits and is not the decimal mark of the file's numbers. It is taken for the mark of thousands; the rate would be a thousandth of it otherwise. State it: --rate.",
+    ),
+    (
+        "header-rate-unread",
+        Warning,
+        "The header states a sample rate that cannot be read with certainty: an unknown unit, a tail, a number below zero. The time stamps give the rate, and nothing was compared with it.",
+    ),
+    (
+        "date-order",
+        Warning,
+        "Every date of the log can be read with the day first or with the month first. What passed since the first sample is the same either way; the date of the beginning is not known. Say which comes first: --day-first or --month-first, or `dates` in the sidecar.",
+    ),
+    (
         "taken-as-spectrum",
         Warning,
         "A channel's name says that it is a spectrum, though the header says it is over time.",

@@ -42,7 +42,10 @@ pub fn survey(recording: &Recording, surveys: &[Survey]) -> String {
             true => ("–".to_string(), "–".to_string()),
             false => (
                 format!("{} … {}", brief(survey.range.0), brief(survey.range.1)),
-                brief(survey.noise),
+                match survey.noise.is_finite() {
+                    true => brief(survey.noise),
+                    false => "–".to_string(),
+                },
             ),
         };
         let unit = if channel.unit.is_empty() {
