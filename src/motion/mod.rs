@@ -15,6 +15,9 @@ pub mod friction;
 /// Torque over speed.
 pub mod curve;
 
+/// Dry friction pressed by forces of the machine.
+pub mod rubbing;
+
 /// What methods take and give.
 pub mod problem;
 

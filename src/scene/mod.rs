@@ -33,6 +33,9 @@ mod gears;
 /// Planetary stages.
 mod planetary;
 
+/// Friction of bearings and teeth.
+mod friction;
+
 /// Bearings, dampers, speeds, damping.
 mod supports;
 

@@ -164,6 +164,11 @@ pub fn structure(train: &Train) -> String {
         "clutches pressed over time",
     );
     part(
+        count(&|l| matches!(l, Law::Pressed(_))),
+        "friction pair pressed by forces",
+        "friction pairs pressed by forces",
+    );
+    part(
         count(&|l| matches!(l, Law::Orders { .. })),
         "load that follows an angle",
         "loads that follow angles",
