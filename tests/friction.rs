@@ -179,9 +179,9 @@ fn law_energy_closes() {
         (play, STILL, 1e-4),
         (&format!("{play}, sliding = \"path\""), STILL, 1e-4),
     ] {
-        let motion = moved(&pair(friction), start, (0.05, 5000), &["a.speed", "mesh.loss"], None);
+        let motion = moved(&pair(friction), start, (0.02, 500), &["a.speed", "mesh.loss"], None);
         let balance = motion.balance.unwrap()[0];
-        let sum: f64 = motion.values[1].iter().sum::<f64>() * 0.05 / 5000.0;
+        let sum: f64 = motion.values[1].iter().sum::<f64>() * 0.02 / 500.0;
         assert!(sum > 0.0 && sum < balance.lost, "{sum} {balance:?}");
         assert!(gap(&motion) < bound, "{friction} {:e}", gap(&motion));
     }
@@ -199,11 +199,11 @@ fn exact_mean_loss() {
     let (e1, e2) = (share(20.0), share(60.0));
     let factor = PI * (i + 1.0) / (z1 * i) * (1.0 - e1 - e2 + e1 * e1 + e2 * e2);
     let speed = 50.0;
-    for (sliding, mu, bound) in [("mean", 0.08, 1e-9), ("path", 1e-3, 2e-3)] {
+    for (sliding, mu, bound) in [("mean", 0.08, 1e-6), ("path", 1e-3, 2e-3)] {
         let text = format!(
             r#"
-inertia = [{{ name = "a", J = 2e-3 }}, {{ name = "b", J = 50.0 }}]
-gear_pair = [{{ name = "mesh", between = ["a", "b"], teeth = [20, 60], module = 2e-3, k = 2e8, c = 4e4, friction = {mu}, sliding = "{sliding}" }}]
+inertia = [{{ name = "a", J = 2e-3 }}, {{ name = "b", J = 0.5 }}]
+gear_pair = [{{ name = "mesh", between = ["a", "b"], teeth = [20, 60], module = 2e-3, k = 2e8, c = 4e5, friction = {mu}, sliding = "{sliding}" }}]
 motor = [{{ name = "drive", at = "a", kind = "speed", speed = {speed} }}]
 load = [{{ at = "b", torque = 60.0 }}]
 damper = [{{ name = "d", at = "b", c = 20.0 }}]
@@ -212,9 +212,8 @@ damper = [{{ name = "d", at = "b", c = 20.0 }}]
         // Whole mesh cycles.
         let until = 20.0 * TAU / (20.0 * speed);
         let outputs = ["mesh.loss", "mesh.force", "b.speed"];
-        let motion = moved(&text, [0.0, 0.0, 0.0, -speed / 3.0], (until, 20_000), &outputs, None);
-        let last = 10_000;
-        let mean = |at: usize| motion.values[at][last..20_000].iter().sum::<f64>() / 10_000.0;
+        let motion = moved(&text, [0.0, 0.0, 0.0, -speed / 3.0], (until, 4000), &outputs, None);
+        let mean = |at: usize| motion.values[at][2000..4000].iter().sum::<f64>() / 2000.0;
         let carried = mean(1).abs() * 0.5 * z1 * m * alpha.cos() * speed;
         let found = mean(0) / (mu * carried);
         assert!((found / factor - 1.0).abs() < bound, "{sliding}: {found} {factor}");
@@ -281,9 +280,10 @@ bearing = [{{ name = "one", at = "a", k_radial = 1e8 }}, {{ name = "two", at = "
 /// Friction of teeth at rest holds as a brake would, and gears in their gap feel none.
 #[test]
 fn law_teeth_at_rest() {
-    let text = pair("friction = 0.3").replace("torque = 30.0", "torque = 13.0");
-    // 13 N·m on 20 teeth hold 39 on 60 without friction; 40 are there, and friction bears the difference.
-    let motion = moved(&text, STILL, (0.2, 50), &["a", "b", "mesh.loss"], None);
+    let text = pair("friction = 0.3").replace("torque = 30.0", "torque = 13.2");
+    let text = text.replace("c = 400.0", "c = 4e4");
+    // 13.2 N·m on 20 teeth hold 39.6 on 60 without friction; 40 are there, and friction bears the difference.
+    let motion = moved(&text, STILL, (0.1, 50), &["a", "b", "mesh.loss"], None);
     let end = motion.values[0][50];
     assert!((end - motion.values[0][40]).abs() < 1e-9 * end.abs().max(1e-6), "{:?}", &motion.values[0][40..]);
     assert!(motion.values[2][50].abs() < 1e-9);
