@@ -250,6 +250,9 @@ struct Units {
     characteristic: fn(&mut Fields) -> Option<Characteristic>,
 }
 
+/// Plays below this are no lengths or angles of a machine, m or rad; borders so near to each other are lost in rounding.
+const LEAST_PLAY: f64 = 1e-30;
+
 fn resisting(f: &mut Fields, suffix: &str, units: Units) -> Contact {
     let [k, curve, backlash] =
         ["k", "characteristic", "backlash"].map(|key| format!("{key}{suffix}"));
@@ -267,6 +270,18 @@ fn resisting(f: &mut Fields, suffix: &str, units: Units) -> Contact {
         wave: None,
         characteristic,
     };
+    if contact.backlash > 0.0 && contact.backlash < LEAST_PLAY {
+        let message = format!(
+            "`{backlash}` is {:e} in SI units, less than any play",
+            contact.backlash
+        );
+        f.refuse_key(
+            Code::OutOfRange,
+            &backlash,
+            message,
+            "leave it out, or write 0",
+        );
+    }
     if f.has(&curve) {
         for key in ["damping_ratio", "loss_factor"].map(|key| format!("{key}{suffix}")) {
             if f.has(&key) {

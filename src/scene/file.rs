@@ -33,6 +33,14 @@ pub struct Scene {
     pub sources: Vec<Arc<Source>>,
 }
 
+impl Scene {
+    /// Where each of these files lies.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let path = |source: &Arc<Source>| PathBuf::from(&source.path);
+        self.sources.iter().map(path).collect()
+    }
+}
+
 /// Reads a model or a scene, and the model the scene names.
 pub fn read(path: &Path) -> Result<Scene, Errors> {
     read_source(load::load(path)?)

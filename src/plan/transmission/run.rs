@@ -12,7 +12,6 @@ use crate::plan::prepared::Prepared;
 use crate::plan::stages::Verdict;
 use crate::plan::transmission::recorded::{self, Recorded};
 use crate::response::frequency::Way;
-use crate::response::system::Setting;
 use crate::scene::study::{IndexStudy, TransmissionStudy};
 use crate::transmission::budget::{self, Budget, Term};
 use crate::transmission::chain::{Chain, Ends};
@@ -106,7 +105,6 @@ pub fn run(prepared: &Prepared, study: &TransmissionStudy) -> Result<Answer, Err
         machine,
         kinematics,
         operating,
-        linear,
         ..
     } = prepared;
     let Some(output) = &study.output else {
@@ -136,12 +134,7 @@ pub fn run(prepared: &Prepared, study: &TransmissionStudy) -> Result<Answer, Err
         );
     }
     let chain = Chain::new(machine, operating, ends)?;
-    let setting = Setting {
-        machine,
-        operating,
-        linear,
-        speeds: None,
-    };
+    let setting = prepared.setting(None);
     let mut all = lines::lines(machine, operating, &chain);
     let misfit = lines::misfit(machine, &chain, &all);
     if let Some(loop_of) = &misfit
