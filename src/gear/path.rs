@@ -191,7 +191,10 @@ mod tests {
             let ohlendorf =
                 std::f64::consts::PI * (i + 1.0) / (z1 * i) * (1.0 - e + e1 * e1 + e2 * e2);
             let found = path.loss_factor(gears.base[0], i, 0.0);
-            assert!((found / ohlendorf - 1.0).abs() < 1e-13, "{found} {ohlendorf}");
+            assert!(
+                (found / ohlendorf - 1.0).abs() < 1e-13,
+                "{found} {ohlendorf}"
+            );
         }
     }
 
@@ -199,7 +202,11 @@ mod tests {
     #[test]
     fn law_flanks_mirror() {
         let path = PathOfContact::new(&spur([20, 60], false)).unwrap();
-        assert!((path.contact_ratio() - 1.671).abs() < 1e-3, "{}", path.contact_ratio());
+        assert!(
+            (path.contact_ratio() - 1.671).abs() < 1e-3,
+            "{}",
+            path.contact_ratio()
+        );
         let pieces = path.pieces();
         let ends = pieces.iter().skip(1).map(|p| p.from).chain([1.0]);
         let mut sums = [[0.0; 2]; 2];

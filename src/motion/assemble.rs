@@ -445,7 +445,9 @@ impl Site<'_> {
             }))
         };
         let component = |forces: &Vec<(usize, f64)>| {
-            let each = forces.iter().flat_map(|&(b, share)| of[b].iter().map(move |&at| (at, share)));
+            let each = forces
+                .iter()
+                .flat_map(|&(b, share)| of[b].iter().map(move |&at| (at, share)));
             each.collect()
         };
         let Some(path) = &pressed.path else {

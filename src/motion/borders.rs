@@ -99,7 +99,6 @@ fn periodic(branch: &Branch, of: Of) -> Option<Periodic<'_>> {
 }
 
 impl Span {
-
     /// The piece before or after.
     pub fn step(&mut self, train: &Train, up: bool) {
         let Some(wave) = periodic(&train.branches[self.branch], self.of) else {

@@ -5,8 +5,8 @@
 //! its motion is imposed on the branches that join it.
 
 use super::combination::Combination;
-use super::signal::Signal;
 use super::rubbing::unpressed;
+use super::signal::Signal;
 use super::train::{Branch, Drive, Law, Mass, Regime, Train};
 use super::wave::{Phase, Wave};
 use crate::base::code::Code;

@@ -100,7 +100,13 @@ struct Press {
 
 impl Train {
     /// The dry friction of a branch at its present capacity, where it is that.
-    pub fn dry(&self, branch: usize, regime: Option<&Regime>, t: f64, y: &[f64]) -> Option<Friction> {
+    pub fn dry(
+        &self,
+        branch: usize,
+        regime: Option<&Regime>,
+        t: f64,
+        y: &[f64],
+    ) -> Option<Friction> {
         match &self.branches[branch].law {
             Law::Friction(friction) => Some(*friction),
             Law::Clutch { friction, grip } => Some(friction.gripped(grip.value(t, grip.piece(t)))),
@@ -127,9 +133,9 @@ impl Train {
     /// Some branch's friction goes by a path of contact.
     pub fn has_paths(&self) -> bool {
         let moves = |path: &Path| path.phase.is_some();
-        self.branches.iter().any(
-            |b| matches!(&b.law, Law::Pressed(p) if p.path.as_ref().is_some_and(moves)),
-        )
+        self.branches
+            .iter()
+            .any(|b| matches!(&b.law, Law::Pressed(p) if p.path.as_ref().is_some_and(moves)))
     }
 
     /// What friction of teeth does beside turning the gears against each other: its force and direction.
@@ -223,7 +229,11 @@ impl Pressed {
             phase: path.phase.as_ref().map(phase),
         });
         Ok(Pressed {
-            by: self.by.iter().map(component).collect::<Result<_, usize>>()?,
+            by: self
+                .by
+                .iter()
+                .map(component)
+                .collect::<Result<_, usize>>()?,
             path,
             ..self.clone()
         })

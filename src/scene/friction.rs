@@ -29,7 +29,10 @@ pub fn of_bearing(f: &mut Fields) -> Option<BearingFriction> {
         f.missing("friction", &format!(", and `{key}` is given"));
     }
     if f.has("share") && !f.has("carries") {
-        f.missing("carries", ", the pair of whose tooth force `share` is a part");
+        f.missing(
+            "carries",
+            ", the pair of whose tooth force `share` is a part",
+        );
     }
     f.exclusive("radial_load", "carries");
     if constant.is_none() && coefficient.is_none() {

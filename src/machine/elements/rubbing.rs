@@ -93,7 +93,10 @@ fn own(builder: &Builder, element: usize, part: &Bearing) -> Result<Vec<Vec<(usi
     match components.is_empty() {
         false => Ok(components),
         true => {
-            let message = format!("nothing loads `{}`, and its friction goes by load", part.name.text);
+            let message = format!(
+                "nothing loads `{}`, and its friction goes by load",
+                part.name.text
+            );
             Err(Error::new(Code::MissingKey, message)
                 .at(&part.name.place)
                 .hint("give `radial_load`, or the pair it `carries`, or `k_radial`"))
@@ -112,10 +115,7 @@ pub fn teeth(
     (scale, drive): (f64, &[Side; 2]),
     branch: usize,
 ) -> Result<(), Error> {
-    let thetas = [
-        builder.theta(drive[0].node)?,
-        builder.theta(drive[1].node)?,
-    ];
+    let thetas = [builder.theta(drive[0].node)?, builder.theta(drive[1].node)?];
     let angle = (pair.pressure_angle.tan() / pair.spiral_angles[0].cos()).atan();
     let radii = [drive[0].radius, drive[1].radius];
     let addendum = 2.0 * scale / pair.pressure_angle.cos();
@@ -153,7 +153,13 @@ pub fn teeth(
                 (Axis::X, t[0] * cos - t[1] * sin),
                 (Axis::Y, t[0] * sin + t[1] * cos),
             ] {
-                terms.extend(builder.freedom(side.node, axis).ok().flatten().map(|f| (f, x)));
+                terms.extend(
+                    builder
+                        .freedom(side.node, axis)
+                        .ok()
+                        .flatten()
+                        .map(|f| (f, x)),
+                );
             }
         }
         Direction::new(1.0, terms)

@@ -286,7 +286,8 @@ fn motors_or_brakes(prepared: &Prepared, moving: &Moving, name: &str) -> Option<
     };
     // Dry friction of an element that is more than that, or is that alone: its first branch and how many there are.
     let rubs = |kind: &str| {
-        let of_kind = |b: &parts::Brake| kind.is_empty() || machine.elements[b.element].kind == kind;
+        let of_kind =
+            |b: &parts::Brake| kind.is_empty() || machine.elements[b.element].kind == kind;
         machine.brakes.iter().any(|b| is(b.element) && of_kind(b))
     };
     let named = |train: &Train| {
@@ -300,10 +301,11 @@ fn motors_or_brakes(prepared: &Prepared, moving: &Moving, name: &str) -> Option<
         "torque" if motor => prescribes()
             .map(Quantity::Drive)
             .or_else(|| branch().map(Quantity::Given)),
-        "force" | "torque" if motor || rubs("brake") => {
-            branch().map(Quantity::Force)
-        }
-        "friction" => rubs("bearing").then(|| named(&moving.train)).flatten().map(|at| Quantity::Force(at.0)),
+        "force" | "torque" if motor || rubs("brake") => branch().map(Quantity::Force),
+        "friction" => rubs("bearing")
+            .then(|| named(&moving.train))
+            .flatten()
+            .map(|at| Quantity::Force(at.0)),
         "loss" if rubs("") => {
             let whole = moving.prescribed.as_ref().map(|known| &known.whole);
             let (first, count) = named(whole.unwrap_or(&moving.train))?;
