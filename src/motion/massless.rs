@@ -6,7 +6,7 @@
 //! springs, one spring and damper in series, `1/ΣK` and `ΣC/ΣK²` along `Σ (Kᵢ − Cᵢ ΣK/ΣC) xᵢ`. No step subtracts stiffness.
 
 use super::combination::Combination;
-use super::rubbing::unpressed;
+use super::pressing::unpressed;
 use super::signal::Signal;
 use super::train::{Branch, Drive, Law, Mass, Train};
 use super::wave::{Phase, Wave};

@@ -24,6 +24,9 @@ pub mod problem;
 /// A machine in motion.
 pub mod train;
 
+/// What presses friction pairs at a state.
+pub mod pressing;
+
 /// What follows from coordinates.
 pub mod combination;
 

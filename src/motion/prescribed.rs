@@ -5,7 +5,7 @@
 //! its motion is imposed on the branches that join it.
 
 use super::combination::Combination;
-use super::rubbing::unpressed;
+use super::pressing::unpressed;
 use super::signal::Signal;
 use super::train::{Branch, Drive, Law, Mass, Regime, Train};
 use super::wave::{Phase, Wave};

@@ -27,14 +27,14 @@ mod bodies;
 /// Shafts and couplings.
 mod shafts;
 
+/// Friction of bearings and teeth.
+mod friction;
+
 /// Gear pairs, worm pairs and belts.
 mod gears;
 
 /// Planetary stages.
 mod planetary;
-
-/// Friction of bearings and teeth.
-mod friction;
 
 /// Bearings, dampers, speeds, damping.
 mod supports;

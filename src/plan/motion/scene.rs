@@ -178,7 +178,10 @@ fn shifted(curve: &Curve, by: f64) -> Curve {
 }
 
 /// The wanted outputs; speeds of what is loaded or driven where none is named.
-fn outputs(prepared: &Prepared, moving: &Moving, names: &[String]) -> Result<Outputs, Error> {
+///
+/// # Errors
+/// Names that do not exist, what does not follow from the motion.
+pub fn outputs(prepared: &Prepared, moving: &Moving, names: &[String]) -> Result<Outputs, Error> {
     let machine = &prepared.machine;
     let mut outputs = Outputs::default();
     let usual: Vec<String>;
