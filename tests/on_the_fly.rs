@@ -22,7 +22,7 @@ const DRIVE: &str = r#"
 inertia = [{ name = "motor", J = 0.1 }, { name = "wheel", J = 0.5 }]
 shaft = [{ name = "s", between = ["motor", "wheel"], k = 2e4, c = 5.0 }]
 motor = [{ name = "m", at = "motor", kind = "speed", speed = 30.0 }]
-load = [{ at = "wheel", kind = "harmonic", mean = -3.0, torque = 2.0, frequency = 90.0 }, { at = "wheel", kind = "harmonic", torque = 1.0, frequency = 17.3 }]
+load = [{ at = "wheel", kind = "harmonic", mean = -3.0, torque = 2.0, frequency = "14.323944878270580 Hz" }, { at = "wheel", kind = "harmonic", torque = 1.0, frequency = "2.75 Hz" }]
 "#;
 
 const HEAD: &str = "title = \"t\"\nsource = \"t\"\nunits = \"SI\"\n";
@@ -221,9 +221,9 @@ phase = 0.0
             "{a:?} {b:?}"
         );
     }
-    // The eccentricity of the wheel is there once a turn of the spindle, e/r of it.
+    // The eccentricity of the wheel is there once a turn of the spindle, e/r_b of it.
     let first = one.iter().find(|l| l.0 == 1.0).unwrap().1;
-    let exact = 12e-6 / 63e-3 * 180.0 * 3600.0 / std::f64::consts::PI;
+    let exact = 12e-6 / (63e-3 * f64::to_radians(20.0).cos()) * 180.0 * 3600.0 / std::f64::consts::PI;
     assert!((first / exact - 1.0).abs() < 0.02, "{first} {exact}");
     // Without the history the answer is the same.
     let bare = document(&[&["simulate", &scene, "--no-history"], &asked[..], &te[..]].concat());
