@@ -60,7 +60,8 @@ pub enum Command {
     #[command(after_help = "Examples:
   geardyn simulate examples/linear_chain.toml
   geardyn simulate examples/y2250_step.toml --svg step.svg
-  geardyn simulate examples/backlash_pair.toml --method radau5 --tolerance 1e-6")]
+  geardyn simulate examples/backlash_pair.toml --method radau5 --tolerance 1e-6
+  geardyn simulate examples/linear_chain.toml --until 50 --samples 10000 --spectrum 2048 --no-history")]
     Simulate(SimulateArgs),
     /// Error against run time, of a motion, natural frequencies or responses: every method that applies, against one reference
     #[command(after_help = "Examples:
