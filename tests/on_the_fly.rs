@@ -223,7 +223,8 @@ phase = 0.0
     }
     // The eccentricity of the wheel is there once a turn of the spindle, e/r_b of it.
     let first = one.iter().find(|l| l.0 == 1.0).unwrap().1;
-    let exact = 12e-6 / (63e-3 * f64::to_radians(20.0).cos()) * 180.0 * 3600.0 / std::f64::consts::PI;
+    let exact =
+        12e-6 / (63e-3 * f64::to_radians(20.0).cos()) * 180.0 * 3600.0 / std::f64::consts::PI;
     assert!((first / exact - 1.0).abs() < 0.02, "{first} {exact}");
     // Without the history the answer is the same.
     let bare = document(&[&["simulate", &scene, "--no-history"], &asked[..], &te[..]].concat());

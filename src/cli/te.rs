@@ -35,7 +35,7 @@ pub fn run(args: &TeArgs) -> Result<u8, Errors> {
         output::write(path, report::transmission::csv(machine, answer).as_bytes())?;
     }
     if let Some(path) = &args.written {
-        output::write_with(path, |to| report::transmission::record(answer, to))?;
+        output::write_with(path, |to| report::transmission::record(machine, answer, to))?;
     }
     if let Some(path) = &args.svg {
         let title = &scene.model.title;

@@ -211,8 +211,8 @@ pub fn loss(f: &mut Fields, suffix: &str, damping: Kind, stiffness: &str, rigid:
         .unwrap_or_default()
 }
 
-/// Stiffness, losses and play between teeth; keys end in `suffix`.
-pub fn contact(f: &mut Fields, suffix: &str) -> Contact {
+/// Stiffness, losses and play along a line; keys end in `suffix`.
+pub fn along(f: &mut Fields, suffix: &str) -> Contact {
     const UNITS: Units = Units {
         stiffness: Kind::Stiffness,
         range: Range::NotNegative,
@@ -220,7 +220,12 @@ pub fn contact(f: &mut Fields, suffix: &str) -> Contact {
         deflection: Kind::Length,
         characteristic: characteristic::along_tooth,
     };
-    let contact = resisting(f, suffix, UNITS);
+    resisting(f, suffix, UNITS)
+}
+
+/// The same between teeth, whose stiffness may change over the mesh cycle.
+pub fn contact(f: &mut Fields, suffix: &str) -> Contact {
+    let contact = along(f, suffix);
     let wave = one(f, &format!("k_wave{suffix}"), waves::stiffness).flatten();
     if contact.characteristic.is_some() && wave.is_some() {
         let [wave, curve] = ["k_wave", "characteristic"].map(|key| format!("{key}{suffix}"));

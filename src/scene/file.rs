@@ -8,7 +8,8 @@ use super::start::{self, Start};
 use super::study::Study;
 use super::tables::{each, one};
 use super::{
-    bodies, drives, form_errors, gears, nodes, overrides, planetary, shafts, study, supports,
+    bodies, drives, form_errors, gears, nodes, overrides, planetary, screws, shafts, study,
+    supports,
 };
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
@@ -232,6 +233,8 @@ fn read_model(file: &Document, added: Added, notes: &mut Notes) -> Model {
         worm_pairs: each(&mut f, "worm_pair", gears::worm_pair),
         planetaries: each(&mut f, "planetary", planetary::planetary),
         belts: each(&mut f, "belt", gears::belt),
+        slides: each(&mut f, "slide", screws::slide),
+        screws: each(&mut f, "screw", screws::screw),
         couplings: each(&mut f, "coupling", shafts::coupling),
         bearings: each(&mut f, "bearing", supports::bearing),
         dampers: each(&mut f, "damper", supports::damper),

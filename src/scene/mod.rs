@@ -30,6 +30,9 @@ mod shafts;
 /// Friction of bearings and teeth.
 mod friction;
 
+/// Screws and slides.
+pub mod screws;
+
 /// Gear pairs, worm pairs and belts.
 mod gears;
 
