@@ -335,6 +335,16 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "A contact with play stands open under the mean torques and has no stiffness.",
     ),
     (
+        "track-coarse",
+        Warning,
+        "Some windows of an order track held too few samples, or the shaft turned less than one window. Ask for more --samples.",
+    ),
+    (
+        "te-latest",
+        Warning,
+        "A transmission error found while a motion runs is that of its last million samples: no more are kept.",
+    ),
+    (
         "rayleigh-brakes",
         Warning,
         "Mass-proportional damping brakes the rigid-body motion as well.",
