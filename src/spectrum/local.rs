@@ -16,19 +16,15 @@ use crate::numeric::{Complex, ComplexMatrix};
 /// Coefficients of each polynomial: a parabola.
 const TERMS: usize = 3;
 
-/// Freedoms that the residual of a window keeps at least, for its variance.
-const LEAST_FREEDOMS: usize = 8;
-
 /// An input's power in a window, relative to its largest, that is but the rounding of transforms.
 const NO_POWER: f64 = 1e-26;
 
 /// A coefficient that the others determine to this share, and noise on it inflated as much, is not told.
 const MOST_INFLATION: f64 = 1e5;
 
-/// The smallest half width of a window, in lines, that leaves enough freedoms over so many blocks.
-pub fn least_half_width(inputs: usize, blocks: usize) -> usize {
-    let blocks = blocks.max(1);
-    let wanted = (TERMS * inputs + LEAST_FREEDOMS).div_ceil(blocks) + TERMS;
+/// The smallest half width of a window, in lines, that leaves its residual so many freedoms over so many blocks.
+pub fn least_half_width(inputs: usize, blocks: usize, freedoms: usize) -> usize {
+    let wanted = (TERMS * inputs + freedoms).div_ceil(blocks.max(1)) + TERMS;
     // Fewer lines than this are no polynomial's worth, however many blocks.
     wanted.max(2 * TERMS + 1) / 2
 }

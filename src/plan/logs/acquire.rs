@@ -120,6 +120,11 @@ fn struck(
         );
         return Err(Error::new(Code::Usage, message).hint("leave --window out, or say --no-impact"));
     }
+    if study.estimator != Estimator::H1 {
+        let message = "an impact test is estimated by H1: its few hits are windowed until noise on the hammer is small";
+        return Err(Error::new(Code::Usage, message)
+            .hint("leave --estimator out, or say --no-impact to average blocks"));
+    }
     let all = blocks::whole(recording, channels, "an impact test")?;
     let responses: Vec<&[f64]> = all[1..].iter().map(Vec::as_slice).collect();
     let options = ImpactOptions {
@@ -191,6 +196,9 @@ const FIRST_LINES: f64 = 2048.0;
 
 /// Samples over all channels that are transformed at once.
 const TRANSFORMED: usize = 1 << 23;
+
+/// Freedoms of the variance of a line, at least: of a first look, and where modes are narrow.
+const FREEDOMS: (usize, usize) = (8, 5);
 
 /// The longest block of a transform without a window.
 const LONGEST_WHOLE: usize = 1 << 20;
@@ -318,7 +326,9 @@ fn locally(
         return Ok(None);
     }
     let df = recording.rate_hz / block as f64;
-    let least = least_half_width(inputs, count);
+    let first = least_half_width(inputs, count, FREEDOMS.0);
+    let last = least_half_width(inputs, count, FREEDOMS.1);
+    let least = if apart_hz.is_some() { last } else { first };
     let width = |half: usize| (2 * half + 1) as f64 * df;
     let wanted = apart_hz.unwrap_or((band.1 - band.0) / FIRST_LINES);
     let half = (((wanted / df - 1.0) / 2.0).floor().max(0.0) as usize).max(least);
@@ -368,7 +378,7 @@ fn locally(
         },
         width(half)
     );
-    Ok(Some((estimate, how, width(least))))
+    Ok(Some((estimate, how, width(last))))
 }
 
 /// Power below the plateau that no longer drives: 40 dB.

@@ -253,6 +253,7 @@ fn from_responses(
     let table = responses.table();
     let mut warnings = acquired.as_ref().map_or(Vec::new(), |a| a.warnings.clone());
     warnings.extend(doubts::of_kinds(&responses));
+    warnings.extend(doubts::of_stated_kind(&responses, study.derivative));
     let start = Instant::now();
     let mut method = method;
     let fit = match method {
@@ -298,6 +299,19 @@ fn from_responses(
             modal::identify(method, &responses, band_hz, study, stands_in)?
         }
     };
+    let mut found = found;
+    if !doubts::is_answered(&responses, band_hz) {
+        found.modes.clear();
+        warnings.push(Warning {
+            code: "no-mode",
+            message:
+                "the outputs do not answer the input: no response stands out of its own variance"
+                    .into(),
+            hint: Some(
+                "look whether input and output are the right channels, of one time base".into(),
+            ),
+        });
+    }
     trace.push((method.word(), start.elapsed().as_secs_f64()));
     warnings.extend(found.warnings);
     warnings.extend(doubts::of_fit(&responses, &found.fit_error));
