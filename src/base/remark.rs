@@ -286,7 +286,7 @@ pub const ALL: &[(&str, Sort, &str)] = &[
     (
         "poor-fit",
         Warning,
-        "The fit is farther from a response than nothing would be: what it says of that response is no answer.",
+        "The fit misses a response by half its size or more: modes and intervals rest on what it does not describe.",
     ),
     // Machines.
     (
