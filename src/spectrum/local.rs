@@ -251,7 +251,11 @@ impl Local {
                         variance[at] = noise * spread;
                     }
                     let own = theta[j].norm_sqr() / spread;
-                    function.partial[at] = own / (own + total * noise).max(f64::MIN_POSITIVE);
+                    function.partial[at] = own / (own + residual).max(f64::MIN_POSITIVE);
+                    if inputs == 1 {
+                        // So that |H|² (1 − γ²)/γ²/(n − 1) is the variance, as of an average.
+                        multiple[o][at] = function.partial[at];
+                    }
                     function.ordinary[at] = multiple[o][at];
                 }
             }
