@@ -11,9 +11,10 @@ use super::inputs::{Entry, Input, Inputs};
 use super::law::{Held, held};
 use super::shared::Shared;
 use super::spectrum::Spectrum;
-use super::stage::Stage;
+use super::stage::{Stage, add, product};
 use super::{apart, mixed};
 use crate::base::error::Error;
+use crate::machine::direction::Direction;
 use crate::motion::contact::Affine;
 use crate::motion::friction::Slip;
 use crate::motion::train::{BranchStand, Law, Train};
@@ -135,36 +136,47 @@ impl Making<'_> {
     fn ways(&self, inner: usize) -> (Matrix, Matrix) {
         let (n, m) = (self.modes.shapes.nrows(), self.modes.count());
         let (out, into) = self.stage.matrices(self.spectrum.count());
-        let modal = 2 * m + inner;
-        let to_modes = Matrix::from_fn(modal, 2 * n + inner, |i, j| match (i / m.max(1), j / n) {
-            (0, 0) if i < m => self.modes.momenta[(j, i)],
-            (1, 1) if i < 2 * m => self.modes.momenta[(j - n, i - m)],
-            _ if i >= 2 * m && j >= 2 * n && i - 2 * m == j - 2 * n => 1.0,
-            _ => 0.0,
-        });
-        let from_modes =
-            Matrix::from_fn(2 * n + inner, modal, |j, i| match (i / m.max(1), j / n) {
-                (0, 0) if i < m => self.modes.shapes[(j, i)],
-                (1, 1) if i < 2 * m => self.modes.shapes[(j - n, i - m)],
-                _ if i >= 2 * m && j >= 2 * n && i - 2 * m == j - 2 * n => 1.0,
-                _ => 0.0,
-            });
+        let (modal, states) = (2 * m + inner, 2 * n + inner);
+        let mut to_modes = Matrix::zeros(modal, states);
+        let mut from_modes = Matrix::zeros(states, modal);
+        for j in 0..m {
+            let momentum = self.modes.momenta.col_as_slice(j);
+            for (i, p) in momentum.iter().enumerate() {
+                (to_modes[(j, i)], to_modes[(m + j, n + i)]) = (*p, *p);
+            }
+            let shape = self.modes.shapes.col_as_slice(j);
+            from_modes.col_as_slice_mut(j)[..n].copy_from_slice(shape);
+            from_modes.col_as_slice_mut(m + j)[n..2 * n].copy_from_slice(shape);
+        }
+        for z in 0..inner {
+            to_modes[(2 * m + z, 2 * n + z)] = 1.0;
+            from_modes[(2 * n + z, 2 * m + z)] = 1.0;
+        }
         let (parts, back) = (&into * &to_modes, &from_modes * &out);
         let turns = 2 * self.steady.len();
-        let (len, states) = (parts.nrows(), parts.ncols());
+        let len = parts.nrows();
         // Re(a e^{iωt}) = Re a cos − Im a sin, and σ is without it.
         let steady = |turn: usize, i: usize| match turn % 2 {
             0 => self.steady[turn / 2][i].re,
             _ => -self.steady[turn / 2][i].im,
         };
-        let enter = Matrix::from_fn(len, states + turns, |i, j| match j < states {
-            true => parts[(i, j)],
-            false => -steady(j - states, i),
-        });
-        let leave = Matrix::from_fn(states, turns + len, |i, j| match j < turns {
-            true => (0..len).map(|k| back[(i, k)] * steady(j, k)).sum(),
-            false => back[(i, j - turns)],
-        });
+        let mut enter = Matrix::zeros(len, states + turns);
+        let mut leave = Matrix::zeros(states, turns + len);
+        for j in 0..states {
+            enter
+                .col_as_slice_mut(j)
+                .copy_from_slice(parts.col_as_slice(j));
+        }
+        for k in 0..len {
+            leave
+                .col_as_slice_mut(turns + k)
+                .copy_from_slice(back.col_as_slice(k));
+        }
+        for turn in 0..turns {
+            let answer: Vec<f64> = (0..len).map(|k| steady(turn, k)).collect();
+            add(enter.col_as_slice_mut(states + turn), -1.0, &answer);
+            product(&back, &answer, leave.col_as_slice_mut(turn));
+        }
         (enter, leave)
     }
 
@@ -334,7 +346,6 @@ struct Seen {
 
 impl Seen {
     fn new(train: &Train, laws: &[Held], modes: &Modes) -> Seen {
-        let n = train.n();
         let blind = |law: &Held, acting: bool| match law {
             // What a spring sees is not rigid, and where it acts along what it sees nothing rigid is pushed.
             law if law.force.deflection != 0.0 && !acting => modes.rigid,
@@ -343,7 +354,7 @@ impl Seen {
             }
             _ => 0,
         };
-        let of = |direction, blind| modes.seen(&spread(direction, n), blind);
+        let of = |direction, blind| modes.seen(direction, blind);
         let both = train.branches.iter().zip(laws);
         let sees = both
             .clone()
@@ -410,9 +421,12 @@ fn damping(train: &Train, laws: &[Held], modes: &Modes, seen: &Seen) -> Damping 
     let mut d = Matrix::zeros(m, m);
     // What each entry sums, without signs.
     let mut size = Matrix::zeros(m, m);
-    let whole = |w: &[f64], j: usize| -> f64 {
-        let shape = modes.shapes.col_as_slice(j);
-        w.iter().zip(shape).map(|(w, x)| (w * x).abs()).sum()
+    let large = |w: &Direction| -> Vec<f64> {
+        let whole = |j: usize| {
+            let shape = modes.shapes.col_as_slice(j);
+            w.scaled().map(|(i, a)| (a * shape[i]).abs()).sum()
+        };
+        (0..m).map(whole).collect()
     };
     for (at, (branch, law)) in train.branches.iter().zip(laws).enumerate() {
         let c = law.force.rate;
@@ -420,12 +434,10 @@ fn damping(train: &Train, laws: &[Held], modes: &Modes, seen: &Seen) -> Damping 
             continue;
         }
         let (sees, acts) = (&seen.sees[at], &seen.acts[at]);
-        let (w, u) = (spread(&branch.direction, n), spread(branch.acts(), n));
-        let large = |w: &[f64]| (0..m).map(|j| whole(w, j)).collect::<Vec<f64>>();
-        let (large_w, large_u) = (large(&w), large(&u));
-        for (i, j) in pairs() {
-            d[(i, j)] += c * acts[i] * sees[j];
-            size[(i, j)] += c.abs() * large_u[i] * large_w[j];
+        let (large_w, large_u) = (large(&branch.direction), large(branch.acts()));
+        for j in 0..m {
+            add(d.col_as_slice_mut(j), c * sees[j], acts);
+            add(size.col_as_slice_mut(j), c.abs() * large_w[j], &large_u);
         }
     }
     if let Some((_, c)) = &train.general {
@@ -479,7 +491,7 @@ struct RawPushes {
 impl RawPushes {
     fn new(shared: &Shared, laws: &[Held], seen: &Seen, modes: &Modes, inner: usize) -> RawPushes {
         let train = shared.train;
-        let (m, n) = (modes.count(), train.n());
+        let m = modes.count();
         let nothing = vec![0.0; 2 * m + inner];
         let mut constant = nothing.clone();
         let before = |branch: usize| {
@@ -498,7 +510,7 @@ impl RawPushes {
             let (mut value, mut rate) = (nothing.clone(), nothing.clone());
             match input.entry {
                 Entry::Drive(at) => {
-                    let d = modes.seen(&spread(&train.drives[at].direction, n), 0);
+                    let d = modes.seen(&train.drives[at].direction, 0);
                     value[m..2 * m].copy_from_slice(&d);
                 }
                 Entry::Imposed(at) => {

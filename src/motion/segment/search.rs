@@ -34,7 +34,9 @@ pub struct Search {
     known: Vec<f64>,
     /// Until when a border is known to have none.
     clear: Vec<f64>,
+    /// Readings with the bounds on p̈, and the safe steps that follow.
     readings: Vec<(Reading, f64)>,
+    steps: Vec<f64>,
 }
 
 impl Search {
@@ -66,6 +68,7 @@ impl Search {
             let horizon = (span - tau).min(flight.reach);
             flight.bend(machine, horizon);
             self.readings.clear();
+            self.steps.clear();
             for at in 0..borders {
                 let mut reading = flight.read(machine, at);
                 if reading.value <= 0.0 {
@@ -76,6 +79,15 @@ impl Search {
                 }
                 let bound = flight.bound(machine, at);
                 self.readings.push((reading, bound));
+                let step = safe(reading, bound);
+                let bending = match step < horizon {
+                    true => flight.bending(machine, at),
+                    false => None,
+                };
+                self.steps.push(match bending {
+                    Some(bending) => further(step, reading, bending).min(horizon),
+                    None => step,
+                });
             }
             let (mut step, mut first) = self.shortest(tau, None);
             let (reading, bound) = self.readings[first];
@@ -132,13 +144,13 @@ impl Search {
     /// The shortest safe step of all borders but one, and whose it is.
     fn shortest(&self, tau: f64, but: Option<usize>) -> (f64, usize) {
         let mut best = (f64::INFINITY, 0);
-        for (at, &(reading, bound)) in self.readings.iter().enumerate() {
+        for at in 0..self.readings.len() {
             if but == Some(at) {
                 continue;
             }
             let known = self.known[at];
             let step = match known.is_nan() {
-                true => safe(reading, bound).max(self.clear[at] - tau),
+                true => self.steps[at].max(self.clear[at] - tau),
                 false => known - tau,
             };
             if step < best.0 {
@@ -163,6 +175,33 @@ fn safe(Reading { value, rate }: Reading, bound: f64) -> f64 {
         false if bound == 0.0 => f64::INFINITY,
         false => 0.0,
     }
+}
+
+/// A longer safe step where one is seen: p̈ is known now and changes by no more than `jerk` a second, so that p stays above
+/// `p + ṗ h + p̈ h²/2 − jerk H³/6` for all h up to H.
+fn further(step: f64, Reading { value, rate }: Reading, (bend, jerk): (f64, f64)) -> f64 {
+    for times in [8.0, 4.0, 2.0, 1.5] {
+        let reach = times * step;
+        let lost = jerk * reach * reach * reach / 6.0;
+        let at = |h: f64| value + h * (rate + 0.5 * bend * h);
+        let least = match rate < 0.0 && bend * reach > -rate {
+            true => value - 0.5 * rate * rate / bend,
+            false => at(reach).min(value),
+        };
+        // At the start p may be zero; there it rises by more than is lost while it is small.
+        let rises = value == 0.0 && rate > 0.0;
+        let early = match rises {
+            true => {
+                at(reach) > lost
+                    && rate + (0.5 * bend * reach).min(0.0) > jerk * reach * reach / 6.0
+            }
+            false => least > lost,
+        };
+        if early {
+            return reach;
+        }
+    }
+    step
 }
 
 /// Evaluations between two looks at whether the run is to end.
