@@ -23,6 +23,7 @@ pub struct Flight {
     pub reach: f64,
     push: [Vec<f64>; 2],
     given: Vec<f64>,
+    carried: Vec<f64>,
     bent: Vec<f64>,
     bounds: Vec<f64>,
     jerks: Vec<f64>,
@@ -115,6 +116,10 @@ impl Flight {
             let [place, rate] = &mut self.kept;
             place.clear();
             place.extend_from_slice(&y[..n]);
+            // What modes do not carry of it.
+            self.carried.resize(y.len(), 0.0);
+            product(&machine.leave, &self.course.sigma, &mut self.carried);
+            add(place, -1.0, &self.carried[..n]);
             rate.resize(n, 0.0);
             let slope = |branch: usize| {
                 let e = &shared.train.branches[branch].imposed;
