@@ -7,6 +7,7 @@ use crate::base::error::Error;
 use crate::numeric::{Complex, Matrix};
 
 use super::basis::{Problem, Structure, put};
+use super::scan::spacing;
 use super::{Measured, RationalOptions};
 
 /// Lines within the band, responses that are not zero throughout.
@@ -14,6 +15,8 @@ use super::{Measured, RationalOptions};
 pub(super) struct Lines {
     /// Frequency over the highest.
     pub x: Vec<f64>,
+    /// Median spacing of `x`.
+    pub step: f64,
     /// Angular frequency of the highest line, rad/s.
     pub top: f64,
     /// Which of the measured responses these are.
@@ -56,11 +59,13 @@ impl Lines {
             .hint("widen the band, or measure with a finer frequency step"));
         }
         let highest = measured.frequency_hz[taken[taken.len() - 1]];
+        let x: Vec<f64> = taken
+            .iter()
+            .map(|&k| measured.frequency_hz[k] / highest)
+            .collect();
         let mut lines = Lines {
-            x: taken
-                .iter()
-                .map(|&k| measured.frequency_hz[k] / highest)
-                .collect(),
+            step: spacing(&x),
+            x,
             top: TAU * highest,
             kept: Vec::new(),
             size: Vec::new(),
@@ -179,6 +184,8 @@ impl Lines {
             factor,
             y,
             first: responses[0],
+            step: self.step,
+            left_out: 0.0,
         }
     }
 }

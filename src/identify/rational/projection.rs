@@ -2,9 +2,11 @@
 //! `χ² = Σ |Y − Q Qᵀ Y|²` over the poles alone, by Levenberg–Marquardt with the Jacobian of Kaufman (1975), `−P⊥ (∂X) C`.
 //! All responses share one QR and one Gram matrix of the derivatives.
 
+use std::borrow::Borrow;
+
 use crate::numeric::definite::{cholesky, solve_lower, solve_lower_transposed};
 use crate::numeric::orthonormal::{ThinQr, thin_qr, transposed_product};
-use crate::numeric::{Complex, Matrix};
+use crate::numeric::{Complex, Matrix, registers};
 
 use super::basis::{Pole, Problem};
 
@@ -28,7 +30,7 @@ pub(super) struct Projection {
     pub c: Matrix,
     /// What is left.
     pub e: Matrix,
-    /// `Σ e²`.
+    /// `Σ e²`, and what the problem leaves out.
     pub chi2: f64,
 }
 
@@ -52,9 +54,7 @@ pub(super) fn project(problem: &Problem, model: &Model, numerators: usize) -> Pr
     let again = transposed_product(&qr.q, &e);
     let e = e - &qr.q * &again;
     let c = qr.solve(&(first + again));
-    let chi2 = (0..e.ncols())
-        .map(|i| e.col_as_slice(i).iter().map(|v| v * v).sum::<f64>())
-        .sum();
+    let chi2 = problem.left_out + sum_of_squares(&e);
     Projection {
         qr,
         length,
@@ -62,6 +62,30 @@ pub(super) fn project(problem: &Problem, model: &Model, numerators: usize) -> Pr
         e,
         chi2,
     }
+}
+
+/// `Σ a²`.
+pub(super) fn sum_of_squares(a: &Matrix) -> f64 {
+    (0..a.ncols())
+        .map(|i| a.col_as_slice(i).iter().map(|v| v * v).sum::<f64>())
+        .sum()
+}
+
+/// What a fit leaves of the data of a problem, its coefficients found on fewer lines.
+pub(super) fn left(
+    problem: &Problem,
+    model: &Model,
+    numerators: usize,
+    fit: &Projection,
+) -> Matrix {
+    let basis = problem.basis(&model.poles, numerators);
+    let c = Matrix::from_fn(fit.c.nrows(), fit.c.ncols(), |row, i| {
+        fit.c[(row, i)] / fit.length[row]
+    });
+    let y = undelayed(problem, model);
+    let left = y.as_ref().unwrap_or(&problem.y) - basis * c;
+    registers::clear();
+    left
 }
 
 /// Data turned back by the delays, `Y e^{jxτ}`; `None` without delays.
@@ -94,7 +118,7 @@ pub(super) struct Normal {
 
 /// Adds what every problem says of the parameters.
 pub(super) fn normal(
-    problems: &[Problem],
+    problems: &[impl Borrow<Problem>],
     model: &Model,
     numerators: usize,
     fits: &[Projection],
@@ -105,7 +129,7 @@ pub(super) fn normal(
         g: vec![0.0; size],
     };
     for (problem, fit) in problems.iter().zip(fits) {
-        add_poles(problem, model, numerators, fit, &mut sum);
+        add_poles(problem.borrow(), model, numerators, fit, &mut sum);
     }
     sum
 }
@@ -206,10 +230,10 @@ pub(super) struct Fitted {
 }
 
 /// Fits at a model as it stands.
-pub(super) fn at(problems: &[Problem], model: &Model, numerators: usize) -> Fitted {
+pub(super) fn at(problems: &[impl Borrow<Problem>], model: &Model, numerators: usize) -> Fitted {
     let fits: Vec<Projection> = problems
         .iter()
-        .map(|p| project(p, model, numerators))
+        .map(|p| project(p.borrow(), model, numerators))
         .collect();
     Fitted {
         model: model.clone(),
@@ -226,7 +250,12 @@ const DAMPING: (f64, f64, f64) = (1e-3, 0.1, 8.0);
 const MOST_DAMPING: f64 = 1e10;
 
 /// Moves poles and delays to the least χ² nearby.
-pub(super) fn refine(problems: &[Problem], start: Fitted, numerators: usize, stop: Stop) -> Fitted {
+pub(super) fn refine(
+    problems: &[impl Borrow<Problem>],
+    start: Fitted,
+    numerators: usize,
+    stop: Stop,
+) -> Fitted {
     let mut best = start;
     if best.model.poles.is_empty() && best.model.delays.is_empty() {
         return best;

@@ -7,7 +7,6 @@ use crate::numeric::Complex;
 use super::basis::{Pole, Problem};
 use super::local::{cut, window};
 use super::projection::{Fitted, Model, Stop, at, normal, refine};
-use super::scan::spacing;
 
 /// Only lightly damped poles: a shift of a broad one can hardly be told from a neighbour.
 const LIGHT: f64 = 0.05;
@@ -46,7 +45,7 @@ pub(super) struct Scatter {
 
 /// The pole a place lies beside.
 pub(super) fn beside(problem: &Problem, poles: &[Pole], place: &Pole) -> Option<usize> {
-    let step = spacing(&problem.x);
+    let step = problem.step;
     let reach = |p: &Pole| {
         if problem.y.ncols() < FEWEST_RESPONSES {
             (SKIRT.0 * p.sigma).max(SKIRT.1 * step)
@@ -115,7 +114,7 @@ pub(super) fn disagreement(
     place: Pole,
 ) -> Option<Scatter> {
     let pole = fitted.model.poles[r];
-    let (from, to) = window(&problem.x, &pole, spacing(&problem.x))?;
+    let (from, to) = window(&problem.x, &pole, problem.step)?;
     let local = cut(problem, fitted, numerators, &[r], from, to);
     if local.y.ncols() < FEWEST_RESPONSES {
         return skirts(local, pole, numerators, r, place);
@@ -248,7 +247,7 @@ pub(super) fn mean(
     independence: f64,
 ) -> Option<Mean> {
     let pole = fitted.model.poles[r];
-    let (from, to) = window(&problem.x, &pole, spacing(&problem.x))?;
+    let (from, to) = window(&problem.x, &pole, problem.step)?;
     let local = cut(problem, fitted, numerators, &[r], from, to);
     let mut separate = own(&local, pole, numerators);
     let stayed: Vec<bool> = (separate.poles.iter())
