@@ -4,8 +4,10 @@
 //! of degree below d. The projection is orthogonal, so that noise of unit variance stays so. Where a pole is near, lines are kept.
 
 use std::borrow::{Borrow, Cow};
+use std::collections::HashMap;
 
 use crate::numeric::definite::symmetric;
+use crate::numeric::orthonormal::{thin_qr, transposed_product};
 use crate::numeric::{Complex, Matrix, registers};
 
 use super::basis::{Pole, Problem};
@@ -16,7 +18,7 @@ use super::scan::Peak;
 const NODES: usize = 16;
 
 /// A block of fewer lines is kept as it is.
-const FEWEST: usize = 24;
+const FEWEST: usize = 40;
 
 /// The functions of a fit differ from polynomials by less than this, in units of the noise, over all lines together. No parameter moves by
 /// more than this share of its standard deviation.
@@ -24,6 +26,9 @@ const MISMATCH: f64 = 1e-3;
 
 /// Where the mismatch would have to be a smaller share of the data, all lines are kept: rounding is not far.
 const LEAST_SHARE: f64 = 1e-13;
+
+/// Weighted polynomials of which one is closer than this to those of lower degree are not independent.
+const INDEPENDENT: f64 = 1e-8;
 
 /// A problem of fewer lines.
 #[derive(Debug, Clone)]
@@ -67,76 +72,87 @@ impl<'a> Condensed<'a> {
 /// Half-widths down to this share of a pole's, and of a candidate's, are provided for.
 const NARROWER: (f64, f64) = (0.7, 0.35);
 
-/// The lines needed for the poles of a model and for candidates. All of them where there is a delay, which turns the data line by line.
-pub(super) fn condensed<'a>(
+/// Condenses a problem again and again, for poles that move.
+#[derive(Debug)]
+pub(super) struct Condenser<'a> {
     problem: &'a Problem,
-    model: &Model,
-    candidates: &[Peak],
-) -> Condensed<'a> {
-    if !model.delays.is_empty() {
-        return Condensed::whole(problem);
-    }
-    let narrow = |p: &Pole, share: f64| Pole {
-        sigma: share * p.sigma,
-        ..*p
-    };
-    let poles: Vec<Pole> = (model.poles.iter().map(|p| narrow(p, NARROWER.0)))
-        .chain(candidates.iter().map(|c| narrow(&c.pole, NARROWER.1)))
-        .collect();
-    let total = sum_of_squares(&problem.y);
-    let share = MISMATCH / total.sqrt();
-    if !(share > LEAST_SHARE) {
-        return Condensed::whole(problem);
-    }
-    let clear = share.min(0.1).powf(-1.0 / NODES as f64);
-    let mut parts = Vec::new();
-    split(&problem.x, 0, problem.lines(), &poles, clear, &mut parts);
-    if parts.iter().all(|part| !part.smooth) {
-        return Condensed::whole(problem);
-    }
-    let mut rules = Vec::new();
-    for part in parts {
-        let rule = part.smooth.then(|| rule(problem, &part)).flatten();
-        rules.push((part, rule));
-    }
-    let n = rules
-        .iter()
-        .map(|(part, rule)| rule.as_ref().map_or(part.to - part.from, |_| NODES))
-        .sum();
-    let mut fewer = Problem {
-        x: Vec::with_capacity(n),
-        factor: Vec::with_capacity(n),
-        fixed: Matrix::zeros(2 * n, problem.fixed.ncols()),
-        y: Matrix::zeros(2 * n, problem.y.ncols()),
-        first: problem.first,
-        step: problem.step,
-        left_out: 0.0,
-    };
-    let mut blocks = Vec::new();
-    for (part, rule) in &rules {
-        let at = fewer.x.len();
-        match rule {
-            None => {
-                fewer.x.extend(&problem.x[part.from..part.to]);
-                fewer.factor.extend(&problem.factor[part.from..part.to]);
-                copy(&problem.y, part, &mut fewer.y, at);
-                copy(&problem.fixed, part, &mut fewer.fixed, at);
-            }
-            Some(rule) => {
-                blocks.push(middle_and_half(&problem.x, part.from, part.to));
-                fewer.x.extend(&rule.x);
-                fewer.factor.extend(&rule.factor);
-                project(&problem.y, part, &rule.onto, &mut fewer.y, at);
-                project(&problem.fixed, part, &rule.onto, &mut fewer.fixed, at);
-            }
+    /// `Σ y²`.
+    total: f64,
+    /// By first line and end: blocks that were condensed, or could not be.
+    known: HashMap<(usize, usize), Option<Block>>,
+}
+
+impl<'a> Condenser<'a> {
+    /// Of all lines of a problem.
+    pub fn new(problem: &'a Problem) -> Condenser<'a> {
+        Condenser {
+            problem,
+            total: sum_of_squares(&problem.y),
+            known: HashMap::new(),
         }
     }
-    registers::clear();
-    fewer.left_out = problem.left_out + total - sum_of_squares(&fewer.y);
-    Condensed {
-        problem: Cow::Owned(fewer),
-        blocks,
-        clear,
+
+    /// The lines needed for the poles of a model and for candidates. All of them where there is a delay, which turns the data line by
+    /// line.
+    pub fn condensed(&mut self, model: &Model, candidates: &[Peak]) -> Condensed<'a> {
+        let problem = self.problem;
+        let share = MISMATCH / self.total.sqrt();
+        if !model.delays.is_empty() || !(share > LEAST_SHARE) {
+            return Condensed::whole(problem);
+        }
+        let narrow = |p: &Pole, share: f64| Pole {
+            sigma: share * p.sigma,
+            ..*p
+        };
+        let poles: Vec<Pole> = (model.poles.iter().map(|p| narrow(p, NARROWER.0)))
+            .chain(candidates.iter().map(|c| narrow(&c.pole, NARROWER.1)))
+            .collect();
+        let clear = share.min(0.1).powf(-1.0 / NODES as f64);
+        let mut parts = Vec::new();
+        split(&problem.x, 0, problem.lines(), &poles, clear, &mut parts);
+        for part in parts.iter_mut().filter(|part| part.smooth) {
+            let known = (self.known.entry((part.from, part.to)))
+                .or_insert_with(|| Block::new(problem, part.from, part.to));
+            part.smooth = known.is_some();
+        }
+        if parts.iter().all(|part| !part.smooth) {
+            return Condensed::whole(problem);
+        }
+        let n = parts.iter().map(Part::rows).sum();
+        let mut fewer = Problem {
+            x: Vec::with_capacity(n),
+            factor: Vec::with_capacity(n),
+            fixed: Matrix::zeros(2 * n, problem.fixed.ncols()),
+            y: Matrix::zeros(2 * n, problem.y.ncols()),
+            first: problem.first,
+            step: problem.step,
+            left_out: 0.0,
+        };
+        let mut blocks = Vec::new();
+        for part in &parts {
+            let (from, to, at) = (part.from, part.to, fewer.x.len());
+            match self.known.get(&(from, to)) {
+                Some(Some(block)) if part.smooth => {
+                    blocks.push(middle_and_half(&problem.x, from, to));
+                    fewer.x.extend(&block.x);
+                    fewer.factor.extend(&block.factor);
+                    copy(&block.y, 0, NODES, &mut fewer.y, at);
+                    copy(&block.fixed, 0, NODES, &mut fewer.fixed, at);
+                }
+                _ => {
+                    fewer.x.extend(&problem.x[from..to]);
+                    fewer.factor.extend(&problem.factor[from..to]);
+                    copy(&problem.y, from, to, &mut fewer.y, at);
+                    copy(&problem.fixed, from, to, &mut fewer.fixed, at);
+                }
+            }
+        }
+        fewer.left_out = problem.left_out + self.total - sum_of_squares(&fewer.y);
+        Condensed {
+            problem: Cow::Owned(fewer),
+            blocks,
+            clear,
+        }
     }
 }
 
@@ -145,6 +161,16 @@ struct Part {
     from: usize,
     to: usize,
     smooth: bool,
+}
+
+impl Part {
+    /// Lines or nodes.
+    fn rows(&self) -> usize {
+        match self.smooth {
+            true => NODES,
+            false => self.to - self.from,
+        }
+    }
 }
 
 fn split(
@@ -196,90 +222,84 @@ fn is_clear(middle: f64, half: f64, poles: &[Pole], clear: f64) -> bool {
     axes(0.0, 0.0) > clear && poles.iter().all(|p| axes(p.w, p.sigma) > clear)
 }
 
-/// The Gauss rule of a block.
-struct Rule {
+/// A block of lines, condensed.
+#[derive(Debug)]
+struct Block {
     x: Vec<f64>,
     factor: Vec<Complex>,
-    /// Orthonormal columns, one per node: from values on lines to values at nodes.
-    onto: Matrix,
+    y: Matrix,
+    fixed: Matrix,
 }
 
-/// By Lanczos's method on the lines' places, begun with the factors (Golub and Welsch 1969); `None` where weights vanish on most lines.
-fn rule(problem: &Problem, part: &Part) -> Option<Rule> {
-    let lines = part.to - part.from;
-    let (middle, half) = middle_and_half(&problem.x, part.from, part.to);
-    let place: Vec<f64> = problem.x[part.from..part.to]
-        .iter()
-        .map(|x| (x - middle) / half)
-        .collect();
-    let factors = &problem.factor[part.from..part.to];
-    let total = factors.iter().map(|f| f.norm_sqr()).sum::<f64>().sqrt();
-    let phase = factors[0] / factors[0].norm();
-    let mut basis = Matrix::zeros(lines, NODES);
-    let mut jacobi = Matrix::zeros(NODES, NODES);
-    let mut next: Vec<f64> = factors
-        .iter()
-        .map(|f| f.norm_sqr().sqrt() / total)
-        .collect();
-    for j in 0..NODES {
-        basis.col_as_slice_mut(j).copy_from_slice(&next);
+impl Block {
+    /// Nodes are the eigenvalues of the lines' places projected on the polynomials of degree below d (Golub and Welsch 1969); `None`
+    /// where weights vanish on so many lines that these are not independent.
+    fn new(problem: &Problem, from: usize, to: usize) -> Option<Block> {
+        let lines = to - from;
+        let (middle, half) = middle_and_half(&problem.x, from, to);
+        let place: Vec<f64> = problem.x[from..to]
+            .iter()
+            .map(|x| (x - middle) / half)
+            .collect();
+        let factors = &problem.factor[from..to];
+        let total = factors.iter().map(|f| f.norm_sqr()).sum::<f64>().sqrt();
+        let phase = factors[0] / factors[0].norm();
+        let weight = Matrix::from_fn(lines, 1, |k, _| factors[k].norm_sqr().sqrt() / total);
+        // Chebyshev's polynomials times the weight
+        let mut polynomials = Matrix::zeros(lines, NODES);
         for k in 0..lines {
-            next[k] *= place[k];
-        }
-        let own = dot(basis.col_as_slice(j), &next);
-        jacobi[(j, j)] = own;
-        // twice: lines that are few or far from even would lose orthogonality
-        for _ in 0..2 {
-            for i in (0..=j).rev() {
-                let column = basis.col_as_slice(i);
-                let share = dot(column, &next);
-                next.iter_mut()
-                    .zip(column)
-                    .for_each(|(n, c)| *n -= share * c);
+            let (mut before, mut now) = (0.0, weight[(k, 0)]);
+            for j in 0..NODES {
+                polynomials[(k, j)] = now;
+                let factor = if j == 0 { 1.0 } else { 2.0 };
+                (before, now) = (now, factor * place[k] * now - before);
             }
         }
-        let norm = dot(&next, &next).sqrt();
-        if !(norm > 1e-8) {
+        let qr = thin_qr(&polynomials);
+        if (0..NODES).any(|j| !(qr.r[(j, j)].abs() > INDEPENDENT)) {
             return None;
         }
-        if j + 1 < NODES {
-            jacobi[(j, j + 1)] = norm;
-            jacobi[(j + 1, j)] = norm;
+        let mut moved = qr.q.clone();
+        for j in 0..NODES {
+            let column = moved.col_as_slice_mut(j);
+            column.iter_mut().zip(&place).for_each(|(q, t)| *q *= t);
         }
-        next.iter_mut().for_each(|n| *n /= norm);
+        let nodes = symmetric(&transposed_product(&qr.q, &moved)).ok()?;
+        // orthonormal columns, one per node: from values on lines to values at nodes
+        let onto = &qr.q * &nodes.vectors;
+        let sizes = transposed_product(&onto, &weight);
+        let block = Block {
+            x: nodes.values.iter().map(|t| middle + half * t).collect(),
+            factor: (0..NODES)
+                .map(|m| phase * (total * sizes[(m, 0)]))
+                .collect(),
+            y: projected(&problem.y, from, to, &onto),
+            fixed: projected(&problem.fixed, from, to, &onto),
+        };
+        registers::clear();
+        Some(block)
     }
-    let nodes = symmetric(&jacobi).ok()?;
-    Some(Rule {
-        x: nodes.values.iter().map(|t| middle + half * t).collect(),
-        factor: (0..NODES)
-            .map(|m| phase * (total * nodes.vectors[(0, m)]))
-            .collect(),
-        onto: &basis * &nodes.vectors,
-    })
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+/// Values at nodes of columns on lines.
+fn projected(all: &Matrix, from: usize, to: usize, onto: &Matrix) -> Matrix {
+    let n = all.nrows() / 2;
+    let mut values = Matrix::zeros(2 * NODES, all.ncols());
+    for (half, start) in [(0, from), (NODES, n + from)] {
+        let rows = all.subrows(start, to - from);
+        let part = onto.transpose() * rows;
+        values.subrows_mut(half, NODES).copy_from(part);
+    }
+    values
 }
 
-/// Rows of lines that are kept.
-fn copy(all: &Matrix, part: &Part, fewer: &mut Matrix, at: usize) {
-    let (n, m) = (all.nrows() / 2, fewer.nrows() / 2);
-    let count = part.to - part.from;
+/// Rows `from..to` of both halves, to those from `at` on.
+fn copy(all: &Matrix, from: usize, to: usize, fewer: &mut Matrix, at: usize) {
+    let (n, m, count) = (all.nrows() / 2, fewer.nrows() / 2, to - from);
     for j in 0..all.ncols() {
-        for (from, to) in [(part.from, at), (n + part.from, m + at)] {
+        for (from, at) in [(from, at), (n + from, m + at)] {
             let values = &all.col_as_slice(j)[from..from + count];
-            fewer.col_as_slice_mut(j)[to..to + count].copy_from_slice(values);
+            fewer.col_as_slice_mut(j)[at..at + count].copy_from_slice(values);
         }
-    }
-}
-
-/// Rows of nodes.
-fn project(all: &Matrix, part: &Part, onto: &Matrix, fewer: &mut Matrix, at: usize) {
-    let (n, m) = (all.nrows() / 2, fewer.nrows() / 2);
-    for (from, to) in [(part.from, at), (n + part.from, m + at)] {
-        let rows = all.subrows(from, part.to - part.from);
-        let values = onto.transpose() * rows;
-        fewer.subrows_mut(to, NODES).copy_from(values);
     }
 }

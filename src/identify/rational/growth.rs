@@ -6,7 +6,7 @@ use crate::numeric::statistics::{chi_squared_above, chi_squared_quantile};
 
 use super::Step;
 use super::basis::{Pole, Problem};
-use super::condensed::{Condensed, condensed};
+use super::condensed::{Condensed, Condenser};
 use super::covariance::covariance;
 use super::local::{Placed, place};
 use super::projection::{Fitted, Model, Stop, at, left, refine};
@@ -35,7 +35,7 @@ const FALSE_ALARM: f64 = 1e-4;
 const PLACES_PER_LINE: f64 = 4.0;
 
 /// Poles added at once, and places tried one by one.
-const BATCH: usize = 8;
+const BATCH: usize = 12;
 const TRIALS: usize = 4;
 
 /// Steps of all poles together after one was added. No precision is bought before all are in.
@@ -59,7 +59,7 @@ const WITHOUT: Stop = Stop {
 };
 
 /// Poles added at once share less than this with any other, and are farther from it than so many lines.
-const CLEAR: (f64, f64) = (0.03, 6.0);
+const CLEAR: (f64, f64) = (0.1, 6.0);
 
 /// A local fit sees most of what a pole gains; below this share of the threshold it is not worth a fit of all lines.
 const NEAR_THRESHOLD: f64 = 0.7;
@@ -71,6 +71,7 @@ const WORTH_TRYING: f64 = 0.3;
 pub(super) struct Growth<'a> {
     /// All lines.
     measured: &'a Problem,
+    condenser: Condenser<'a>,
     /// As many as the poles at hand need.
     lines: Condensed<'a>,
     numerators: usize,
@@ -103,6 +104,7 @@ impl<'a> Growth<'a> {
             chi_squared_quantile(1.0 - FALSE_ALARM / places, freedoms(measured, numerators));
         Growth {
             measured,
+            condenser: Condenser::new(measured),
             lines: Condensed::whole(measured),
             numerators,
             rules,
@@ -154,7 +156,7 @@ impl<'a> Growth<'a> {
 
     /// A fit on the lines that poles and candidates need.
     fn fitted(&mut self, model: &Model, candidates: &[Peak]) -> Fitted {
-        self.lines = condensed(self.measured, model, candidates);
+        self.lines = self.condenser.condensed(model, candidates);
         at(self.problem(), model, self.numerators)
     }
 

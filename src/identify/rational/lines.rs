@@ -106,10 +106,10 @@ impl Lines {
         let slope = [line.saturating_sub(1), (line + 1).min(h.len() - 1)]
             .into_iter()
             .filter(|&k| k != line)
-            .map(|k| (h[k] - h[line]).norm() / (self.x[k] - self.x[line]).abs())
+            .map(|k| (h[k] - h[line]).norm_sqr().sqrt() / (self.x[k] - self.x[line]).abs())
             .fold(0.0, f64::max);
         let of_frequency = ROUNDING.2 * self.x[line] * slope;
-        ROUNDING.0.powi(2) + (ROUNDING.1 * h[line].norm()).powi(2) + of_frequency.powi(2)
+        ROUNDING.0.powi(2) + ROUNDING.1.powi(2) * h[line].norm_sqr() + of_frequency.powi(2)
     }
 
     /// A variance over the scaled responses, nowhere below what rounding makes it.
@@ -209,6 +209,13 @@ impl Weights {
     pub fn new(variance: &[Vec<f64>]) -> Weights {
         let mean = |values: &mut dyn Iterator<Item = f64>, n: usize| values.sum::<f64>() / n as f64;
         let lines = variance[0].len();
+        if variance.iter().all(|v| v.iter().all(|x| *x == v[0])) {
+            return Weights {
+                by_response: variance.iter().map(|v| v[0]).collect(),
+                by_line: vec![1.0; lines],
+                exact: true,
+            };
+        }
         let of_response: Vec<f64> = variance
             .iter()
             .map(|v| mean(&mut v.iter().map(|v| v.ln()), lines))

@@ -5,7 +5,7 @@
 use std::borrow::Borrow;
 
 use crate::numeric::definite::{cholesky, solve_lower, solve_lower_transposed};
-use crate::numeric::orthonormal::{ThinQr, thin_qr, transposed_product};
+use crate::numeric::orthonormal::{ThinQr, thin_qr, transposed_product, without_product};
 use crate::numeric::{Complex, Matrix, registers};
 
 use super::basis::{Pole, Problem};
@@ -34,6 +34,9 @@ pub(super) struct Projection {
     pub chi2: f64,
 }
 
+/// What is left below this share of the data is projected twice: rounding of the first time would be seen.
+const AGAIN: f64 = 1e-8;
+
 /// Projects the data of a problem on the basis of a model.
 pub(super) fn project(problem: &Problem, model: &Model, numerators: usize) -> Projection {
     let mut x = problem.basis(&model.poles, numerators);
@@ -50,11 +53,17 @@ pub(super) fn project(problem: &Problem, model: &Model, numerators: usize) -> Pr
     let y = undelayed(problem, model);
     let y = y.as_ref().unwrap_or(&problem.y);
     let first = transposed_product(&qr.q, y);
-    let e = y - &qr.q * &first;
-    let again = transposed_product(&qr.q, &e);
-    let e = e - &qr.q * &again;
-    let c = qr.solve(&(first + again));
-    let chi2 = problem.left_out + sum_of_squares(&e);
+    let mut e = without_product(y, &qr.q, &first);
+    let mut inner = first;
+    let mut squares = sum_of_squares(&e);
+    if squares < AGAIN * sum_of_squares(&inner) {
+        let again = transposed_product(&qr.q, &e);
+        e = without_product(&e, &qr.q, &again);
+        inner += again;
+        squares = sum_of_squares(&e);
+    }
+    let c = qr.solve(&inner);
+    let chi2 = problem.left_out + squares;
     Projection {
         qr,
         length,
@@ -83,7 +92,7 @@ pub(super) fn left(
         fit.c[(row, i)] / fit.length[row]
     });
     let y = undelayed(problem, model);
-    let left = y.as_ref().unwrap_or(&problem.y) - basis * c;
+    let left = without_product(y.as_ref().unwrap_or(&problem.y), &basis, &c);
     registers::clear();
     left
 }
@@ -187,7 +196,8 @@ fn add_delays(
             super::basis::put(column, k, n, z);
         }
     }
-    let turned = &turned - &fit.qr.q * transposed_product(&fit.qr.q, &turned);
+    let shared = transposed_product(&fit.qr.q, &turned);
+    let turned = without_product(&turned, &fit.qr.q, &shared);
     let cross = transposed_product(d, &turned);
     for i in 0..turned.ncols() {
         let at = 2 * np + (problem.first + i).min(model.delays.len() - 1);

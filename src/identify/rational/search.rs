@@ -5,7 +5,7 @@ use crate::base::error::Error;
 use crate::numeric::{Complex, Matrix};
 
 use super::basis::{Pole, Problem, Structure};
-use super::condensed::{Condensed, condensed};
+use super::condensed::{Condensed, Condenser};
 use super::covariance::{Covariance, covariance};
 use super::growth::{Growth, Rules};
 use super::lines::{Lines, Weights};
@@ -341,7 +341,7 @@ impl Held {
     fn at(lines: &Lines, variance: &[Vec<f64>], model: &Model) -> Held {
         let weights = Weights::new(variance);
         let all = [lines.shared(&weights, Structure::FULL)];
-        let enough = condensed(&all[0], model, &[]);
+        let enough = Condenser::new(&all[0]).condensed(model, &[]);
         let fewer = (!enough.is_whole()).then(|| enough.problem.into_owned());
         let problem = fewer.as_ref().unwrap_or(&all[0]);
         let fitted = at(&[problem], model, Structure::FULL.numerators());
@@ -447,9 +447,12 @@ fn last(
     numerators: usize,
     effort: &mut Effort,
 ) -> (Fitted, Covariance) {
+    let mut condensers: Vec<Condenser> = problems.iter().map(Condenser::new).collect();
     let mut round = 0;
     loop {
-        let enough: Vec<Condensed> = problems.iter().map(|p| condensed(p, &model, &[])).collect();
+        let enough: Vec<Condensed> = (condensers.iter_mut())
+            .map(|c| c.condensed(&model, &[]))
+            .collect();
         let start = at(&enough, &model, numerators);
         let fitted = refine(&enough, start, numerators, LAST);
         effort.steps += fitted.steps;

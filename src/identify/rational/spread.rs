@@ -2,7 +2,7 @@
 //! beside it would fit that, and would be no modes; instead the lines around it are given the variance the disagreement causes.
 //! Means and spreads are those of random effects (DerSimonian and Laird 1986).
 
-use crate::numeric::Complex;
+use crate::numeric::{Complex, Matrix};
 
 use super::basis::{Pole, Problem};
 use super::local::{cut, window};
@@ -79,12 +79,13 @@ fn own(local: &Problem, start: Pole, numerators: usize) -> Own {
         variance: Vec::new(),
         chi2: 0.0,
     };
+    let mut problem = [Problem {
+        y: Matrix::zeros(0, 0),
+        ..local.clone()
+    }];
     for i in 0..local.y.ncols() {
-        let problem = [Problem {
-            y: local.y.subcols(i, 1).to_owned(),
-            first: i,
-            ..local.clone()
-        }];
+        problem[0].y = local.y.subcols(i, 1).to_owned();
+        problem[0].first = i;
         let model = Model {
             poles: vec![start],
             delays: Vec::new(),
