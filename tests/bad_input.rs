@@ -76,6 +76,7 @@ fn refuses_wrong_lines() {
     let cases: &[(&str, &str, Code, usize, &str, &str)] = &[
         ("k = \"420 N/µm\"", "stifness = \"420 N/µm\"", UnknownKey, 21, "unknown key `stifness`", "did you mean `k`? it takes N/m, N/µm, kN/mm"),
         ("backlash", "backlsh", UnknownKey, 22, "`backlsh`", "did you mean `backlash`? it takes m, mm, µm"),
+        ("\"80 µm\"", "\"1e-300 m\"", OutOfRange, 22, "less than any play", "leave it out, or write 0"),
         ("title", "tilte", UnknownKey, 1, "`tilte`", "`title`"),
         ("\"pinion\", \"wheel\"", "\"pinoin\", \"wheel\"", UnknownNode, 18, "no node `pinoin`", "did you mean `pinion`?"),
         ("\"pinion\", \"wheel\"", "\"motor_shaft\", \"wheel\"", UnknownNode, 18, "no node `motor_shaft`", "not a body"),

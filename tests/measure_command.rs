@@ -7,27 +7,13 @@
 )]
 
 use std::path::Path;
-use std::process::{Command, Output};
 
 use serde_json::Value;
 
-fn geardyn(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_geardyn"))
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args(arguments)
-        .output()
-        .unwrap()
-}
+#[path = "support/command.rs"]
+mod command;
 
-fn document(arguments: &[&str]) -> Value {
-    let output = geardyn(arguments);
-    serde_json::from_slice(&output.stdout).unwrap_or_else(|e| {
-        panic!(
-            "{arguments:?}: {e}\n{}",
-            String::from_utf8_lossy(&output.stderr)
-        )
-    })
-}
+use command::{document, geardyn};
 
 /// A file in a folder of its own.
 fn put(folder: &Path, name: &str, text: &str) -> String {

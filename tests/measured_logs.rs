@@ -4,28 +4,17 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail")]
 
 use std::path::PathBuf;
-use std::process::{Command, Output};
 
 use serde_json::Value;
+
+#[path = "support/command.rs"]
+mod command;
+
+use command::{document, geardyn};
 
 fn log(name: &str) -> String {
     let folder = std::env::var("GEARDYN_RECORDINGS").unwrap();
     PathBuf::from(folder).join(name).display().to_string()
-}
-
-fn geardyn(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_geardyn"))
-        .args(arguments)
-        .env("NO_COLOR", "1")
-        .output()
-        .unwrap()
-}
-
-fn document(arguments: &[&str]) -> Value {
-    let output = geardyn(arguments);
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(0), "{arguments:?}\n{said}");
-    serde_json::from_slice(&output.stdout).unwrap()
 }
 
 fn near(found: f64, expected: f64, tolerance: f64, what: &str) {

@@ -6,23 +6,10 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-fn geardyn(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_geardyn"))
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args(arguments)
-        .output()
-        .unwrap()
-}
+#[path = "support/command.rs"]
+mod command;
 
-fn document(arguments: &[&str]) -> Value {
-    let output = geardyn(arguments);
-    serde_json::from_slice(&output.stdout).unwrap_or_else(|e| {
-        panic!(
-            "{arguments:?}: {e}\n{}",
-            String::from_utf8_lossy(&output.stderr)
-        )
-    })
-}
+use command::{document, geardyn};
 
 fn text(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()

@@ -6,27 +6,12 @@
     reason = "a test that cannot go on has failed"
 )]
 
-use std::process::{Command, Output};
-
 use serde_json::Value;
 
-fn geardyn(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_geardyn"))
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args(arguments)
-        .output()
-        .unwrap()
-}
+#[path = "support/command.rs"]
+mod command;
 
-fn document(arguments: &[&str]) -> Value {
-    let output = geardyn(arguments);
-    serde_json::from_slice(&output.stdout).unwrap_or_else(|e| {
-        panic!(
-            "{arguments:?}: {e}\n{}",
-            String::from_utf8_lossy(&output.stderr)
-        )
-    })
-}
+use command::{document, geardyn};
 
 const ONE: &str = "title = \"t\"\nsource = \"t\"\nunits = \"SI\"\ninertia = [{ name = \"disc\", J = 2.0 }]\nshaft = [{ name = \"bar\", between = [\"ground\", \"disc\"], k = 800.0, damping_ratio = 0.01 }]\n";
 

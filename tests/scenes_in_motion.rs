@@ -389,6 +389,72 @@ fn law_shipped_scenes_start() {
     assert!(count >= 10, "{count} scenes");
 }
 
+/// Two gears with play, swinging against each other, the second braked: at the breakaway force a pair begins to slide without
+/// acceleration, and rounding must not bring it to rest again. The stiff method, which meets no such border, agrees.
+#[test]
+fn law_pairs_break_away_under_a_swinging_load() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = folder.path().join("model.toml");
+    let braked = |conduct: &str, ratio: f64, torque: f64| {
+        let text = format!(
+            r#"title = "t"
+source = "t"
+units = "SI"
+inertia = [{{ name = "a", J = 3.577e-6 }}, {{ name = "b", J = 3.121e-5 }}]
+brake = [{{ name = "brake", at = "b", torque = {torque} }}]
+[[gear_pair]]
+name = "pair"
+between = ["a", "b"]
+teeth = [20, 30]
+module = 0.004
+pressure_angle = 0.35
+k = 1.613e8
+backlash = 2.646e-5
+damping_ratio = {ratio}
+contact_damping = "{conduct}"
+"#
+        );
+        std::fs::write(&model, text).unwrap();
+        let start = "[start]\nspeed = { a = \"7.406 rad/s\", b = \"7.160 rad/s\" }\n";
+        scene::read_text("scene.toml", &format!("model = {model:?}\n{start}")).unwrap()
+    };
+    for (conduct, ratio, torque) in [
+        ("continuous", 0.0, 6.025e-2),
+        ("continuous", 0.0, 0.3),
+        ("no-pull", 0.0, 6.025e-2),
+        ("no-pull", 0.05, 0.02),
+    ] {
+        let scene = braked(conduct, ratio, torque);
+        let mut study = study(0.01, &["pair.deflection"]);
+        let (_, exact) = moved(&scene, &study);
+        study.method = Some("dop853-events".to_string());
+        study.tolerance = Some(1e-12);
+        let (_, other) = moved(&scene, &study);
+        let size = exact.values[0].iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        let off = exact.values[0].iter().zip(&other.values[0]);
+        let off = off.fold(0.0f64, |m, (x, y)| m.max((x - y).abs()));
+        assert!(off < 1e-6 * size, "{conduct} {ratio} {torque}: {off:e}");
+    }
+}
+
+/// A method that was chosen and did not converge hands over to one that locates no switches; one that was asked for does not.
+#[test]
+fn law_who_takes_over() {
+    let scene = shipped("backlash_pair.toml");
+    let mut study = study(1e-3, &["pair.deflection"]);
+    let train = ready(&scene, &study).unwrap().moving.train;
+    let first = choice::choose(&train, &study).unwrap();
+    assert_eq!(first.method.name, "switched");
+    let endless = Error::new(Code::NoConvergence, "endless");
+    let next = choice::successor(&train, &study, &first, &endless).unwrap();
+    assert_eq!(next.method.name, "radau5");
+    assert!(choice::successor(&train, &study, &next, &endless).is_none());
+    let hopeless = Error::new(Code::Hopeless, "hopeless");
+    assert!(choice::successor(&train, &study, &first, &hopeless).is_none());
+    study.method = Some("switched".to_string());
+    assert!(choice::successor(&train, &study, &first, &endless).is_none());
+}
+
 /// What has no motion in time, or none without a word more, is refused with the code that explains it.
 #[test]
 fn refused_machines_and_studies() {

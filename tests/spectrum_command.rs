@@ -3,41 +3,13 @@
 
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
 use serde_json::Value;
 
-fn geardyn(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_geardyn"))
-        .args(arguments)
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .env("NO_COLOR", "1")
-        .output()
-        .unwrap()
-}
+#[path = "support/command.rs"]
+mod command;
 
-fn document(arguments: &[&str]) -> Value {
-    let output = geardyn(arguments);
-    let text = String::from_utf8(output.stdout).unwrap();
-    let errors = String::from_utf8_lossy(&output.stderr).to_string();
-    assert_eq!(
-        output.status.code(),
-        Some(0),
-        "{arguments:?}\n{text}{errors}"
-    );
-    serde_json::from_str(&text).unwrap()
-}
-
-/// The code of the first error, which must end the command with 2 and carry a hint.
-fn refusal(arguments: &[&str]) -> String {
-    let output = geardyn(&[arguments, &["--json"]].concat());
-    let text = String::from_utf8(output.stdout).unwrap();
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}\n{text}");
-    let found: Value = serde_json::from_str(&text).unwrap();
-    let first = &found["errors"][0];
-    assert!(first["hint"].is_string(), "{first}");
-    first["code"].as_str().unwrap().to_string()
-}
+use command::{document, geardyn, refusal};
 
 /// A log of some columns at a rate, each a function of time.
 fn log(
@@ -338,7 +310,7 @@ fn refuses_wrong_input() {
         |t| vec![(TAU * 20.0 * t).cos(), 0.0, (TAU * 30.0 * t).sin()],
     );
     let file = path.to_str().unwrap();
-    let code = |flags: &[&str]| refusal(&[&["spectrum", file], flags].concat());
+    let code = |flags: &[&str]| refusal(&[&["spectrum", file], flags].concat()).0;
     assert_eq!(code(&["--channel", "az"]), "no-channel");
     assert_eq!(code(&["--channel", "ax,ax"]), "usage");
     assert_eq!(code(&["--channel", "nothing"]), "no-signal");
@@ -520,6 +492,7 @@ fn exact_lines_named_by_a_machine() {
             ]
             .concat(),
         )
+        .0
     };
     assert_eq!(
         refused(&["--speed", "1500", "--at", "pignon"]),

@@ -3,48 +3,13 @@
 
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
 use serde_json::Value;
 
-fn geardyn(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_geardyn"))
-        .args(arguments)
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .env("NO_COLOR", "1")
-        .output()
-        .unwrap()
-}
+#[path = "support/command.rs"]
+mod command;
 
-fn document(arguments: &[&str]) -> Value {
-    let output = geardyn(arguments);
-    let text = String::from_utf8(output.stdout).unwrap();
-    let errors = String::from_utf8_lossy(&output.stderr).to_string();
-    assert_eq!(
-        output.status.code(),
-        Some(0),
-        "{arguments:?}\n{text}{errors}"
-    );
-    serde_json::from_str(&text).unwrap()
-}
-
-/// Code and message of the first error, which must end the command with 2 and carry a hint.
-fn refusal(arguments: &[&str]) -> (String, String) {
-    let output = geardyn(&[arguments, &["--json"]].concat());
-    let text = String::from_utf8(output.stdout).unwrap();
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}\n{text}");
-    let found: Value = serde_json::from_str(&text).unwrap();
-    let first = &found["errors"][0];
-    assert!(first["hint"].is_string(), "{first}");
-    let word = |key: &str| first[key].as_str().unwrap().to_string();
-    (word("code"), word("message"))
-}
-
-fn put(folder: &Path, name: &str, text: &str) -> PathBuf {
-    let path = folder.join(name);
-    std::fs::write(&path, text).unwrap();
-    path
-}
+use command::{document, geardyn, put, refusal};
 
 /// A temporary folder of this test.
 fn folder(name: &str) -> PathBuf {

@@ -344,38 +344,39 @@ fn refuses_loops_that_do_not_fit() {
     assert!(error.message.contains("do not fit"), "{error}");
 }
 
-/// An idler between two gears passes its eccentricity on twice, by where the meshes stand: in a straight row of equal pressure
-/// angles both meshes see it with 2α between them.
+/// An idler between two gears passes its eccentricity on twice, by where its meshes stand. By hand: the driver turns forward and pushes the
+/// idler's left side up, by n₁ = (sin α, cos α); the idler turns back and pushes the third gear at ψ by n₂ = (sin α cos ψ + cos α sin ψ,
+/// sin α sin ψ − cos α cos ψ). Off its axis by d it carries the third gear on by (n₂ − n₁)·d along the line of action: in a straight row by
+/// twice d cos α, the force on the idler's bearing. Without play nothing says that the second mesh carries on its other flank, and its own
+/// n₂ = (sin α cos ψ − cos α sin ψ, sin α sin ψ + cos α cos ψ) of the drive flank pushes back: (n₂ + n₁)·d.
 #[test]
 fn exact_eccentric_idler() {
-    let text = |angle: f64| {
+    let text = |angle: f64, play: &str| {
         format!(
             "inertia = [{{ name = \"a\", J = 0.1 }}, {{ name = \"i\", J = 0.1 }}, {{ name = \"c\", J = 0.1 }}]\n\
-         gear_pair = [\n{{ name = \"one\", between = [\"a\", \"i\"], teeth = [20, 30], module = 0.002, k = 1e8, mesh_angles = [0, {}] }},\n\
-         {{ name = \"two\", between = [\"i\", \"c\"], teeth = [30, 40], module = 0.002, k = 1e8, mesh_angles = [{angle}, 0] }}]\n\
+         gear_pair = [\n{{ name = \"one\", between = [\"a\", \"i\"], teeth = [20, 30], module = 0.002, k = 1e8, mesh_angles = [0, {}]{play} }},\n\
+         {{ name = \"two\", between = [\"i\", \"c\"], teeth = [30, 40], module = 0.002, k = 1e8, mesh_angles = [{angle}, 0]{play} }}]\n\
          error = [{{ on = \"i\", cause = \"eccentricity\", amplitude = 1e-5, phase = 0 }}]\n\
-         load = [{{ at = \"c\", torque = -50 }}]\n",
+         load = [{{ at = \"a\", torque = 25 }}, {{ at = \"c\", torque = -50 }}]\n",
             std::f64::consts::PI
         )
     };
     let base = 0.02 * (std::f64::consts::PI / 9.0).cos() * 2.0;
-    for angle in [0.0, 0.5, 2.0] {
-        let answer = traced(&written(&text(angle)), &study("a", "c"));
-        // Seen along y, towards the driver's mesh: the first normal pulls by (sin α, cos α), the second at `angle` likewise, and both
-        // flanks carry on opposite sides.
-        let (alpha, e) = (std::f64::consts::PI / 9.0, 1e-5);
-        let first = Complex::from_polar(
-            1.0,
-            std::f64::consts::PI + std::f64::consts::FRAC_PI_2 - alpha,
-        );
-        let second = Complex::from_polar(1.0, angle + std::f64::consts::FRAC_PI_2 - alpha);
-        let wanted = (first - second).norm() * e / base;
-        let same = (first + second).norm() * e / base;
-        let found = answer.rows[0].line.kinematic.norm();
-        assert!(
-            (found - wanted).abs() < 1e-12 * e / base || (found - same).abs() < 1e-12 * e / base,
-            "{angle}: {found} {wanted} {same}"
-        );
+    let (sin, cos) = (std::f64::consts::PI / 9.0).sin_cos();
+    for angle in [0.0f64, 0.5, 2.0, -1.2] {
+        let (s, c) = angle.sin_cos();
+        let first = Complex::new(sin, cos);
+        let other = Complex::new(sin * c + cos * s, sin * s - cos * c);
+        let drive = Complex::new(sin * c - cos * s, sin * s + cos * c);
+        for (play, wanted) in [(", backlash = 1e-5", other - first), ("", drive + first)] {
+            let answer = traced(&written(&text(angle, play)), &study("a", "c"));
+            let found = answer.rows[0].line.kinematic.norm() * base / 1e-5;
+            assert!(
+                (found - wanted.norm()).abs() < 1e-12,
+                "{angle}{play}: {found} {}",
+                wanted.norm()
+            );
+        }
     }
 }
 

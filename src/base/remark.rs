@@ -290,6 +290,11 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "The mean torques do not balance, so the train speeds up under them.",
     ),
     (
+        "handed-over",
+        Warning,
+        "The method that suits the structure of the machine did not converge, as where contacts chatter, and the one named took the motion from its start: its local errors keep to the tolerance, and it locates no switches. Give the contact named some damping, or name a --method.",
+    ),
+    (
         "undamped",
         Warning,
         "Nothing damps the machine, so that its answer at a natural frequency is infinite and no peak has a height.",

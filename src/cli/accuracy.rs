@@ -28,11 +28,7 @@ pub fn run(args: &AccuracyArgs) -> Result<u8, Errors> {
     let scene = scene::read(&args.scene)?;
     let study = study(args, listed(&scene))?;
     let outputs: Vec<PathBuf> = args.csv.iter().chain(&args.svg).cloned().collect();
-    let inputs: Vec<PathBuf> = scene
-        .sources
-        .iter()
-        .map(|source| PathBuf::from(&source.path))
-        .collect();
+    let inputs: Vec<PathBuf> = scene.files();
     output::check(&outputs, &inputs)?;
     if let Some(path) = &args.svg {
         output::ends(path, &["svg"])?;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde_json::{Value, json};
 
 use super::args::CheckArgs;
-use super::{check_log, diagnostic, output};
+use super::{check_log, diagnostic, epilogue, output};
 use crate::base::error::{Errors, Warning};
 use crate::base::load;
 use crate::base::place::Source;
@@ -70,11 +70,7 @@ fn understood(path: &Path, args: &CheckArgs) -> Result<(String, Value, String), 
         return measured(path, &source);
     }
     let found = check(path)?;
-    let doubts = found
-        .warnings
-        .iter()
-        .map(|w| diagnostic::warning(w, diagnostic::colour()))
-        .collect();
+    let doubts = epilogue::warnings(&found.warnings);
     Ok((found.line(), found.json(), doubts))
 }
 
@@ -92,12 +88,7 @@ fn measured(path: &Path, source: &Arc<Source>) -> Result<(String, Value, String)
     let document = json!({ "geardyn": report::json::header(&answer.sources, &[]), "file": path, "title": gear.title,
         "measured_gear": true, "teeth": gear.gear.teeth, "charts": charts, "values": values,
         "warnings": report::json::warnings(&answer.warnings) });
-    let doubts = answer
-        .warnings
-        .iter()
-        .map(|w| diagnostic::warning(w, diagnostic::colour()))
-        .collect();
-    Ok((text, document, doubts))
+    Ok((text, document, epilogue::warnings(&answer.warnings)))
 }
 
 struct Found {

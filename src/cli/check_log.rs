@@ -5,7 +5,7 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use super::log_args::LogArgs;
-use super::{diagnostic, output, progress};
+use super::{epilogue, output, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors, Warning};
 use crate::recording::raw::Repair;
@@ -88,10 +88,5 @@ pub fn check(path: &Path, args: &LogArgs, write: bool) -> Result<Understood, Err
 
 /// What was done to the data, and what is in doubt.
 fn doubts(repairs: &[Repair], warnings: &[Warning]) -> String {
-    let repair = |r: &Repair| format!("{}: {}\n", r.kind, diagnostic::harmless(&r.message));
-    let repairs = repairs.iter().map(repair);
-    let warnings = warnings
-        .iter()
-        .map(|w| diagnostic::warning(w, diagnostic::colour()));
-    repairs.chain(warnings).collect()
+    epilogue::repairs(repairs) + &epilogue::warnings(warnings)
 }

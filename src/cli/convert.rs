@@ -3,7 +3,7 @@
 use std::io::Write;
 
 use super::args::ConvertArgs;
-use super::{diagnostic, output, progress};
+use super::{diagnostic, epilogue, output, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::words::counted;
@@ -74,16 +74,8 @@ fn content(
     }
     settings.only = words.to_vec();
     let recording = settle::settle(raw, &settings)?;
-    for repair in &recording.repairs {
-        *told += &format!(
-            "{}: {}\n",
-            repair.kind,
-            diagnostic::harmless(&repair.message)
-        );
-    }
-    for warning in &recording.warnings {
-        *told += &diagnostic::warning(warning, diagnostic::colour());
-    }
+    *told += &epilogue::repairs(&recording.repairs);
+    *told += &epilogue::warnings(&recording.warnings);
     if let Some(start) = &recording.start {
         let start = diagnostic::harmless(start);
         *told += &format!("times are seconds from {start}, the first sample of the log\n");

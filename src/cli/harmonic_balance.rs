@@ -3,11 +3,10 @@
 use std::path::PathBuf;
 
 use super::args::ResponseArgs;
-use super::{diagnostic, output, progress};
+use super::{epilogue, output, progress};
 use crate::base::error::{Error, Errors};
 use crate::plan::prepared::Prepared;
 use crate::plan::response::harmonic_balance::{Answer, run as solve};
-use crate::plan::stages::Verdict;
 use crate::report;
 use crate::scene::study::{HarmonicBalanceStudy, SpeedRange, StudyKind};
 use crate::scene::{self, Scene};
@@ -24,11 +23,7 @@ pub fn run(args: &ResponseArgs) -> Result<u8, Errors> {
         output::ends(path, &["svg"])?;
         outputs.push(path.clone());
     }
-    let inputs: Vec<PathBuf> = scene
-        .sources
-        .iter()
-        .map(|s| PathBuf::from(&s.path))
-        .collect();
+    let inputs: Vec<PathBuf> = scene.files();
     output::check(&outputs, &inputs)?;
     let found = Balanced::new(&scene, &study, args.quiet || args.json)?;
     if let Some(path) = &args.csv {
@@ -85,15 +80,8 @@ impl Balanced {
     pub fn epilogue(&self) -> String {
         let (exact, rest) = self.0.counts();
         let mut text = format!("\n{exact} motions found by events, {rest} by orders\n");
-        for (name, verdict) in &self.0.plan {
-            text += &match verdict {
-                Verdict::Runs(what) => format!("{name}: {what}\n"),
-                Verdict::LeftOut(why) => format!("left out {name}: {why}\n"),
-            };
-        }
-        for warning in &self.0.warnings {
-            text += &diagnostic::warning(warning, diagnostic::colour());
-        }
+        text += &epilogue::steps(&self.0.plan);
+        text += &epilogue::warnings(&self.0.warnings);
         text
     }
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::args::{DelayWord, EstimatorWord, IdentifyArgs, KindWord, MapWord, MethodWord};
-use super::{diagnostic, output, progress};
+use super::{epilogue, output, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::kind::Kind;
@@ -424,22 +424,12 @@ fn map_of(word: MapWord) -> Map {
 /// What was done to the data, doubts, what was written.
 fn epilogue(found: &Identification, repairs: &[Repair], written: &[String]) -> String {
     let mut text = String::from("\n");
-    for repair in repairs {
-        text += &format!(
-            "{}: {}\n",
-            repair.kind,
-            diagnostic::harmless(&repair.message)
-        );
-    }
+    text += &epilogue::repairs(repairs);
     for hit in found.hits.iter().filter(|h| h.fault.is_some()) {
         let why = hit.fault.map_or("", |f| f.words());
         text += &format!("hit at {:.4} s left out: {why}\n", hit.time_s);
     }
-    for warning in &found.warnings {
-        text += &diagnostic::warning(warning, diagnostic::colour());
-    }
-    if !written.is_empty() {
-        text += &format!("wrote {}\n", written.join(" "));
-    }
+    text += &epilogue::warnings(&found.warnings);
+    text += &epilogue::written(written);
     text
 }

@@ -3,12 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use super::args::MeasureArgs;
-use super::{diagnostic, output};
+use super::{epilogue, output};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::load;
 use crate::plan::measure::run::{self, Answer};
-use crate::plan::stages::Verdict;
 use crate::report;
 use crate::scene::measured::{self, MeasuredGear};
 
@@ -47,9 +46,7 @@ pub fn run(args: &MeasureArgs) -> Result<u8, Errors> {
     }
     if !args.quiet && !args.json {
         output::tell(&epilogue(&answer));
-        if !written.is_empty() {
-            output::tell(&format!("wrote {}\n", written.join(" ")));
-        }
+        output::tell(&epilogue::written(&written));
     }
     Ok(u8::from(answer.within() == Some(false)))
 }
@@ -76,14 +73,8 @@ fn read(path: &Path) -> Result<MeasuredGear, Errors> {
 /// What was left out, doubts.
 fn epilogue(answer: &Answer) -> String {
     let mut text = String::from("\n");
-    for (name, verdict) in &answer.plan {
-        if let Verdict::LeftOut(why) = verdict {
-            text += &format!("left out {name}: {why}\n");
-        }
-    }
-    for warning in &answer.warnings {
-        text += &diagnostic::warning(warning, diagnostic::colour());
-    }
+    text += &epilogue::left_out(&answer.plan);
+    text += &epilogue::warnings(&answer.warnings);
     text
 }
 

@@ -18,6 +18,9 @@ pub mod diagnostic;
 /// Standard output, and files that appear whole.
 pub mod output;
 
+/// What is said below an answer.
+pub mod epilogue;
+
 /// How far long work is.
 pub mod progress;
 

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use super::args::ModesArgs;
-use super::{diagnostic, output, study};
+use super::{epilogue, output, study};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::modes::state_space::StateSpace;
@@ -22,11 +22,7 @@ use crate::scene;
 pub fn run(args: &ModesArgs) -> Result<u8, Errors> {
     let scene = scene::read(&args.model)?;
     let study = study::of(&args.study, &scene)?;
-    let inputs: Vec<PathBuf> = scene
-        .sources
-        .iter()
-        .map(|source| PathBuf::from(&source.path))
-        .collect();
+    let inputs: Vec<PathBuf> = scene.files();
     output::check(&outputs(args)?, &inputs)?;
     let prepared = Prepared::new(&scene.model)?;
     let plan = Plan::modes(&prepared, &study);
@@ -167,11 +163,7 @@ pub fn epilogue(plan: &Plan, answer: &Answer, written: &[String]) -> String {
             _ => {}
         }
     }
-    for warning in &answer.warnings {
-        text += &diagnostic::warning(warning, diagnostic::colour());
-    }
-    if !written.is_empty() {
-        text += &format!("wrote {}\n", written.join(" "));
-    }
+    text += &epilogue::warnings(&answer.warnings);
+    text += &epilogue::written(written);
     text
 }

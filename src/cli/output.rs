@@ -146,8 +146,11 @@ pub fn write_with(
     Ok(())
 }
 
-/// Where a second picture goes: `FILE-word.svg`.
+/// Where one of several pictures goes: `FILE-word.svg`, without a word FILE itself.
 pub fn beside(path: &Path, word: &str) -> PathBuf {
+    if word.is_empty() {
+        return path.to_path_buf();
+    }
     let mut name = path.file_stem().unwrap_or_default().to_os_string();
     name.push(format!("-{word}.svg"));
     path.with_file_name(name)

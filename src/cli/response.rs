@@ -3,14 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use super::args::{ResponseArgs, ResponseKindWord, ResponseWayWord};
-use super::{diagnostic, output};
+use super::{epilogue, output};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::kind::Kind;
 use crate::base::units;
 use crate::plan::prepared::Prepared;
 use crate::plan::response::run::{self, Answer};
-use crate::plan::stages::Verdict;
 use crate::report;
 use crate::scene::study::{self, ResponseKind, ResponseStudy, ResponseWay, StudyKind};
 use crate::scene::{self, Scene};
@@ -44,9 +43,7 @@ pub fn run(args: &ResponseArgs) -> Result<u8, Errors> {
     }
     if !args.quiet && !args.json {
         output::tell(&found.epilogue());
-        if !written.is_empty() {
-            output::tell(&format!("wrote {}\n", written.join(" ")));
-        }
+        output::tell(&epilogue::written(&written));
     }
     Ok(0)
 }
@@ -85,14 +82,8 @@ impl Linear {
             report::response::how(&self.answer),
             self.answer.choice.reason
         );
-        for (name, verdict) in &self.answer.plan {
-            if let Verdict::LeftOut(why) = verdict {
-                text += &format!("left out {name}: {why}\n");
-            }
-        }
-        for warning in &self.answer.warnings {
-            text += &diagnostic::warning(warning, diagnostic::colour());
-        }
+        text += &epilogue::left_out(&self.answer.plan);
+        text += &epilogue::warnings(&self.answer.warnings);
         text
     }
 }
@@ -156,10 +147,6 @@ fn check_outputs(args: &ResponseArgs, scene: &Scene) -> Result<(), Error> {
         output::ends(path, &["svg"])?;
         outputs.extend([path.clone(), output::beside(path, "nyquist")]);
     }
-    let inputs: Vec<PathBuf> = scene
-        .sources
-        .iter()
-        .map(|source| PathBuf::from(&source.path))
-        .collect();
+    let inputs: Vec<PathBuf> = scene.files();
     output::check(&outputs, &inputs)
 }

@@ -3,11 +3,10 @@
 use std::path::PathBuf;
 
 use super::args::ResponseArgs;
-use super::{diagnostic, output, progress};
+use super::{epilogue, output, progress};
 use crate::base::error::{Error, Errors};
 use crate::plan::prepared::Prepared;
 use crate::plan::response::run_up::{Answer, run as solve};
-use crate::plan::stages::Verdict;
 use crate::report;
 use crate::scene::study::{RunUpStudy, SpeedRange, StudyKind};
 use crate::scene::{self, Scene};
@@ -24,11 +23,7 @@ pub fn run(args: &ResponseArgs) -> Result<u8, Errors> {
         output::ends(path, &["svg"])?;
         outputs.push(path.clone());
     }
-    let inputs: Vec<PathBuf> = scene
-        .sources
-        .iter()
-        .map(|s| PathBuf::from(&s.path))
-        .collect();
+    let inputs: Vec<PathBuf> = scene.files();
     output::check(&outputs, &inputs)?;
     let found = progress::busy("answering every order", args.quiet || args.json, || {
         Raised::new(&scene, &study)
@@ -83,15 +78,8 @@ impl Raised {
     /// What was done and left out, doubts.
     pub fn epilogue(&self) -> String {
         let mut text = String::from("\n");
-        for (name, verdict) in &self.answer.plan {
-            text += &match verdict {
-                Verdict::Runs(what) => format!("{name}: {what}\n"),
-                Verdict::LeftOut(why) => format!("left out {name}: {why}\n"),
-            };
-        }
-        for warning in &self.answer.warnings {
-            text += &diagnostic::warning(warning, diagnostic::colour());
-        }
+        text += &epilogue::steps(&self.answer.plan);
+        text += &epilogue::warnings(&self.answer.warnings);
         text
     }
 }

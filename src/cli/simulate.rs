@@ -5,8 +5,7 @@ use std::path::PathBuf;
 use serde_json::Value;
 
 use super::args::SimulateArgs;
-use super::{diagnostic, interrupt, motion_flags, output};
-use crate::base::code::Code;
+use super::{epilogue, interrupt, motion_flags, output};
 use crate::base::error::{Error, Errors, Warning};
 use crate::base::stop::Stop;
 use crate::plan::motion::choice::{self, Choice};
@@ -36,11 +35,7 @@ pub fn run(args: &SimulateArgs) -> Result<u8, Errors> {
         ..study
     };
     let outputs: Vec<PathBuf> = args.csv.iter().chain(&args.svg).cloned().collect();
-    let inputs: Vec<PathBuf> = scene
-        .sources
-        .iter()
-        .map(|source| PathBuf::from(&source.path))
-        .collect();
+    let inputs: Vec<PathBuf> = scene.files();
     output::check(&outputs, &inputs)?;
     if let Some(path) = &args.svg {
         output::ends(path, &["svg"])?;
@@ -68,9 +63,7 @@ pub fn run(args: &SimulateArgs) -> Result<u8, Errors> {
     }
     if !args.quiet {
         output::tell(&moved.epilogue());
-        if !written.is_empty() {
-            output::tell(&format!("wrote {}\n", written.join(" ")));
-        }
+        output::tell(&epilogue::written(&written));
     }
     Ok(moved.exit())
 }
@@ -93,16 +86,34 @@ impl Moved {
     pub fn new(scene: &Scene, study: &SimulateStudy, stop: &Stop) -> Result<Moved, Error> {
         let prepared = Prepared::new(&scene.model)?;
         let ready = MotionScene::new(&prepared, &scene.start, study)?;
-        let choice = choice::choose(&ready.moving.train, study)?;
+        let mut choice = choice::choose(&ready.moving.train, study)?;
+        let mut handed_over = None;
+        let motion = match run::run(&ready, &choice, study.energy, stop) {
+            Ok(motion) => motion,
+            Err(error) => {
+                let next = choice::successor(&ready.moving.train, study, &choice, &error);
+                let Some(next) = next else { return Err(error) };
+                let message = format!(
+                    "{}: {}; {} took the motion from its start",
+                    choice.method.name, error.message, next.method.name
+                );
+                handed_over = Some(Warning {
+                    code: "handed-over",
+                    message,
+                    hint: error.hint,
+                });
+                choice = next;
+                run::run(&ready, &choice, study.energy, stop)?
+            }
+        };
         let plan = choice::plan(&ready, &choice, study);
-        let motion =
-            run::run(&ready, &choice, study.energy, stop).map_err(|e| another(e, study))?;
         let step_at = only_step(scene).filter(|t| *t < ready.until);
         // What is said of the operating point belongs to linear studies.
         let warnings = prepared
             .warnings()
             .into_iter()
-            .filter(|w| !["no-load", "contact-open", "loads-accelerate"].contains(&w.code));
+            .filter(|w| !["no-load", "contact-open", "loads-accelerate"].contains(&w.code))
+            .chain(handed_over);
         Ok(Moved {
             scene: ready,
             choice,
@@ -137,19 +148,12 @@ impl Moved {
     /// What was done and left out, what it cost, doubts.
     pub fn epilogue(&self) -> String {
         let mut text = String::from("\n");
-        for (name, verdict) in &self.plan {
-            text += &match verdict {
-                Verdict::Runs(what) => format!("{name}: {what}\n"),
-                Verdict::LeftOut(why) => format!("left out {name}: {why}\n"),
-            };
-        }
+        text += &epilogue::steps(&self.plan);
         text += &report::motion_table::effort(&self.motion);
         if let Some(balance) = &self.motion.balance {
             text += &report::motion_table::balance(balance);
         }
-        for warning in &self.warnings {
-            text += &diagnostic::warning(warning, diagnostic::colour());
-        }
+        text += &epilogue::warnings(&self.warnings);
         if self.motion.interrupted {
             let end = self.motion.time.last().copied().unwrap_or(0.0);
             text += &format!("interrupted at {end} s: what is shown ends there\n");
@@ -164,20 +168,6 @@ impl Moved {
             false => 0,
         }
     }
-}
-
-/// Names another method where the one that was chosen gave up.
-fn another(error: Error, study: &SimulateStudy) -> Error {
-    if study.method.is_some() || error.code != Code::NoConvergence {
-        return error;
-    }
-    let before = error
-        .hint
-        .clone()
-        .map_or(String::new(), |hint| format!("{hint}; "));
-    error.hint(format!(
-        "{before}another method may carry it through, such as --method radau5"
-    ))
 }
 
 /// The instant of the one step among the loads: the answer to it can be read off.

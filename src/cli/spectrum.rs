@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::path::PathBuf;
 
 use super::args::{DetrendWord, MotionWord, SpectrumArgs, SpectrumWord};
-use super::{diagnostic, identify, output, progress};
+use super::{epilogue, identify, output, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::kind::Kind;
@@ -290,15 +290,8 @@ fn files(args: &SpectrumArgs, found: &Spectrum) -> Result<Vec<String>, Error> {
 /// What was done to the data, doubts, what was written.
 fn epilogue(found: &Spectrum, repairs: &[Repair], written: &[String]) -> String {
     let mut text = String::from("\n");
-    for repair in repairs {
-        let message = diagnostic::harmless(&repair.message);
-        text += &format!("{}: {message}\n", repair.kind);
-    }
-    for warning in &found.warnings {
-        text += &diagnostic::warning(warning, diagnostic::colour());
-    }
-    if !written.is_empty() {
-        text += &format!("wrote {}\n", written.join(" "));
-    }
+    text += &epilogue::repairs(repairs);
+    text += &epilogue::warnings(&found.warnings);
+    text += &epilogue::written(written);
     text
 }

@@ -51,11 +51,7 @@ pub fn run(args: &StabilityArgs) -> Result<u8, Errors> {
         );
         return Err(error.hint("add --speeds FIRST:LAST:POINTS").into());
     }
-    let inputs: Vec<PathBuf> = scene
-        .sources
-        .iter()
-        .map(|source| PathBuf::from(&source.path))
-        .collect();
+    let inputs: Vec<PathBuf> = scene.files();
     let mut outputs: Vec<PathBuf> = args.svg.iter().cloned().collect();
     if let Some(path) = &args.svg {
         output::ends(path, &["svg"])?;

@@ -1,15 +1,14 @@
 //! `geardyn te`: transmission error of a chain.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use super::te_args::TeArgs;
-use super::{diagnostic, output, te_log};
+use super::{epilogue, output, te_log};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::kind::Kind;
 use crate::base::units;
 use crate::plan::prepared::Prepared;
-use crate::plan::stages::Verdict;
 use crate::plan::transmission::run::{self, Answer};
 use crate::report;
 use crate::scene::study::{IndexStudy, SpeedRange, StudyKind, TransmissionStudy};
@@ -27,9 +26,7 @@ pub fn run(args: &TeArgs) -> Result<u8, Errors> {
     let scene = scene::read(&args.file)?;
     let study = asked(args, &scene)?;
     let outputs = outputs(args)?;
-    let inputs: Vec<PathBuf> = (scene.sources.iter())
-        .map(|source| PathBuf::from(&source.path))
-        .collect();
+    let inputs: Vec<PathBuf> = scene.files();
     output::check(&outputs, &inputs)?;
     let mut traced = Traced::new(&scene, &study)?;
     traced.all = args.all;
@@ -38,13 +35,13 @@ pub fn run(args: &TeArgs) -> Result<u8, Errors> {
         output::write(path, report::transmission::csv(machine, answer).as_bytes())?;
     }
     if let Some(path) = &args.written {
-        output::write_with(path, |to| report::transmission::record(answer, to))?;
+        output::write_with(path, |to| report::transmission::record(machine, answer, to))?;
     }
     if let Some(path) = &args.svg {
         let title = &scene.model.title;
         let pictures = report::transmission_pictures::all(title, machine, answer);
         for (word, picture) in pictures {
-            output::write(&beside(path, word), picture.as_bytes())?;
+            output::write(&output::beside(path, word), picture.as_bytes())?;
         }
     }
     match args.json {
@@ -53,9 +50,7 @@ pub fn run(args: &TeArgs) -> Result<u8, Errors> {
     }
     if !args.quiet && !args.json {
         output::tell(&traced.epilogue());
-        for path in &outputs {
-            output::tell(&format!("wrote {}\n", path.display()));
-        }
+        output::tell(&epilogue::written(&outputs));
     }
     Ok(0)
 }
@@ -69,19 +64,9 @@ fn outputs(args: &TeArgs) -> Result<Vec<PathBuf>, Error> {
             Some(_) => &["", "budget", "speeds"],
             None => &["", "budget"],
         };
-        all.extend(words.iter().map(|word| beside(path, word)));
+        all.extend(words.iter().map(|word| output::beside(path, word)));
     }
     Ok(all)
-}
-
-/// Where a picture goes: `FILE-word.svg`, the first FILE itself.
-fn beside(path: &Path, word: &str) -> PathBuf {
-    if word.is_empty() {
-        return path.to_path_buf();
-    }
-    let mut name = path.file_stem().unwrap_or_default().to_os_string();
-    name.push(format!("-{word}.svg"));
-    path.with_file_name(name)
 }
 
 /// The transmission error of a chain with all that is said of it.
@@ -120,14 +105,8 @@ impl Traced {
     /// What was left out, doubts.
     pub fn epilogue(&self) -> String {
         let mut text = String::from("\n");
-        for (name, verdict) in &self.answer.plan {
-            if let Verdict::LeftOut(why) = verdict {
-                text += &format!("left out {name}: {why}\n");
-            }
-        }
-        for warning in &self.answer.warnings {
-            text += &diagnostic::warning(warning, diagnostic::colour());
-        }
+        text += &epilogue::left_out(&self.answer.plan);
+        text += &epilogue::warnings(&self.answer.warnings);
         text
     }
 }

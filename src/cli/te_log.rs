@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::encoder_args::EncoderArgs;
 use super::te_args::TeArgs;
-use super::{diagnostic, output, progress};
+use super::{epilogue, output, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::kind::Kind;
@@ -307,18 +307,8 @@ fn lines(text: &str) -> Result<(usize, usize), Error> {
 /// What was done to the data, doubts, what was written.
 fn epilogue(found: &EncoderRecord, repairs: &[Repair], written: &[String]) -> String {
     let mut text = String::from("\n");
-    for repair in repairs {
-        text += &format!(
-            "{}: {}\n",
-            repair.kind,
-            diagnostic::harmless(&repair.message)
-        );
-    }
-    for warning in &found.warnings {
-        text += &diagnostic::warning(warning, diagnostic::colour());
-    }
-    if !written.is_empty() {
-        text += &format!("wrote {}\n", written.join(" "));
-    }
+    text += &epilogue::repairs(repairs);
+    text += &epilogue::warnings(&found.warnings);
+    text += &epilogue::written(written);
     text
 }

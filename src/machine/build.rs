@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use super::builder::{Builder, twist};
 use super::elements::{
-    bearing, belt, body, chain, coupling, damper, form_error, gear_pair, planetary, shaft,
+    bearing, belt, body, chain, coupling, damper, form_error, gear_pair, planetary, screw, shaft,
     worm_pair,
 };
 use super::parts::{Brake, Machine, Motor};
@@ -41,6 +41,7 @@ struct Numbers {
     shafts: Vec<usize>,
     planetaries: Vec<usize>,
     couplings: Vec<usize>,
+    slides: Vec<usize>,
 }
 
 /// Every node, and every axis some element gives it.
@@ -51,6 +52,7 @@ fn declare(builder: &mut Builder, model: &Model) -> Result<Numbers, Error> {
         shafts: Vec::new(),
         planetaries: Vec::new(),
         couplings: Vec::new(),
+        slides: Vec::new(),
     };
     for part in &model.inertias {
         let element = builder.element(&part.name, "inertia");
@@ -84,6 +86,11 @@ fn declare(builder: &mut Builder, model: &Model) -> Result<Numbers, Error> {
         let element = builder.element(&part.name, "coupling");
         coupling::inner_nodes(part).for_each(|node| builder.node(&node, element));
         numbers.couplings.push(element);
+    }
+    for part in &model.slides {
+        let element = builder.element(&part.name, "slide");
+        builder.slide(&part.name.text, element);
+        numbers.slides.push(element);
     }
     for part in &model.bearings {
         for axis in bearing::axes(part) {
@@ -147,6 +154,13 @@ fn place(builder: &mut Builder, model: &Model, numbers: &Numbers) -> Result<(), 
         let element = builder.element(&part.name, "belt");
         belt::add(builder, element, part)?;
     }
+    for (part, &element) in model.slides.iter().zip(&numbers.slides) {
+        screw::add_slide(builder, element, part)?;
+    }
+    for part in &model.screws {
+        let element = builder.element(&part.name, "screw");
+        screw::add(builder, element, part)?;
+    }
     for (part, &element) in model.couplings.iter().zip(&numbers.couplings) {
         coupling::add(builder, element, part)?;
     }
@@ -159,7 +173,10 @@ fn place(builder: &mut Builder, model: &Model, numbers: &Numbers) -> Result<(), 
         damper::add(builder, element, part)?;
     }
     for load in &model.loads {
-        let freedom = builder.theta(&load.at)?;
+        let freedom = match load.pushes {
+            true => slide_of(builder, &load.at)?,
+            false => builder.theta(&load.at)?,
+        };
         let lasting = load.history.lasting();
         if lasting != 0.0 {
             builder.machine.loads.push((freedom, lasting));
@@ -175,6 +192,18 @@ fn place(builder: &mut Builder, model: &Model, numbers: &Numbers) -> Result<(), 
         builder.machine.speeds.push((freedom, mean.speed));
     }
     Ok(())
+}
+
+/// The freedom that a force pushes.
+fn slide_of(builder: &Builder, node: &model::Name) -> Result<usize, Error> {
+    let turns = builder.freedom(node, Axis::Theta)?.is_some();
+    let along = builder.freedom(node, Axis::Z)?.filter(|_| !turns);
+    along.ok_or_else(|| {
+        let message = format!("`{}` turns, and a `force` pushes what slides", node.text);
+        Error::new(Code::Conflict, message)
+            .at(&node.place)
+            .hint("give a `torque`, or name a [[slide]]")
+    })
 }
 
 /// Motors, brakes and errors of gears.

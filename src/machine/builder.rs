@@ -40,9 +40,25 @@ impl Builder {
         self.axes.push(BTreeSet::from([Axis::Theta]));
     }
 
+    /// Adds a node that moves along z alone.
+    pub fn slide(&mut self, name: &str, element: usize) {
+        self.node(name, element);
+        self.axes[self.nodes[name]] = BTreeSet::from([Axis::Z]);
+    }
+
     /// Gives a node one more axis.
     pub fn axis(&mut self, node: &Name, axis: Axis) -> Result<(), Error> {
         let at = self.find(node)?;
+        if !self.axes[at].contains(&Axis::Theta) && axis != Axis::Z {
+            let message = format!(
+                "`{}` slides along z, and has no axis {}",
+                node.text,
+                axis.name()
+            );
+            return Err(Error::new(Code::Conflict, message).at(&node.place).hint(
+                "a slide takes `k_z` and `c_z`; a body that moves in other ways is an [[inertia]]",
+            ));
+        }
         self.axes[at].insert(axis);
         Ok(())
     }
@@ -60,7 +76,13 @@ impl Builder {
 
     /// The rotation of a node.
     pub fn theta(&self, node: &Name) -> Result<usize, Error> {
-        Ok(self.numbers[&(self.find(node)?, Axis::Theta)])
+        let at = self.find(node)?;
+        self.numbers.get(&(at, Axis::Theta)).copied().ok_or_else(|| {
+            let message = format!("`{}` slides, and does not turn", node.text);
+            Error::new(Code::Conflict, message)
+                .at(&node.place)
+                .hint("a [[screw]] moves it, `k_z` and `c_z` of a [[bearing]] hold it, `force` of a [[load]] pushes it")
+        })
     }
 
     /// The rotation of an end, or `None` where it is ground.

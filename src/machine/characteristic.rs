@@ -4,6 +4,12 @@
 
 pub use crate::scene::laws::Characteristic;
 
+/// Secants that move less than this, relative, have settled: a few roundings of a dense solve.
+pub const SETTLED: f64 = 1e-12;
+
+/// Rounds after which secants that still move never settle.
+pub const MOST_ROUNDS: usize = 500;
+
 impl Characteristic {
     /// F at δ, N or N·m.
     pub fn force(&self, delta: f64) -> f64 {
@@ -72,6 +78,18 @@ impl Characteristic {
             0.0 => self.tangent(0.0),
             delta => force / delta,
         }
+    }
+
+    /// Puts the secant where F acts in the place of the one before, and says by how much it moved, relative. What carries
+    /// nothing rests wherever its secant puts it.
+    pub fn retake(&self, secant: &mut f64, force: f64) -> f64 {
+        let next = self.secant(force);
+        if next <= 0.0 {
+            return 0.0;
+        }
+        let moved = (next / *secant - 1.0).abs();
+        *secant = next;
+        moved
     }
 
     /// F/δ at the deflection it is rated at, the last of a table.

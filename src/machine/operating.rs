@@ -5,7 +5,7 @@
 //! changing the flank of the worst contact until none is wrong. What is not linear is taken by its secant `F/δ(F)`, again until
 //! its force stays; about that point it resists small motions by its tangent.
 
-use super::characteristic::Characteristic;
+use super::characteristic::{MOST_ROUNDS, SETTLED};
 use super::direction::Direction;
 use super::kinematics::Kinematics;
 use super::parts::{Branch, Law, Machine};
@@ -111,12 +111,6 @@ fn tangent(branch: usize, part: &Branch, force: f64) -> Option<Tangent> {
 /// and is pushed out of it where something does.
 const WEAK: f64 = 1e-9;
 
-/// Secants that move less than this, relative, have settled: a few roundings of a dense solve.
-const STAYS: f64 = 1e-12;
-
-/// Rounds after which secants that still move never settle.
-const MOST_ROUNDS: usize = 500;
-
 struct Spring<'a> {
     branch: usize,
     part: &'a Branch,
@@ -210,15 +204,11 @@ impl<'a> Search<'a> {
             let forces = self.run()?;
             let mut moved = 0.0f64;
             for (spring, &force) in self.springs.iter_mut().zip(&forces) {
-                let law = spring.part.characteristic.as_ref();
-                let secant = law.map(|law| Characteristic::secant(law, force));
-                // What carries nothing rests wherever its secant puts it.
-                if let Some(secant) = secant.filter(|&k| k > 0.0) {
-                    moved = moved.max((secant / spring.stiffness - 1.0).abs());
-                    spring.stiffness = secant;
+                if let Some(law) = &spring.part.characteristic {
+                    moved = moved.max(law.retake(&mut spring.stiffness, force));
                 }
             }
-            if moved <= STAYS {
+            if moved <= SETTLED {
                 return Ok(forces);
             }
         }

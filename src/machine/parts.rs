@@ -28,10 +28,12 @@ pub struct Machine {
     pub motors: Vec<Motor>,
     /// Dry friction.
     pub brakes: Vec<Brake>,
-    /// Errors of gears, couplings and belts.
+    /// Errors of gears, couplings, belts and screws.
     pub errors: Vec<FormError>,
     /// Gears, for orders of excitation.
     pub gears: Vec<Gear>,
+    /// Gears of planetary stages that errors can be on beside these: planets, and a sun or ring that stands.
+    pub members: Vec<Member>,
     /// Mean speeds stated in the file: freedom, rad/s. The first is the reference.
     pub speeds: Vec<(usize, f64)>,
     /// Damping of no element.
@@ -129,7 +131,7 @@ pub struct Brake {
     pub grip: Option<Vec<(f64, f64)>>,
 }
 
-/// An error that repeats with every turn of a gear, a coupling or a belt, in some branches.
+/// An error that repeats with every turn of a gear, a coupling, a belt or a screw, in some branches.
 #[derive(Debug, Clone)]
 pub struct FormError {
     /// The node or element it is declared on, with the pair where one is named.
@@ -144,7 +146,8 @@ pub struct FormError {
     pub turning: usize,
     /// The freedom that carries the mesh round.
     pub carrier: Option<usize>,
-    /// Periods of the shape a turn, as a fraction: 1/1 but of belts, whose joint passes once a turn of the belt.
+    /// Periods of the shape a turn, as a fraction: 1/1 but of belts, whose joint passes once a turn of the belt, and of screws whose
+    /// error is known over a travel.
     pub pace: (i64, i64),
     /// Branches it acts in.
     pub acts: Vec<Acting>,
@@ -220,6 +223,17 @@ pub struct Gear {
     pub seats: Vec<Seat>,
 }
 
+/// A gear of a planetary stage by its name: `stage.planet_1`, `stage.sun`, `stage.ring`.
+#[derive(Debug, Clone)]
+pub struct Member {
+    /// Its name.
+    pub name: String,
+    /// The gear; of one that stands, what turns is the carrier.
+    pub gear: Gear,
+    /// It is fixed to ground.
+    pub stands: bool,
+}
+
 /// How a gear stands in one of its meshes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Seat {
@@ -229,7 +243,7 @@ pub struct Seat {
     pub across: [[f64; 2]; 2],
     /// What one along its axis does on the drive flank.
     pub along: f64,
-    /// The lever of the tooth force over the radius of the pitch circle.
+    /// What teeth an arc ahead on the pitch circle do to the deflection: the lever of the tooth force over the radius of the pitch circle.
     pub lever: f64,
     /// Normal module, m, and radius of the pitch circle, m, of a pair of parallel axes; tolerances are stated for these.
     pub cylindrical: Option<[f64; 2]>,
@@ -253,7 +267,7 @@ impl Machine {
         format!("{}.{}", self.nodes[node].name, axis.name())
     }
 
-    /// The freedom called `node.axis`, or `node` for its rotation.
+    /// The freedom called `node.axis`, or `node` for its rotation, of a slide for its travel.
     pub fn freedom(&self, name: &str) -> Option<usize> {
         let find = |node: &str, axis: &str| {
             self.freedoms
@@ -263,6 +277,13 @@ impl Machine {
         name.rsplit_once('.')
             .and_then(|(node, axis)| find(node, axis))
             .or_else(|| find(name, "theta"))
+            .or_else(|| find(name, "z").filter(|&freedom| self.slides(freedom)))
+    }
+
+    /// The freedom is that of a slide.
+    pub fn slides(&self, freedom: usize) -> bool {
+        let node = &self.nodes[self.freedoms[freedom].node];
+        self.elements[node.element].kind == "slide"
     }
 
     /// Name of a branch: its element's, with the part where it has several.
@@ -274,8 +295,9 @@ impl Machine {
         }
     }
 
-    /// Some freedom is not a rotation about a shaft.
+    /// Some freedom is neither a rotation about a shaft nor the travel of a slide.
     pub fn is_lateral(&self) -> bool {
-        self.freedoms.iter().any(|f| f.axis != Axis::Theta)
+        let lateral = |i: usize| self.freedoms[i].axis != Axis::Theta && !self.slides(i);
+        (0..self.freedoms.len()).any(lateral)
     }
 }

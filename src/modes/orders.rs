@@ -8,12 +8,15 @@ use crate::base::error::Error;
 use crate::machine::kinematics::{Kinematics, mean_speeds};
 use crate::machine::parts::{Gear, Law, Machine};
 use crate::numeric::exact::Constraints;
+use crate::numeric::fraction::Fraction;
 
 /// An order, with all that excites it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Order {
     /// Per turn of the reference, such as `37/12`; a decimal where the stated speeds are in no ratio of whole numbers.
     pub fraction: String,
+    /// The same, where it is exact.
+    pub exact: Option<Fraction>,
     /// The same as a number.
     pub value: f64,
     /// What excites it: one or more, where orders coincide.
@@ -120,9 +123,11 @@ pub fn orders(
     let mut orders: Vec<Order> = Vec::new();
     for member in &members {
         let mut put = |cause: Cause, multiple: u32| {
-            let Some((fraction, value)) = ratios.order(member, cause, multiple) else {
+            let Some((exact, value)) = ratios.order(member, cause, multiple) else {
                 return;
             };
+            let decimal = || format!("{value:.9}");
+            let fraction = exact.as_ref().map_or_else(decimal, Fraction::to_string);
             let node = node_of(member.turning);
             let element = machine.elements[member.element].name.clone();
             let name = machine.nodes[node].name.clone();
@@ -138,6 +143,7 @@ pub fn orders(
                 Some(order) => order.sources.push(source),
                 None => orders.push(Order {
                     fraction,
+                    exact,
                     value,
                     sources: vec![source],
                 }),
@@ -188,8 +194,13 @@ struct Ratios {
 }
 
 impl Ratios {
-    /// Text and value of `|factor (Ω − Ω_carrier)| / Ω_ref`; nothing where that is zero.
-    fn order(&self, member: &Member, cause: Cause, multiple: u32) -> Option<(String, f64)> {
+    /// `|factor (Ω − Ω_carrier)| / Ω_ref`, exact where it can be, and its value; nothing where that is zero.
+    fn order(
+        &self,
+        member: &Member,
+        cause: Cause,
+        multiple: u32,
+    ) -> Option<(Option<Fraction>, f64)> {
         let (factor, carrier) = match cause {
             Cause::Rotation => (f64::from(multiple), None),
             Cause::Mesh => (
@@ -205,21 +216,16 @@ impl Ratios {
         if turning.is_held(order) {
             return None;
         }
-        if let Some(exact) = turning.ratio(order, self.reference) {
-            let fraction = exact.trim_start_matches('-').to_string();
-            let value = value_of(&fraction)?;
-            return Some((fraction, value));
+        if let Some(exact) = turning.fraction(order, self.reference) {
+            let exact = exact.abs();
+            let value = exact.value();
+            return Some((Some(exact), value));
         }
         let value =
             (factor * (self.unit[member.turning] - carrier.map_or(0.0, |c| self.unit[c]))).abs();
         // The speeds are of a machine whose reference turns at 1 rad/s: below this is rounding of a member at rest.
-        (value > 1e-12 * factor).then(|| (format!("{value:.9}"), value))
+        (value > 1e-12 * factor).then_some((None, value))
     }
-}
-
-fn value_of(fraction: &str) -> Option<f64> {
-    let (top, bottom) = fraction.split_once('/').unwrap_or((fraction, "1"));
-    Some(top.parse::<f64>().ok()? / bottom.parse::<f64>().ok()?)
 }
 
 /// How speeds hang together: rigid and elastic joints alike, short rows first. One unknown is left over at the end.

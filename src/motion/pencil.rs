@@ -1,7 +1,7 @@
 //! The linear systems of implicit methods, `(s I − ∂f/∂y) x = b`, with positions eliminated where the problem is a machine.
 
 use super::problem::Problem;
-use super::train::{Branch, Frozen, Mass, Train};
+use super::train::{Branch, Frozen};
 use crate::base::error::Error;
 use crate::machine::direction::Direction;
 use crate::motion::problem::Effort;
@@ -144,17 +144,6 @@ pub fn add(a: &mut Matrix, u: &Direction, w: &Direction, x: f64) {
         for (j, wj) in w.scaled() {
             a[(i, j)] += x * ui * wj;
         }
-    }
-}
-
-/// M.
-pub fn mass(train: &Train) -> Matrix {
-    match &train.mass {
-        Mass::Diagonal(mass) => {
-            let n = mass.len();
-            Matrix::from_fn(n, n, |i, j| if i == j { mass[i] } else { 0.0 })
-        }
-        Mass::Full { matrix, .. } => matrix.clone(),
     }
 }
 

@@ -7,6 +7,7 @@ use super::problem::Problem;
 use super::train::{Law, Train};
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::machine::characteristic::{MOST_ROUNDS, SETTLED};
 use crate::machine::linear::Linear;
 use crate::numeric::{Matrix, definite};
 use crate::scene::laws::StartAt;
@@ -51,6 +52,9 @@ pub fn state(
     Ok(y)
 }
 
+/// A push below this, relative to what makes it, comes from ratios of speeds that are rounded.
+const ROUNDED: f64 = 1e-12;
+
 /// Adds to the speeds what errors ask of them: `K v = −Σ u k δ̇`, so that what is wound up stays so.
 fn keep_up(train: &Train, rigid: &[Vec<f64>], t: f64, y: &mut [f64]) -> Result<(), Error> {
     let n = train.n();
@@ -67,8 +71,7 @@ fn keep_up(train: &Train, rigid: &[Vec<f64>], t: f64, y: &mut [f64]) -> Result<(
             size = size.max((a * stiffness * swept).abs());
         }
     }
-    // Ratios of speeds are rounded.
-    if push.iter().all(|p| p.abs() <= STAYS * size) {
+    if push.iter().all(|p| p.abs() <= ROUNDED * size) {
         return Ok(());
     }
     let mut k = Matrix::zeros(n, n);
@@ -99,12 +102,6 @@ fn of_spring(train: &Train, branch: usize) -> f64 {
     }
 }
 
-/// Secants that move less than this, relative, have settled: a few roundings of a dense solve.
-const STAYS: f64 = 1e-12;
-
-/// Rounds after which secants that still move never settle.
-const MOST_ROUNDS: usize = 500;
-
 /// The winding up, characteristics by their secants, taken again until they stay.
 fn settle(train: &Train, rigid: &[Vec<f64>], t: f64, y: &[f64]) -> Result<Vec<f64>, Error> {
     let mut straight = train.clone();
@@ -127,14 +124,10 @@ fn settle(train: &Train, rigid: &[Vec<f64>], t: f64, y: &[f64]) -> Result<Vec<f6
             };
             let piece = b.imposed.as_ref().map_or(0, |e| e.piece(t) as u32);
             let (delta, _) = b.deflection(t, &q, &vec![0.0; q.len()], piece);
-            let secant = characteristic.secant(*stiffness * delta);
-            // What carries nothing rests wherever its secant puts it.
-            if secant > 0.0 {
-                moved = moved.max((secant / *stiffness - 1.0).abs());
-                *stiffness = secant;
-            }
+            let force = *stiffness * delta;
+            moved = moved.max(characteristic.retake(stiffness, force));
         }
-        if moved <= STAYS {
+        if moved <= SETTLED {
             return Ok(q);
         }
     }

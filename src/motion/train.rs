@@ -45,6 +45,25 @@ pub enum Mass {
     },
 }
 
+impl Mass {
+    /// An element of M.
+    pub fn at(&self, i: usize, j: usize) -> f64 {
+        match self {
+            Mass::Diagonal(mass) if i == j => mass[i],
+            Mass::Diagonal(_) => 0.0,
+            Mass::Full { matrix, .. } => matrix[(i, j)],
+        }
+    }
+
+    /// M.
+    pub fn matrix(&self) -> Matrix {
+        match self {
+            Mass::Diagonal(mass) => Matrix::from_fn(mass.len(), mass.len(), |i, j| self.at(i, j)),
+            Mass::Full { matrix, .. } => matrix.clone(),
+        }
+    }
+}
+
 /// A torque or force along a direction.
 #[derive(Debug, Clone)]
 pub struct Drive {

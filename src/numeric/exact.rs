@@ -129,8 +129,8 @@ impl Constraints {
 
     /// The exact ratio `x_a / x_b` as text, such as `-37/12`, where both follow from one and the same free unknown.
     pub fn ratio(&self, a: usize, b: usize) -> Option<String> {
-        let ((i, p), (j, q)) = (self.single(a)?, self.single(b)?);
-        (i == j).then(|| (p / q).to_string())
+        let held = self.is_held(a);
+        self.fraction(a, b).filter(|_| !held).map(|f| f.to_string())
     }
 
     /// The exact ratio `x_a / x_b`, zero where `x_a` is held; absent where the two do not hang together or `x_b` is held.

@@ -10,10 +10,11 @@ use super::Complex;
 
 /// A transform of real data of one length, with its workspace: plan once, use often, one per thread.
 pub struct RealFft {
+    planner: RealFftPlanner<f64>,
     forward: Arc<dyn RealToComplex<f64>>,
-    inverse: Arc<dyn ComplexToReal<f64>>,
     forward_space: Vec<Complex>,
-    inverse_space: Vec<Complex>,
+    /// Planned where it is first wanted: of awkward lengths a plan costs as much as a transform.
+    inverse: Option<(Arc<dyn ComplexToReal<f64>>, Vec<Complex>)>,
 }
 
 impl RealFft {
@@ -21,12 +22,11 @@ impl RealFft {
     pub fn new(n: usize) -> RealFft {
         let mut planner = RealFftPlanner::new();
         let forward = planner.plan_fft_forward(n);
-        let inverse = planner.plan_fft_inverse(n);
         RealFft {
+            planner,
             forward_space: forward.make_scratch_vec(),
-            inverse_space: inverse.make_scratch_vec(),
             forward,
-            inverse,
+            inverse: None,
         }
     }
 
@@ -74,9 +74,12 @@ impl RealFft {
         {
             last.im = 0.0;
         }
-        let done = self
-            .inverse
-            .process_with_scratch(spectrum, samples, &mut self.inverse_space);
+        let (inverse, space) = self.inverse.get_or_insert_with(|| {
+            let inverse = self.planner.plan_fft_inverse(n);
+            let space = inverse.make_scratch_vec();
+            (inverse, space)
+        });
+        let done = inverse.process_with_scratch(spectrum, samples, space);
         debug_assert!(done.is_ok(), "lengths were checked above");
         let scale = 1.0 / n as f64;
         samples.iter_mut().for_each(|x| *x *= scale);
@@ -129,15 +132,21 @@ impl ComplexFft {
 
 /// The next length at or above `n` whose only prime factors are 2, 3 and 5: quick to transform.
 pub fn quick_length(n: usize) -> usize {
-    let smooth = |mut m: usize| {
-        for p in [2, 3, 5] {
-            while m.is_multiple_of(p) {
-                m /= p;
-            }
+    (n.max(1)..).find(|&m| is_quick(m)).unwrap_or(n)
+}
+
+/// The next such length at or below `n`.
+pub fn quick_within(n: usize) -> usize {
+    (1..=n).rev().find(|&m| is_quick(m)).unwrap_or(n)
+}
+
+fn is_quick(mut m: usize) -> bool {
+    for p in [2, 3, 5] {
+        while m.is_multiple_of(p) {
+            m /= p;
         }
-        m == 1
-    };
-    (n.max(1)..).find(|&m| smooth(m)).unwrap_or(n)
+    }
+    m == 1
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@ use crate::machine::operating::{ContactState, Operating};
 use crate::machine::parts::{Law, Machine};
 use crate::modes::lowest;
 use crate::numeric::forest::Forest;
+use crate::response::system::Setting;
 use crate::scene::model::{Loss, Model};
 
 /// A machine ready to be asked.
@@ -42,6 +43,16 @@ impl Prepared {
             linear,
             forest,
         })
+    }
+
+    /// The same as frequency responses need it; mean speed of every freedom, rad/s, where gyroscopic terms are asked.
+    pub fn setting<'a>(&'a self, speeds: Option<&'a [f64]>) -> Setting<'a> {
+        Setting {
+            machine: &self.machine,
+            operating: &self.operating,
+            linear: &self.linear,
+            speeds,
+        }
     }
 
     /// What is doubtful before anything is solved.

@@ -63,8 +63,9 @@ fn joints(machine: &Machine) -> Vec<Vec<(usize, Joint)>> {
 }
 
 fn turning<'a>(machine: &'a Machine, direction: &'a Direction) -> impl Iterator<Item = usize> + 'a {
-    let freedoms = direction.terms.iter().map(|&(f, _)| machine.freedoms[f]);
-    freedoms.filter(|f| f.axis == Axis::Theta).map(|f| f.node)
+    let freedoms = direction.terms.iter().map(|t| t.0);
+    let shown = freedoms.filter(|&f| machine.freedoms[f].axis == Axis::Theta || machine.slides(f));
+    shown.map(|f| machine.freedoms[f].node)
 }
 
 fn joint(direction: &Direction) -> Joint {
@@ -90,7 +91,7 @@ impl Tree {
         let n = joints.len();
         let mut freedom = vec![None; n];
         for (i, f) in machine.freedoms.iter().enumerate() {
-            if f.axis == Axis::Theta {
+            if f.axis == Axis::Theta || machine.slides(i) {
                 freedom[f.node] = Some(i);
             }
         }

@@ -14,6 +14,7 @@ use crate::base::place::Source;
 use crate::machine::parts::Machine;
 use crate::numeric::Complex;
 use crate::plan::stages::Verdict;
+use crate::plan::transmission::recorded::Recorded;
 use crate::plan::transmission::run::{Answer, Row};
 use crate::transmission::budget::Sensitivity;
 use crate::transmission::coincidence::Test;
@@ -22,6 +23,48 @@ use crate::transmission::lines::Origin;
 
 /// Arc seconds in a radian.
 pub const ARCSEC: f64 = 648_000.0 / PI;
+
+/// What the errors of an output are told in.
+#[derive(Debug, Clone, Copy)]
+pub struct Unit {
+    /// Of it in a rad, or in a m.
+    pub times: f64,
+    /// In words.
+    pub name: &'static str,
+    /// At the end of keys.
+    pub key: &'static str,
+}
+
+impl Unit {
+    /// Arc seconds of what turns, µm of what slides.
+    pub fn of(machine: &Machine, answer: &Answer) -> Unit {
+        match machine.freedoms[answer.chain.ends.output].axis.turns() {
+            true => Unit {
+                times: ARCSEC,
+                name: "arcsec",
+                key: "arcsec",
+            },
+            false => Unit {
+                times: 1e6,
+                name: "µm",
+                key: "um",
+            },
+        }
+    }
+
+    /// An object whose numbers, rad or m, stand under keys that end in the unit, with `others` behind them.
+    fn object(self, values: &[(&str, Option<f64>)], others: Value) -> Value {
+        let mut object = serde_json::Map::new();
+        for &(key, value) in values {
+            let value = value.map(|x| x * self.times);
+            object.insert(format!("{key}_{}", self.key), json!(value));
+        }
+        if let Value::Object(others) = others {
+            object.extend(others);
+        }
+        Value::Object(object)
+    }
+}
 
 /// The element a line comes from.
 pub fn source(machine: &Machine, row: &Row) -> String {
@@ -74,43 +117,60 @@ pub fn json(sources: &[Arc<Source>], machine: &Machine, answer: &Answer) -> Valu
         .map(|row| row.0)
         .collect();
     let chain = &answer.chain;
+    let unit = Unit::of(machine, answer);
     let name = |freedom: usize| machine.nodes[machine.freedoms[freedom].node].name.clone();
-    json!({
+    let sums = [
+        ("wind_up", Some(answer.wind_up)),
+        ("second_order", Some(answer.second_order)),
+    ];
+    let others = json!({
         "geardyn": header(sources, &trace),
         "driver": name(chain.ends.driver),
         "output": name(chain.ends.output),
         "against": chain.ends.against.map(name),
+        "orders_per_turn_of": name(chain.per),
         "driver_turns": chain.turns(chain.ends.driver).map(ToString::to_string),
         "period_turns": answer.period.as_ref().map(ToString::to_string),
         "joints": if answer.is_rigid() { "rigid" } else { "elastic" },
-        "wind_up_arcsec": answer.wind_up * ARCSEC,
         "radius_m": answer.radius,
         "output_speed_rad_s": answer.speed,
-        "orders": (0..answer.rows.len()).map(|k| order(machine, answer, k)).collect::<Vec<_>>(),
-        "budget": budget(answer),
-        "second_order_arcsec": answer.second_order * ARCSEC,
+        "orders": (0..answer.rows.len()).map(|k| order(machine, answer, k, unit)).collect::<Vec<_>>(),
+        "budget": budget(answer, unit),
         "map": answer.map.as_ref().map(|map| json!({
             "speed_rad_s": map.speeds,
-            "amplitude_arcsec": map.amplitudes.iter().map(|row| row.iter().map(|a| a * ARCSEC).collect()).collect::<Vec<Vec<f64>>>(),
+            (format!("amplitude_{}", unit.key)): map.amplitudes.iter().map(|row| row.iter().map(|a| a * unit.times).collect()).collect::<Vec<Vec<f64>>>(),
         })),
-        "record": answer.record.as_ref().map(|made| json!({
-            "turns": made.record.turns,
-            "samples": made.record.values.len(),
-            "closed": made.record.closed,
-            "teeth": made.teeth,
-            "total_arcsec": made.total * ARCSEC,
-            "one_turn_arcsec": made.by_turn * ARCSEC,
-            "tooth_to_tooth_arcsec": made.by_tooth.map(|t| t[0] * ARCSEC),
-            "long_wave_arcsec": made.by_tooth.map(|t| t[1] * ARCSEC),
-            "short_wave_arcsec": made.by_tooth.map(|t| t[2] * ARCSEC),
-            "lines": made.lines.iter().map(|z| json!({ "amplitude_arcsec": z.norm() * ARCSEC, "phase_deg": z.arg().to_degrees() })).collect::<Vec<_>>(),
-        })),
+        "record": answer.record.as_ref().map(|made| recorded(made, unit)),
         "stages": stages(answer.plan.iter().map(|(name, verdict)| (*name, verdict))),
         "warnings": warnings(&answer.warnings),
-    })
+    });
+    unit.object(&sums, others)
 }
 
-fn budget(answer: &Answer) -> Value {
+fn recorded(made: &Recorded, unit: Unit) -> Value {
+    let by_tooth = |at: usize| made.by_tooth.map(|t| t[at]);
+    let ranges = [
+        ("total", Some(made.total)),
+        ("one_turn", Some(made.by_turn)),
+        ("tooth_to_tooth", by_tooth(0)),
+        ("long_wave", by_tooth(1)),
+        ("short_wave", by_tooth(2)),
+    ];
+    let line = |z: &Complex| {
+        let phase = json!({ "phase_deg": z.arg().to_degrees() });
+        unit.object(&[("amplitude", Some(z.norm()))], phase)
+    };
+    let others = json!({
+        "turns": made.record.turns,
+        "samples": made.record.values.len(),
+        "closed": made.record.closed,
+        "teeth": made.teeth,
+        "lines": made.lines.iter().map(line).collect::<Vec<_>>(),
+    });
+    unit.object(&ranges, others)
+}
+
+fn budget(answer: &Answer, unit: Unit) -> Value {
     let budget = &answer.budget;
     let element = |(name, e): (&String, &Sensitivity)| {
         json!({
@@ -121,31 +181,34 @@ fn budget(answer: &Answer) -> Value {
             "worst_case_without": e.worst_without,
         })
     };
+    let percentile = |&(p, value, error): &(u32, f64, f64)| {
+        let values = [("range", Some(value)), ("std", Some(error))];
+        unit.object(&values, json!({ "percent": p }))
+    };
     let (out, off, worst) = &answer.negligible;
-    json!({
-        "worst_case_arcsec": budget.worst_case * ARCSEC,
-        "rss_arcsec": budget.rss * ARCSEC,
+    let others = json!({
         "window_turns": budget.range.window,
         "samples": budget.range.samples,
-        "percentiles": budget.range.percentiles.iter().map(|(p, value, error)| json!({
-            "percent": p,
-            "range_arcsec": value * ARCSEC,
-            "std_arcsec": error * ARCSEC,
-        })).collect::<Vec<_>>(),
+        "percentiles": budget.range.percentiles.iter().map(percentile).collect::<Vec<_>>(),
         "elements": answer.elements.iter().zip(&budget.elements).map(element).collect::<Vec<_>>(),
         "could_be_left_out": {
             "elements": out.iter().map(|&e| answer.elements[e].clone()).collect::<Vec<_>>(),
             "rss_off": off,
             "worst_case_off": worst,
         },
-    })
+    });
+    let sums = [
+        ("worst_case", Some(budget.worst_case)),
+        ("rss", Some(budget.rss)),
+    ];
+    unit.object(&sums, others)
 }
 
-/// A record: turns of the output, the error, its time where the speed is given; after a line of names.
+/// A record: turns that orders are counted by, the error, its time where the speed is given; after a line of names.
 ///
 /// # Errors
 /// The file cannot be written.
-pub fn record(answer: &Answer, to: &mut dyn Write) -> Result<(), Error> {
+pub fn record(machine: &Machine, answer: &Answer, to: &mut dyn Write) -> Result<(), Error> {
     let failed = |e: std::io::Error| {
         Error::new(
             Code::OutputFailed,
@@ -159,7 +222,8 @@ pub fn record(answer: &Answer, to: &mut dyn Write) -> Result<(), Error> {
         .speed
         .map(|speed| 2.0 * PI / speed.abs())
         .filter(|s| s.is_finite());
-    let mut head = String::from("turns,te [arcsec]");
+    let unit = Unit::of(machine, answer);
+    let mut head = format!("turns,te [{}]", unit.name);
     if answer.radius.is_some() {
         head += ",te [µm]";
     }
@@ -170,7 +234,7 @@ pub fn record(answer: &Answer, to: &mut dyn Write) -> Result<(), Error> {
     let count = made.record.values.len() as f64;
     for (i, e) in made.record.values.iter().enumerate() {
         let turns = made.record.turns as f64 * i as f64 / count;
-        write!(to, "{turns},{}", e * ARCSEC).map_err(failed)?;
+        write!(to, "{turns},{}", e * unit.times).map_err(failed)?;
         if let Some(r) = answer.radius {
             write!(to, ",{}", 1e6 * r * e).map_err(failed)?;
         }
@@ -182,7 +246,7 @@ pub fn record(answer: &Answer, to: &mut dyn Write) -> Result<(), Error> {
     Ok(())
 }
 
-fn order(machine: &Machine, answer: &Answer, k: usize) -> Value {
+fn order(machine: &Machine, answer: &Answer, k: usize, unit: Unit) -> Value {
     let row = &answer.rows[k];
     let slow = answer.slow(row);
     let group = answer.coincidences.iter().find(|c| c.lines.contains(&k));
@@ -199,7 +263,7 @@ fn order(machine: &Machine, answer: &Answer, k: usize) -> Value {
         };
         group.lines.iter().enumerate().filter(|(_, line)| **line != k).map(other).collect()
     });
-    json!({
+    let mut others = json!({
         "row": k,
         "order": row.line.order.to_string(),
         "order_value": row.line.order.value(),
@@ -207,30 +271,37 @@ fn order(machine: &Machine, answer: &Answer, k: usize) -> Value {
         "cause": cause(machine, row),
         "harmonic": row.line.harmonic,
         "assumed": row.line.declared(machine).and_then(|error| error.assumed.clone()),
-        "amplitude_arcsec": slow.norm() * ARCSEC,
-        "amplitude_um": answer.radius.map(|r| 1e6 * r * slow.norm()),
         "phase_deg": phase(machine, row, slow),
         "share": row.share,
-        "loaded_arcsec": row.loaded.norm() * ARCSEC,
-        "dynamic_arcsec": row.dynamic.map(|z| z.norm() * ARCSEC),
         "dynamic_phase_deg": row.dynamic.and_then(|z| phase(machine, row, z)),
         "frequency_hz": answer.speed.map(|speed| row.line.order.value() * speed.abs() / (2.0 * PI)),
         "mark": answer.marks.as_ref().map(|marks| match &marks[k] {
             Mark::Form => json!({ "kind": "form" }),
-            Mark::Pitch { advance, adjacent } => json!({
-                "kind": "pitch",
-                "advance": advance.to_string(),
-                "adjacent_arcsec": adjacent * slow.norm() * ARCSEC,
-            }),
+            Mark::Pitch { advance, adjacent } => {
+                let kind = json!({ "kind": "pitch", "advance": advance.to_string() });
+                unit.object(&[("adjacent", Some(adjacent * slow.norm()))], kind)
+            }
         }),
         "coincides_with": others,
-    })
+    });
+    if unit.key != "um" {
+        others["amplitude_um"] = json!(answer.radius.map(|r| 1e6 * r * slow.norm()));
+    }
+    let values = [
+        ("amplitude", Some(slow.norm())),
+        ("loaded", Some(row.loaded.norm())),
+        ("dynamic", row.dynamic.map(|z| z.norm())),
+    ];
+    unit.object(&values, others)
 }
 
 /// One row a line.
 pub fn csv(machine: &Machine, answer: &Answer) -> String {
-    let mut text = String::from(
-        "order,order_value,source,cause,harmonic,amplitude_arcsec,amplitude_um,phase_deg,share,loaded_arcsec,dynamic_arcsec,coincides_with_rows\n",
+    let unit = Unit::of(machine, answer);
+    let (key, turns) = (unit.key, unit.key != "um");
+    let arc = if turns { ",amplitude_um" } else { "" };
+    let mut text = format!(
+        "order,order_value,source,cause,harmonic,amplitude_{key}{arc},phase_deg,share,loaded_{key},dynamic_{key},coincides_with_rows\n"
     );
     let blank = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x}"));
     for (k, row) in answer.rows.iter().enumerate() {
@@ -244,20 +315,24 @@ pub fn csv(machine: &Machine, answer: &Answer) -> String {
                 .map(|line| (line + 1).to_string())
                 .collect()
         });
-        let fields = [
+        let mut fields = vec![
             row.line.order.to_string(),
             format!("{}", row.line.order.value()),
             quoted(&source(machine, row)),
             cause(machine, row).to_string(),
             row.line.harmonic.to_string(),
-            format!("{}", slow.norm() * ARCSEC),
-            blank(answer.radius.map(|r| 1e6 * r * slow.norm())),
+            format!("{}", slow.norm() * unit.times),
+        ];
+        if turns {
+            fields.push(blank(answer.radius.map(|r| 1e6 * r * slow.norm())));
+        }
+        fields.extend([
             blank(phase(machine, row, slow)),
             format!("{}", row.share),
-            format!("{}", row.loaded.norm() * ARCSEC),
-            blank(row.dynamic.map(|z| z.norm() * ARCSEC)),
+            format!("{}", row.loaded.norm() * unit.times),
+            blank(row.dynamic.map(|z| z.norm() * unit.times)),
             others.join(" "),
-        ];
+        ]);
         text += &(fields.join(",") + "\n");
     }
     text

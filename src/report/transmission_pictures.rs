@@ -7,7 +7,7 @@ use super::style::{
     Anchor, BLACK, BLUE, FAINT, GREY, ORANGE, Panel, SMALL, TITLE, WIDTH, paler, picture,
     push_apart, shortened, ticks, width_of,
 };
-use super::transmission::{ARCSEC, cause, source};
+use super::transmission::{Unit, cause, source};
 use crate::machine::parts::Machine;
 use crate::plan::transmission::run::{Answer, Map};
 
@@ -23,7 +23,7 @@ const COUNTS: f64 = 1e-9;
 pub fn all(title: &str, machine: &Machine, answer: &Answer) -> Vec<(&'static str, String)> {
     let mut all = vec![
         ("", lines(title, machine, answer)),
-        ("budget", budget(title, answer)),
+        ("budget", budget(title, answer, Unit::of(machine, answer))),
     ];
     if let Some(map) = &answer.map {
         all.push(("speeds", speeds(title, machine, answer, map)));
@@ -58,15 +58,27 @@ fn orders(answer: &Answer, size: impl Fn(usize) -> f64) -> Vec<Vec<usize>> {
 
 /// Amplitudes over orders, the largest with their sources.
 fn lines(title: &str, machine: &Machine, answer: &Answer) -> String {
-    const TOP: f64 = 236.0;
     const HIGH: f64 = 340.0;
+    /// Height of the letters of names.
+    const NAME: f64 = 9.0;
+    let unit = Unit::of(machine, answer);
     let order = largest(answer);
-    let amplitude = |k: usize| answer.slow(&answer.rows[k]).norm() * ARCSEC;
+    let amplitude = |k: usize| answer.slow(&answer.rows[k]).norm() * unit.times;
     let place = |k: usize| answer.rows[k].line.order.value().log10();
-    picture(WIDTH, TOP + HIGH + 50.0, |canvas| {
+    let groups = orders(answer, amplitude);
+    let names: Vec<String> = groups
+        .iter()
+        .map(|group| named(machine, answer, group))
+        .collect();
+    let longest = names
+        .iter()
+        .map(|name| width_of(name, NAME))
+        .fold(0.0, f64::max);
+    let top = 44.0 + longest;
+    picture(WIDTH, top + HIGH + 50.0, |canvas| {
         canvas.text(title, (LEFT, 16.0), TITLE, BLACK, Anchor::Start);
         let Some(y) = decades(order.iter().map(|&k| amplitude(k))) else {
-            canvas.text("no line", (WIDTH / 2.0, TOP), TITLE, GREY, Anchor::Middle);
+            canvas.text("no line", (WIDTH / 2.0, top), TITLE, GREY, Anchor::Middle);
             return;
         };
         let ends = order
@@ -76,41 +88,42 @@ fn lines(title: &str, machine: &Machine, answer: &Answer) -> String {
             });
         let panel = Panel {
             across: (LEFT, WIDTH - 24.0),
-            down: (TOP, TOP + HIGH),
+            down: (top, top + HIGH),
             x: (ends.0 - 0.15, ends.1 + 0.15),
             y,
         };
         rule_decades(&panel, canvas);
-        frame(&panel, canvas, "amplitude at the output, arcsec", None);
+        let beside = format!("amplitude at the output, {}", unit.name);
+        frame(&panel, canvas, &beside, None);
         for decade in panel.x.0.ceil() as i32..=panel.x.1.floor() as i32 {
             let right = panel.right_of(f64::from(decade));
-            canvas.line((right, TOP), (right, TOP + HIGH), FAINT, 0.5);
+            canvas.line((right, top), (right, top + HIGH), FAINT, 0.5);
             canvas.text(
                 &brief(10f64.powi(decade)),
-                (right, TOP + HIGH + 12.0),
+                (right, top + HIGH + 12.0),
                 SMALL,
                 BLACK,
                 Anchor::Middle,
             );
         }
-        let below = "order, cycles per turn of the output";
+        let per = machine.freedoms[answer.chain.per].node;
+        let below = format!("order, cycles per turn of {}", machine.nodes[per].name);
         canvas.text(
-            below,
-            (0.5 * (LEFT + WIDTH - 24.0), TOP + HIGH + 34.0),
+            &below,
+            (0.5 * (LEFT + WIDTH - 24.0), top + HIGH + 34.0),
             SMALL,
             BLACK,
             Anchor::Middle,
         );
         for &k in &order {
             let head = panel.at(place(k), amplitude(k).log10());
-            canvas.line((head.0, TOP + HIGH), head, BLUE, 1.6);
+            canvas.line((head.0, top + HIGH), head, BLUE, 1.6);
             canvas.disc(head, 2.2, BLUE);
         }
         // Names by rising order; lines of one order share that of the largest.
-        let groups = orders(answer, amplitude);
         let wanted: Vec<f64> = groups.iter().map(|g| panel.right_of(place(g[0]))).collect();
         let spread = push_apart(&wanted, 15.0, (LEFT + 4.0, WIDTH - 28.0));
-        for (group, right) in groups.iter().zip(spread) {
+        for ((group, name), right) in groups.iter().zip(&names).zip(spread) {
             let first = group[0];
             let spot = panel.at(
                 place(first),
@@ -120,32 +133,30 @@ fn lines(title: &str, machine: &Machine, answer: &Answer) -> String {
                     .fold(0.0, f64::max)
                     .log10(),
             );
-            let row = &answer.rows[first];
-            let more = if group.len() > 1 {
-                format!(" and {} more", group.len() - 1)
-            } else {
-                String::new()
-            };
-            let name = format!(
-                "{}: {}, {}{more}",
-                brief(row.line.order.value()),
-                source(machine, row),
-                cause(machine, row)
-            );
-            canvas.line((right, TOP - 6.0), (spot.0, spot.1 - 4.0), FAINT, 0.7);
-            canvas.upright(
-                &shortened(&name, 42),
-                (right, TOP - 9.0),
-                9.0,
-                BLACK,
-                Anchor::Start,
-            );
+            canvas.line((right, top - 6.0), (spot.0, spot.1 - 4.0), FAINT, 0.7);
+            canvas.upright(name, (right, top - 9.0), NAME, BLACK, Anchor::Start);
         }
     })
 }
 
+/// An order with the largest of its sources.
+fn named(machine: &Machine, answer: &Answer, group: &[usize]) -> String {
+    let row = &answer.rows[group[0]];
+    let more = match group.len() {
+        1 => String::new(),
+        n => format!(" and {} more", n - 1),
+    };
+    let name = format!(
+        "{}: {}, {}{more}",
+        brief(row.line.order.value()),
+        source(machine, row),
+        cause(machine, row)
+    );
+    shortened(&name, 90)
+}
+
 /// Shares of the sum of squares by element.
-fn budget(title: &str, answer: &Answer) -> String {
+fn budget(title: &str, answer: &Answer, unit: Unit) -> String {
     const ROW: f64 = 20.0;
     const TOP: f64 = 64.0;
     const MOST: usize = 20;
@@ -158,9 +169,10 @@ fn budget(title: &str, answer: &Answer) -> String {
     picture(WIDTH, height, |canvas| {
         canvas.text(title, (LEFT, 16.0), TITLE, BLACK, Anchor::Start);
         let sums = format!(
-            "share of the sum of squares; root {} arcsec, worst case {} arcsec",
-            brief(answer.budget.rss * ARCSEC),
-            brief(answer.budget.worst_case * ARCSEC)
+            "share of the sum of squares; root {} {unit}, worst case {} {unit}",
+            brief(answer.budget.rss * unit.times),
+            brief(answer.budget.worst_case * unit.times),
+            unit = unit.name
         );
         canvas.text(&sums, (LEFT, 38.0), SMALL, BLACK, Anchor::Start);
         let names: Vec<String> = order

@@ -2,7 +2,7 @@
 
 use super::number::{brief, percent, significant};
 use super::table::{finish, plain};
-use super::transmission::{ARCSEC, cause, phase, source, test};
+use super::transmission::{Unit, cause, phase, source, test};
 use crate::machine::parts::Machine;
 use crate::plan::transmission::run::Answer;
 use crate::transmission::indexing::Mark;
@@ -22,10 +22,18 @@ pub fn table(machine: &Machine, answer: &Answer, all: bool) -> String {
     if let Some(against) = chain.ends.against {
         text += &format!(", against {}", name(against));
     }
-    if let Some(turns) = chain.turns(chain.ends.driver) {
+    let unit = Unit::of(machine, answer);
+    let per = match chain.per == chain.ends.output {
+        true => "the output".to_string(),
+        false => format!("{}, which moves it", name(chain.per)),
+    };
+    if let (Some(turns), true) = (
+        chain.turns(chain.ends.driver),
+        chain.per != chain.ends.driver,
+    ) {
         text += &format!(": {turns} turns of {} a turn", name(chain.ends.driver));
     }
-    text += ". Orders per turn of the output.\n\n";
+    text += &format!(". Orders per turn of {per}.\n\n");
     let shown = shown(answer, all);
     let mut table = plain();
     let at_speed = answer.speed.is_some();
@@ -35,7 +43,7 @@ pub fn table(machine: &Machine, answer: &Answer, all: bool) -> String {
         (row.loaded.norm() - slow).abs() > 5e-4 * slow + 1e-9 * largest
     });
     let mut head = vec!["order", "source", "cause", "amplitude"];
-    let mut units = vec!["", "", "", "arcsec"];
+    let mut units = vec!["", "", "", unit.name];
     let mut column = |is: bool, name: &'static str, unit: &'static str| {
         if is {
             head.push(name);
@@ -45,10 +53,10 @@ pub fn table(machine: &Machine, answer: &Answer, all: bool) -> String {
     column(answer.radius.is_some(), "arc", "µm");
     column(true, "phase", "deg");
     column(true, "share", "%");
-    column(differs, "loaded", "arcsec");
-    column(at_speed, "at speed", "arcsec");
+    column(differs, "loaded", unit.name);
+    column(at_speed, "at speed", unit.name);
     column(at_speed, "frequency", "Hz");
-    column(answer.map.is_some(), "largest", "arcsec");
+    column(answer.map.is_some(), "largest", unit.name);
     column(answer.map.is_some(), "at", "rpm");
     column(answer.marks.is_some(), "work", "");
     column(!answer.coincidences.is_empty(), "", "");
@@ -61,16 +69,16 @@ pub fn table(machine: &Machine, answer: &Answer, all: bool) -> String {
             order(&row.line.order),
             source(machine, row),
             with_harmonic(cause(machine, row), row.line.harmonic),
-            brief(slow.norm() * ARCSEC),
+            brief(slow.norm() * unit.times),
         ];
         cells.extend(answer.radius.map(|r| brief(1e6 * r * slow.norm())));
         cells.push(phase(machine, row, slow).map_or("?".to_string(), |p| format!("{p:.0}")));
         cells.push(percent(row.share));
         if differs {
-            cells.push(brief(row.loaded.norm() * ARCSEC));
+            cells.push(brief(row.loaded.norm() * unit.times));
         }
         if let (Some(z), Some(speed)) = (row.dynamic, answer.speed) {
-            cells.push(brief(z.norm() * ARCSEC));
+            cells.push(brief(z.norm() * unit.times));
             cells.push(significant(
                 row.line.order.value() * speed.abs() / std::f64::consts::TAU,
             ));
@@ -80,7 +88,7 @@ pub fn table(machine: &Machine, answer: &Answer, all: bool) -> String {
             let at = (0..row.len())
                 .max_by(|&a, &b| row[a].total_cmp(&row[b]))
                 .unwrap_or(0);
-            cells.push(brief(row[at] * ARCSEC));
+            cells.push(brief(row[at] * unit.times));
             cells.push(brief(map.speeds[at] * 30.0 / std::f64::consts::PI));
         }
         if let Some(marks) = &answer.marks {
@@ -88,7 +96,7 @@ pub fn table(machine: &Machine, answer: &Answer, all: bool) -> String {
                 Mark::Form => "form".to_string(),
                 Mark::Pitch { adjacent, .. } => format!(
                     "pitch, {} from tooth to tooth",
-                    brief(adjacent * slow.norm() * ARCSEC)
+                    brief(adjacent * slow.norm() * unit.times)
                 ),
             });
         }
@@ -116,7 +124,7 @@ pub fn table(machine: &Machine, answer: &Answer, all: bool) -> String {
     }
     text += &assumed(machine);
     text += &coincidences(machine, answer, &shown);
-    text += &sums(answer);
+    text += &sums(answer, unit);
     text
 }
 
@@ -199,10 +207,10 @@ fn coincidences(machine: &Machine, answer: &Answer, shown: &[usize]) -> String {
 /// Elements of the budget shown, the largest.
 const ELEMENTS: usize = 12;
 
-fn sums(answer: &Answer) -> String {
+fn sums(answer: &Answer, unit: Unit) -> String {
     let arc = |x: f64| {
         let um = (answer.radius).map_or(String::new(), |r| format!(", {} µm", brief(1e6 * r * x)));
-        format!("{} arcsec{um}", brief(x * ARCSEC))
+        format!("{} {}{um}", brief(x * unit.times), unit.name)
     };
     let budget = &answer.budget;
     let mut text = format!(
@@ -217,11 +225,12 @@ fn sums(answer: &Answer) -> String {
         format!("{} turns", range.window)
     };
     let each = range.percentiles.iter().map(|(p, value, error)| {
-        let value = super::number::with_deviation(value * ARCSEC, error * ARCSEC);
+        let value = super::number::with_deviation(value * unit.times, error * unit.times);
         format!("{p} % {value}")
     });
     text += &format!(
-        "range over {turns}, over unknown phases and tolerances, arcsec: {}\n",
+        "range over {turns}, over unknown phases and tolerances, {}: {}\n",
+        unit.name,
         each.collect::<Vec<_>>().join(", ")
     );
     if answer.wind_up != 0.0 {
@@ -240,10 +249,10 @@ fn sums(answer: &Answer) -> String {
         } else {
             exact
         };
-        text += &format!("everything repeats after {shown} turns of the output\n");
+        text += &format!("everything repeats after {shown} turns\n");
     }
     text += &elements(answer);
-    text += &record(answer);
+    text += &record(answer, unit);
     text
 }
 
@@ -289,15 +298,16 @@ fn elements(answer: &Answer) -> String {
     text
 }
 
-fn record(answer: &Answer) -> String {
+fn record(answer: &Answer, unit: Unit) -> String {
     let Some(made) = &answer.record else {
         return String::new();
     };
-    let arc = |x: f64| brief(x * ARCSEC);
+    let arc = |x: f64| brief(x * unit.times);
     let mut text = format!(
-        "\nrecord over {} turns, {} samples, arcsec: F_i′ {} over all, {} over a turn",
+        "\nrecord over {} turns, {} samples, {}: F_i′ {} over all, {} over a turn",
         made.record.turns,
         made.record.values.len(),
+        unit.name,
         arc(made.total),
         arc(made.by_turn)
     );

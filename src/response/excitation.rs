@@ -1,14 +1,13 @@
 //! What excites a running machine, order by order: `e = a cos(n Ω t)` in the branches of a gear; declared errors with their
 //! amplitudes, and a unit amplitude for whatever turns or meshes and is not declared.
 
-use std::f64::consts::TAU;
-
 use crate::base::error::Error;
 use crate::machine::kinematics::{Kinematics, mean_speeds};
 use crate::machine::operating::{ContactState, Operating};
 use crate::machine::parts::{Acting, Machine};
 use crate::modes::orders::{Cause, Order, OrderOptions, Source, orders};
 use crate::numeric::Complex;
+use crate::numeric::fraction::Fraction;
 use crate::scene::laws::Shape;
 
 /// One order of one source.
@@ -105,8 +104,12 @@ pub fn excitations(
                 {
                     for (sign, word) in [(-1.0, "−"), (1.0, "+")] {
                         let value = order.value + sign * turning.value;
-                        let text = sum(&order.fraction, &turning.fraction, sign)
-                            .unwrap_or_else(|| format!("{value:.9}"));
+                        let exact = order.exact.as_ref().zip(turning.exact.as_ref());
+                        let text = exact.map(|(mesh, turn)| match sign < 0.0 {
+                            true => mesh - turn,
+                            false => mesh + turn,
+                        });
+                        let text = text.map_or_else(|| format!("{value:.9}"), |f| f.to_string());
                         put(
                             value,
                             text,
@@ -144,9 +147,10 @@ fn declared(
         });
         for (n, amplitude) in harmonics(&error.shape) {
             let order = f64::from(n) * turns * error.pace.0 as f64 / error.pace.1 as f64;
-            let text = rotation
-                .and_then(|o| times(&o.fraction, n, error.pace))
-                .unwrap_or_else(|| format!("{order:.9}"));
+            let exact = rotation.and_then(|o| o.exact.as_ref());
+            let text = exact
+                .map(|turn| &turn.times(n) * &Fraction::new(error.pace.0, error.pace.1))
+                .map_or_else(|| format!("{order:.9}"), |f| f.to_string());
             if order == 0.0 || amplitude == 0.0 {
                 continue;
             }
@@ -171,25 +175,15 @@ fn declared(
     all
 }
 
-/// Harmonics of a shape per period with their amplitudes; of a table as many as it can tell.
+/// Harmonics of a shape per period with their amplitudes; of a table as many as it can tell, of steps as many as of a mesh.
 fn harmonics(shape: &Shape) -> Vec<(u32, f64)> {
-    let term = |n: usize, values: &[f64]| {
-        let count = values.len();
-        let (mut re, mut im) = (0.0, 0.0);
-        for (k, v) in values.iter().enumerate() {
-            let angle = TAU * (n * k % count) as f64 / count as f64;
-            re += v * angle.cos();
-            im -= v * angle.sin();
-        }
-        let share = if 2 * n == count { 1.0 } else { 2.0 } / count as f64;
-        (n as u32, share * re.hypot(im))
-    };
+    let known = |(n, a, _): (u32, f64, f64)| (n, a);
     match shape {
-        Shape::Fourier { terms, .. } => terms.iter().map(|&(n, a, _)| (n, a)).collect(),
+        Shape::Fourier { .. } => shape.harmonics().into_iter().map(known).collect(),
         Shape::Table(values) => {
             let size = values.iter().fold(0.0f64, |m, x| m.max(x.abs()));
             // What is left below is rounding of the transform.
-            let all = (1..=values.len() / 2).map(|n| term(n, values));
+            let all = shape.harmonics().into_iter().map(known);
             all.filter(|t| t.1 > 1e-12 * size).collect()
         }
         Shape::Rectangular { high, low, duty } => (1..=MESH)
@@ -202,37 +196,4 @@ fn harmonics(shape: &Shape) -> Vec<(u32, f64)> {
             })
             .collect(),
     }
-}
-
-/// `37/12` as whole numbers.
-fn parts(text: &str) -> Option<(i128, i128)> {
-    let (top, bottom) = text.split_once('/').unwrap_or((text, "1"));
-    Some((top.parse().ok()?, bottom.parse().ok()?))
-}
-
-fn written(top: i128, bottom: i128) -> String {
-    let mut pair = (top.abs(), bottom.abs());
-    while pair.1 != 0 {
-        pair = (pair.1, pair.0 % pair.1);
-    }
-    let divisor = pair.0.max(1);
-    match bottom / divisor {
-        1 => format!("{}", top / divisor),
-        below => format!("{}/{below}", top / divisor),
-    }
-}
-
-fn sum(one: &str, other: &str, sign: f64) -> Option<String> {
-    let ((a, b), (c, d)) = (parts(one)?, parts(other)?);
-    let second = if sign < 0.0 { -c } else { c };
-    let top = a.checked_mul(d)?.checked_add(second.checked_mul(b)?)?;
-    Some(written(top, b.checked_mul(d)?))
-}
-
-fn times(fraction: &str, n: u32, pace: (i64, i64)) -> Option<String> {
-    let (a, b) = parts(fraction)?;
-    let top = a
-        .checked_mul(i128::from(n))?
-        .checked_mul(i128::from(pace.0))?;
-    Some(written(top, b.checked_mul(i128::from(pace.1))?))
 }

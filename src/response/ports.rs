@@ -210,7 +210,7 @@ pub fn branch_turns(machine: &Machine, branch: usize) -> bool {
     let branch = &machine.branches[branch];
     let alone = |&(freedom, _): &(usize, f64)| machine.freedoms[freedom].axis.turns();
     match machine.elements[branch.element].kind {
-        "gear_pair" | "worm_pair" | "planetary" | "belt" => false,
+        "gear_pair" | "worm_pair" | "planetary" | "belt" | "screw" => false,
         _ => branch.direction.terms.iter().all(alone),
     }
 }

@@ -211,8 +211,8 @@ pub fn loss(f: &mut Fields, suffix: &str, damping: Kind, stiffness: &str, rigid:
         .unwrap_or_default()
 }
 
-/// Stiffness, losses and play between teeth; keys end in `suffix`.
-pub fn contact(f: &mut Fields, suffix: &str) -> Contact {
+/// Stiffness, losses and play along a line; keys end in `suffix`.
+pub fn along(f: &mut Fields, suffix: &str) -> Contact {
     const UNITS: Units = Units {
         stiffness: Kind::Stiffness,
         range: Range::NotNegative,
@@ -220,7 +220,12 @@ pub fn contact(f: &mut Fields, suffix: &str) -> Contact {
         deflection: Kind::Length,
         characteristic: characteristic::along_tooth,
     };
-    let contact = resisting(f, suffix, UNITS);
+    resisting(f, suffix, UNITS)
+}
+
+/// The same between teeth, whose stiffness may change over the mesh cycle.
+pub fn contact(f: &mut Fields, suffix: &str) -> Contact {
+    let contact = along(f, suffix);
     let wave = one(f, &format!("k_wave{suffix}"), waves::stiffness).flatten();
     if contact.characteristic.is_some() && wave.is_some() {
         let [wave, curve] = ["k_wave", "characteristic"].map(|key| format!("{key}{suffix}"));
@@ -250,6 +255,9 @@ struct Units {
     characteristic: fn(&mut Fields) -> Option<Characteristic>,
 }
 
+/// Plays below this are no lengths or angles of a machine, m or rad; borders so near to each other are lost in rounding.
+const LEAST_PLAY: f64 = 1e-30;
+
 fn resisting(f: &mut Fields, suffix: &str, units: Units) -> Contact {
     let [k, curve, backlash] =
         ["k", "characteristic", "backlash"].map(|key| format!("{key}{suffix}"));
@@ -267,6 +275,18 @@ fn resisting(f: &mut Fields, suffix: &str, units: Units) -> Contact {
         wave: None,
         characteristic,
     };
+    if contact.backlash > 0.0 && contact.backlash < LEAST_PLAY {
+        let message = format!(
+            "`{backlash}` is {:e} in SI units, less than any play",
+            contact.backlash
+        );
+        f.refuse_key(
+            Code::OutOfRange,
+            &backlash,
+            message,
+            "leave it out, or write 0",
+        );
+    }
     if f.has(&curve) {
         for key in ["damping_ratio", "loss_factor"].map(|key| format!("{key}{suffix}")) {
             if f.has(&key) {

@@ -33,9 +33,11 @@ const LOADS: &[(&str, LoadWord)] = &[
     ("face-mill", LoadWord::FaceMill),
 ];
 
-/// A torque on a node over time.
+/// A torque on a node over time; a force on one that slides.
 pub fn load(f: &mut Fields) -> Load {
     let at = common::one_node(f, "at");
+    f.exclusive("torque", "force");
+    let pushes = f.has("force");
     let word = f.choice("kind", LOADS).unwrap_or(LoadWord::Constant);
     let history = match word {
         LoadWord::Constant => History::Constant(torque(f)),
@@ -45,7 +47,7 @@ pub fn load(f: &mut Fields) -> Load {
         },
         LoadWord::Ramp => History::Ramp {
             from: f
-                .optional_quantity("from", Kind::Torque, Range::Any)
+                .optional_quantity("from", push(f), Range::Any)
                 .unwrap_or(0.0),
             to: torque(f),
             between: between(f, "between"),
@@ -64,15 +66,30 @@ pub fn load(f: &mut Fields) -> Load {
         }
         LoadWord::FaceMill => History::FaceMill(face_mill(f)),
     };
-    Load { at, history }
+    Load {
+        at,
+        pushes,
+        history,
+    }
+}
+
+/// What the load is measured in.
+fn push(f: &Fields) -> Kind {
+    match f.has("force") {
+        true => Kind::Force,
+        false => Kind::Torque,
+    }
 }
 
 fn torque(f: &mut Fields) -> f64 {
-    f.quantity("torque", Kind::Torque, Range::Any)
+    match push(f) {
+        Kind::Force => f.quantity("force", Kind::Force, Range::Any),
+        kind => f.quantity("torque", kind, Range::Any),
+    }
 }
 
 fn mean(f: &mut Fields) -> f64 {
-    f.optional_quantity("mean", Kind::Torque, Range::Any)
+    f.optional_quantity("mean", push(f), Range::Any)
         .unwrap_or(0.0)
 }
 

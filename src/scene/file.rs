@@ -8,7 +8,8 @@ use super::start::{self, Start};
 use super::study::Study;
 use super::tables::{each, one};
 use super::{
-    bodies, drives, form_errors, gears, nodes, overrides, planetary, shafts, study, supports,
+    bodies, drives, form_errors, gears, nodes, overrides, planetary, screws, shafts, study,
+    supports,
 };
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
@@ -31,6 +32,14 @@ pub struct Scene {
     pub studies: Vec<Study>,
     /// Every file read, the one named first at the front; their texts are what a hash of the input covers.
     pub sources: Vec<Arc<Source>>,
+}
+
+impl Scene {
+    /// Where each of these files lies.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let path = |source: &Arc<Source>| PathBuf::from(&source.path);
+        self.sources.iter().map(path).collect()
+    }
 }
 
 /// Reads a model or a scene, and the model the scene names.
@@ -224,6 +233,8 @@ fn read_model(file: &Document, added: Added, notes: &mut Notes) -> Model {
         worm_pairs: each(&mut f, "worm_pair", gears::worm_pair),
         planetaries: each(&mut f, "planetary", planetary::planetary),
         belts: each(&mut f, "belt", gears::belt),
+        slides: each(&mut f, "slide", screws::slide),
+        screws: each(&mut f, "screw", screws::screw),
         couplings: each(&mut f, "coupling", shafts::coupling),
         bearings: each(&mut f, "bearing", supports::bearing),
         dampers: each(&mut f, "damper", supports::damper),

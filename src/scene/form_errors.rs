@@ -27,7 +27,7 @@ const TILT: Range = Range::Within(0.0, 1.0, "at least 0 and below 1 rad");
 /// Keys that say how large an error is.
 const SIZES: [&str; 6] = ["amplitude", "amplitudes", "values", "file", "tilt", "grade"];
 
-/// An error of a gear, a coupling or a belt.
+/// An error of a gear, a coupling, a belt or a screw.
 pub fn form_error(f: &mut Fields) -> FormError {
     let on = common::one_node(f, "on");
     let mesh = f.optional_text("mesh").map(|text| Name {
@@ -164,11 +164,14 @@ fn table(f: &mut Fields, key: &str, values: Vec<f64>) -> ErrorSize {
         f.refuse_key(
             Code::OutOfRange,
             key,
-            "a table over one turn needs two values at least",
-            "give one value a tooth, cumulative",
+            "a table needs two values at least",
+            "give one value a tooth, cumulative; of a screw one at every step of its `travel`",
         );
     }
-    ErrorSize::Table(values)
+    match f.optional_quantity("travel", Kind::Length, Range::Positive) {
+        Some(travel) => ErrorSize::Travel { values, travel },
+        None => ErrorSize::Table(values),
+    }
 }
 
 /// Values of a text file: one a line, the last of its cells; lines before the first number are its head.
@@ -221,12 +224,17 @@ fn refuse_what_cannot_be(f: &mut Fields, cause: Cause, size: &ErrorSize) {
     let is_offset = cause.is_offset();
     let graded = matches!(size, ErrorSize::Grade { .. });
     let once = matches!(size, ErrorSize::Orders(terms) if terms.iter().all(|t| t.0 == 1));
-    let known = [Cause::Eccentricity, Cause::CumulativePitch, Cause::Profile];
+    let known = [
+        Cause::Eccentricity,
+        Cause::CumulativePitch,
+        Cause::SinglePitch,
+        Cause::Profile,
+    ];
     if graded && !known.contains(&cause) {
         refuse(
             f,
             "grade",
-            "a grade says what an eccentricity, a cumulative-pitch or a profile may be",
+            "a grade says what an eccentricity, a cumulative-pitch, a single-pitch or a profile may be",
         );
     }
     if is_offset && !once && !graded {
@@ -248,6 +256,17 @@ fn refuse_what_cannot_be(f: &mut Fields, cause: Cause, size: &ErrorSize) {
             f,
             key,
             "an offset turns once a turn; other orders have cause = \"form\"",
+        );
+    }
+    if matches!(size, ErrorSize::Travel { .. }) && cause != Cause::Lead {
+        refuse(f, "travel", "a travel is of a screw: cause = \"lead\"");
+    }
+    if matches!(size, ErrorSize::Mesh(_)) && cause == Cause::Lead {
+        let key = ["harmonic", "harmonics"].into_iter().find(|k| f.has(k));
+        refuse(
+            f,
+            key.unwrap_or("amplitude"),
+            "a screw has no teeth: give `order` or `orders`, per turn of it",
         );
     }
     if matches!(size, ErrorSize::Tilt { .. }) && cause != Cause::Misalignment {

@@ -27,6 +27,9 @@ mod bodies;
 /// Shafts and couplings.
 mod shafts;
 
+/// Screws and slides.
+pub mod screws;
+
 /// Gear pairs, worm pairs and belts.
 mod gears;
 

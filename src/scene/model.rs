@@ -24,6 +24,10 @@ pub struct Model {
     pub planetaries: Vec<Planetary>,
     /// Belt and chain drives.
     pub belts: Vec<Belt>,
+    /// Bodies that screws move along.
+    pub slides: Vec<Slide>,
+    /// Screws and their nuts.
+    pub screws: Vec<Screw>,
     /// Couplings.
     pub couplings: Vec<Coupling>,
     /// Bearings and supports.
@@ -36,7 +40,7 @@ pub struct Model {
     pub motors: Vec<Motor>,
     /// Dry friction between nodes.
     pub brakes: Vec<Brake>,
-    /// Errors of gears, couplings and belts.
+    /// Errors of gears, couplings, belts and screws.
     pub errors: Vec<FormError>,
     /// Damping of the whole machine.
     pub damping: GlobalDamping,
@@ -315,6 +319,30 @@ pub struct Belt {
     pub loss: Loss,
 }
 
+/// A body that moves along `z` and does not turn.
+#[derive(Debug, Clone)]
+pub struct Slide {
+    /// The node.
+    pub name: Name,
+    /// Mass, kg; zero is a massless node.
+    pub mass: f64,
+}
+
+/// A screw and its nut: one of them turns, the other, or what carries it, slides by the lead a turn.
+#[derive(Debug, Clone)]
+pub struct Screw {
+    /// The element.
+    pub name: Name,
+    /// What turns, what slides.
+    pub between: [Name; 2],
+    /// Travel a turn, nm: a whole number, so that ratios stay exact.
+    pub lead: u64,
+    /// Right: the slide goes forward while the screw turns forward.
+    pub hand: Hand,
+    /// Along the axis, N/m.
+    pub contact: Contact,
+}
+
 /// A torsional coupling.
 #[derive(Debug, Clone)]
 pub struct Coupling {
@@ -400,12 +428,14 @@ pub struct Damper {
     pub coefficient: f64,
 }
 
-/// A torque on a node.
+/// A torque on a node that turns, or a force on one that slides.
 #[derive(Debug, Clone)]
 pub struct Load {
     /// The node.
     pub at: Name,
-    /// N·m over time.
+    /// It is a force.
+    pub pushes: bool,
+    /// N·m or N over time.
     pub history: History,
 }
 
@@ -436,7 +466,7 @@ pub struct Brake {
 /// An error of an element that repeats with its turn.
 #[derive(Debug, Clone)]
 pub struct FormError {
-    /// A gear's node; a coupling or a belt.
+    /// A gear's node; a coupling, a belt or a screw.
     pub on: Name,
     /// Only in this element's meshes; in all of the gear's where left out.
     pub mesh: Option<Name>,
@@ -475,6 +505,8 @@ pub enum Cause {
     Misalignment,
     /// The joint of a belt, once a turn of the belt.
     BeltJoint,
+    /// The lead of a screw.
+    Lead,
 }
 
 impl Cause {
@@ -491,6 +523,7 @@ impl Cause {
         ("axial", Cause::Axial),
         ("misalignment", Cause::Misalignment),
         ("belt-joint", Cause::BeltJoint),
+        ("lead", Cause::Lead),
     ];
 
     /// The word for it in files.
@@ -507,6 +540,11 @@ impl Cause {
     /// Teeth out of their places round the gear.
     pub fn is_pitch(self) -> bool {
         matches!(self, Cause::CumulativePitch | Cause::SinglePitch)
+    }
+
+    /// It stands on an element that is no gear: a coupling, a belt, a screw.
+    pub fn is_of_element(self) -> bool {
+        matches!(self, Cause::Misalignment | Cause::BeltJoint | Cause::Lead)
     }
 
     /// Too much or too little material on a flank, so that the other flank has its own.
@@ -546,6 +584,13 @@ pub enum ErrorSize {
         length: f64,
         /// rad of the belt's turn.
         phase: f64,
+    },
+    /// Equally spaced values from one end of a travel to the other.
+    Travel {
+        /// m.
+        values: Vec<f64>,
+        /// m.
+        travel: f64,
     },
 }
 

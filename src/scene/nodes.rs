@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::model::{Axis, Cause, End, FormError, Inertia, Model, Name, ShaftBody};
+use super::model::{Axis, End, Model, Name, Planetary, ShaftBody};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::notes::Notes;
@@ -34,6 +34,8 @@ fn names(model: &Model) -> Vec<&Name> {
     names.extend(model.worm_pairs.iter().map(|e| &e.name));
     names.extend(model.planetaries.iter().map(|e| &e.name));
     names.extend(model.belts.iter().map(|e| &e.name));
+    names.extend(model.slides.iter().map(|e| &e.name));
+    names.extend(model.screws.iter().map(|e| &e.name));
     names.extend(model.couplings.iter().map(|e| &e.name));
     names.extend(model.bearings.iter().map(|e| &e.name));
     names.extend(model.dampers.iter().map(|e| &e.name));
@@ -93,13 +95,13 @@ fn references(model: &Model) -> Vec<&Name> {
     nodes.extend(model.gear_pairs.iter().flat_map(|e| &e.between));
     nodes.extend(model.worm_pairs.iter().flat_map(|e| &e.between));
     nodes.extend(model.belts.iter().flat_map(|e| &e.between));
+    nodes.extend(model.screws.iter().flat_map(|e| &e.between));
     nodes.extend(model.loads.iter().map(|e| &e.at));
     nodes.extend(model.motors.iter().map(|e| &e.at));
-    // Errors of couplings and belts stand on these; what is wrong with them is found when they are put in place.
-    let of_element = |e: &&FormError| matches!(e.cause, Cause::Misalignment | Cause::BeltJoint);
+    // Others stand on elements; what is wrong with them is found when they are put in place.
     nodes.extend(
         (model.errors.iter())
-            .filter(|e| !of_element(e))
+            .filter(|e| !e.cause.is_of_element())
             .map(|e| &e.on),
     );
     nodes.extend(model.speeds.iter().map(|e| &e.at));
@@ -112,6 +114,8 @@ struct Nodes<'a> {
     /// Elements that make nodes `name.1 …` or `name.planet_1 …`, with the number of the last.
     rows: HashMap<&'a str, (&'static str, usize)>,
     elements: HashSet<&'a str>,
+    /// `stage.sun` and `stage.ring` where these stand, for errors.
+    standing: HashSet<String>,
 }
 
 impl<'a> Nodes<'a> {
@@ -134,16 +138,18 @@ impl<'a> Nodes<'a> {
                 ("maxwell_", coupling.maxwell.len()),
             );
         }
-        let text = |body: &'a Inertia| body.name.text.as_str();
+        let bodies = model.inertias.iter().map(|body| &body.name);
+        let bodies = bodies.chain(model.slides.iter().map(|slide| &slide.name));
         Nodes {
-            bodies: model.inertias.iter().map(text).collect(),
+            bodies: bodies.map(|name| name.text.as_str()).collect(),
             rows,
             elements: names(model).iter().map(|n| n.text.as_str()).collect(),
+            standing: model.planetaries.iter().flat_map(standing).collect(),
         }
     }
 
     fn has(&self, node: &str) -> bool {
-        self.bodies.contains(node) || self.in_row(node).is_some()
+        self.bodies.contains(node) || self.in_row(node).is_some() || self.standing.contains(node)
     }
 
     /// The node is one of those an element makes.
@@ -178,6 +184,15 @@ impl<'a> Nodes<'a> {
             .at(&name.place)
             .hint(hint)
     }
+}
+
+/// Names of what of a stage is fixed to ground and has errors all the same.
+fn standing(stage: &Planetary) -> impl Iterator<Item = String> + '_ {
+    let members = [("sun", &stage.sun), ("ring", &stage.ring)];
+    let fixed = members
+        .into_iter()
+        .filter(|(_, end)| matches!(end, End::Ground));
+    fixed.map(|(word, _)| format!("{}.{word}", stage.name.text))
 }
 
 /// Notes pairs without a module on bodies that move sideways, where the size of the gears counts.

@@ -17,7 +17,6 @@ use crate::plan::prepared::Prepared;
 use crate::plan::response::choice::LINES;
 use crate::response::frequency::{Solver, Way as How, difference};
 use crate::response::ports::{Input, Output, Ports};
-use crate::response::system::Setting;
 use crate::scene::study::ResponseStudy;
 
 /// Machines beyond this many freedoms are not taken apart into modes.
@@ -31,7 +30,6 @@ pub fn study(prepared: &Prepared, study: &ResponseStudy, watch: &mut Watch) -> R
     let Prepared {
         machine,
         kinematics,
-        operating,
         linear,
         ..
     } = prepared;
@@ -55,12 +53,7 @@ pub fn study(prepared: &Prepared, study: &ResponseStudy, watch: &mut Watch) -> R
         .speed
         .map(|speed| mean_speeds(machine, kinematics, Some(speed)))
         .transpose()?;
-    let setting = Setting {
-        machine,
-        operating,
-        linear,
-        speeds: speeds.as_deref(),
-    };
+    let setting = prepared.setting(speeds.as_deref());
     let lines = study.lines.unwrap_or(LINES).max(2);
     let step = (to - from) / f64::from(lines - 1);
     let omega: Vec<f64> = (0..lines).map(|k| from + step * f64::from(k)).collect();

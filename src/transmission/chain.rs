@@ -17,7 +17,7 @@ use crate::numeric::fraction::Fraction;
 pub struct Ends {
     /// The freedom whose angle is prescribed.
     pub driver: usize,
-    /// The freedom whose error is wanted.
+    /// The freedom whose error is wanted: an angle, or the travel of a slide.
     pub output: usize,
     /// The freedom it should turn with.
     pub against: Option<usize>,
@@ -28,11 +28,13 @@ pub struct Ends {
 pub struct Chain {
     /// Its ends.
     pub ends: Ends,
+    /// The angle orders are counted by: the output's, of a slide that of the screw that moves it.
+    pub per: usize,
     /// Freedoms that do not err: the driver, and of a machine with several independent motions those with stated speeds.
     pub held: Vec<usize>,
     /// `Σ a q` whose deviation is the error: the output, less the ratio times the other end.
     pub combination: Vec<(usize, f64)>,
-    /// Angle of every freedom per angle of the output; absent where it does not follow from the driver's.
+    /// Motion of every freedom per angle of `per`; absent where it does not follow from the driver's.
     turns: Vec<Option<Fraction>>,
     /// `T_b`, by branch; of those alone that carry an error.
     transmission: Vec<(usize, f64)>,
@@ -68,10 +70,11 @@ impl Chain {
             .into_iter()
             .flatten()
         {
-            if !machine.freedoms[freedom].axis.turns() {
+            let may_slide = freedom != ends.driver && machine.slides(freedom);
+            if !machine.freedoms[freedom].axis.turns() && !may_slide {
                 let message = format!("{} is no angle", machine.freedom_name(freedom));
                 return Err(Error::new(Code::NoSuchFreedom, message)
-                    .hint("transmission errors are of angles: name a node"));
+                    .hint("transmission errors are of angles, and of slides that screws move: name a node"));
             }
         }
         if ends.output == ends.driver || ends.against == Some(ends.output) {
@@ -83,19 +86,24 @@ impl Chain {
                 .hint("name another node as the driver, or as the one it should turn with"));
         }
         let turning = stated_joints(machine, ends.driver);
-        let turns: Vec<Option<Fraction>> =
-            (0..n).map(|i| turning.fraction(i, ends.output)).collect();
+        let per = counted_by(machine, ends.output)?;
+        let turns: Vec<Option<Fraction>> = (0..n).map(|i| turning.fraction(i, per)).collect();
+        let moves = |freedom: usize| turns[freedom].as_ref().filter(|t| !t.is_zero());
         for freedom in [Some(ends.driver), ends.against].into_iter().flatten() {
-            if turns[freedom].as_ref().is_none_or(Fraction::is_zero) {
+            if moves(freedom).is_none() {
                 return Err(apart(machine, operating, ends.output, freedom));
             }
         }
+        let Some(output) = moves(ends.output) else {
+            return Err(apart(machine, operating, ends.output, ends.driver));
+        };
         let mut combination = vec![(ends.output, 1.0)];
-        if let Some((against, ratio)) = ends.against.and_then(|a| Some((a, turns[a].as_ref()?))) {
-            combination.push((against, -1.0 / ratio.value()));
+        if let Some((against, turns)) = ends.against.and_then(|a| Some((a, moves(a)?))) {
+            combination.push((against, -(output / turns).value()));
         }
         let mut chain = Chain {
             ends,
+            per,
             held: vec![ends.driver],
             combination,
             turns,
@@ -106,22 +114,29 @@ impl Chain {
         Ok(chain)
     }
 
-    /// Angle of a freedom per angle of the output, with its sign; absent where it does not follow.
+    /// Motion of a freedom per angle of `per`, with its sign; absent where it does not follow.
     pub fn turns(&self, freedom: usize) -> Option<&Fraction> {
         self.turns[freedom].as_ref()
     }
 
-    /// `T_b`: angle of the output, positive in the sense it turns while the driver turns forward, per displacement of a branch.
+    /// `T_b`: motion of the output, positive in the sense it goes while the driver turns forward, per displacement of a branch.
     pub fn transmission(&self, branch: usize) -> f64 {
         (self.transmission.iter().find(|t| t.0 == branch)).map_or(0.0, |t| t.1)
     }
 
-    /// +1 where the output turns forward with the driver, −1 where backward.
+    /// +1 where the output goes forward with the driver, −1 where backward.
     pub fn sense(&self) -> f64 {
-        let forward = self.turns[self.ends.driver]
-            .as_ref()
-            .is_none_or(|i| !i.is_negative());
-        if forward { 1.0 } else { -1.0 }
+        self.forward() * self.sign(self.ends.output)
+    }
+
+    /// The same of `per`.
+    pub fn forward(&self) -> f64 {
+        self.sign(self.ends.driver)
+    }
+
+    fn sign(&self, freedom: usize) -> f64 {
+        let backward = (self.turns[freedom].as_ref()).is_some_and(Fraction::is_negative);
+        if backward { -1.0 } else { 1.0 }
     }
 
     fn transmit(&mut self, machine: &Machine, operating: &Operating) -> Result<(), Error> {
@@ -185,6 +200,23 @@ impl Chain {
         }
         Ok(())
     }
+}
+
+/// The angle that orders at an end are counted by.
+fn counted_by(machine: &Machine, output: usize) -> Result<usize, Error> {
+    if machine.freedoms[output].axis.turns() {
+        return Ok(output);
+    }
+    let moved_by = machine.branches.iter().find(|branch| {
+        let kind = machine.elements[branch.element].kind;
+        kind == "screw" && branch.direction.terms.iter().any(|t| t.0 == output)
+    });
+    let terms = moved_by.map_or(&[][..], |branch| &branch.direction.terms);
+    let turning = (terms.iter()).find(|t| machine.freedoms[t.0].axis.turns());
+    turning.map(|t| t.0).ok_or_else(|| {
+        let message = format!("no screw moves {}", machine.freedom_name(output));
+        Error::new(Code::NoSpeed, message).hint("join it to what turns by a [[screw]]")
+    })
 }
 
 /// An end that does not turn with another.

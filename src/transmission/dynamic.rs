@@ -46,7 +46,7 @@ impl Transfer {
             inputs: branches.iter().map(input).collect(),
             outputs: vec![Port {
                 name: setting.machine.freedom_name(chain.ends.output),
-                unit: "rad",
+                unit: "",
                 what: Output::Sum(chain.combination.clone(), 0),
             }],
             held: chain.held.clone(),

@@ -1,5 +1,5 @@
 //! Lines at the end of the chain: an error with n cycles a turn of a shaft appears at the order `n |i|`, i turns of the shaft a turn
-//! of the output, with the amplitude `|Σ_b T_b gain_b a|`.
+//! of the output, with the amplitude `|Σ_b T_b gain_b a|`; of a slide, i a turn of the screw that moves it.
 //!
 //! `TE = Σ A cos(o φ + ψ)`, φ the angle of the output in its own sense, positive where the output leads.
 
@@ -21,7 +21,7 @@ pub enum Origin {
 /// One harmonic of one source.
 #[derive(Debug, Clone)]
 pub struct Line {
-    /// Cycles per turn of the output.
+    /// Cycles per turn of the output, or of the screw that moves it.
     pub order: Fraction,
     /// Where it comes from.
     pub origin: Origin,
@@ -29,7 +29,7 @@ pub struct Line {
     pub harmonic: u32,
     /// What it does in each branch: number, and complex displacement e.
     pub displacements: Vec<(usize, Complex)>,
-    /// A and ψ at the output, rad: slowly, with rigid joints.
+    /// A and ψ at the output, rad, of a slide m: slowly, with rigid joints.
     pub kinematic: Complex,
 }
 
@@ -53,7 +53,7 @@ fn on_flank(operating: &Operating, act: &Acting) -> Reach {
     act.flanks[usize::from(operating.state(act.branch) == ContactState::Coast)]
 }
 
-/// Turns of an error's period per turn of the output, with sign; absent where its shaft does not turn with the output.
+/// Turns of an error's period per turn that orders are counted by, with sign; absent where its shaft does not turn with the output.
 pub fn pace(chain: &Chain, error: &FormError) -> Option<Fraction> {
     let own = chain.turns(error.turning)?;
     let carried = match error.carrier {
@@ -63,9 +63,9 @@ pub fn pace(chain: &Chain, error: &FormError) -> Option<Fraction> {
     Some(&(own - &carried) * &Fraction::new(error.pace.0, error.pace.1))
 }
 
-/// +1 where a pattern of that pace is run through forward while the output turns in its own sense, −1 where backward.
+/// +1 where a pattern of that pace is run through forward while what orders are counted by turns in its own sense, −1 where backward.
 pub fn rising(chain: &Chain, pace: &Fraction) -> f64 {
-    chain.sense() * if pace.is_negative() { -1.0 } else { 1.0 }
+    chain.forward() * if pace.is_negative() { -1.0 } else { 1.0 }
 }
 
 /// Every harmonic of every declared error, by rising order. Errors of shafts that stand still give no line.

@@ -53,11 +53,10 @@ pub fn turns(
     Ok((turns as usize, closed))
 }
 
-/// Adds the lines up: order, A and ψ.
-pub fn synthetic(lines: &[(f64, Complex)], turns: usize, closed: bool) -> Synthetic {
+/// Adds the lines up: order, A and ψ; `fastest` cycles a turn have their samples.
+pub fn synthetic(lines: &[(f64, Complex)], turns: usize, fastest: f64, closed: bool) -> Synthetic {
     /// The running phase is set anew so often, so that its rounding stays that of so many products.
     const ANEW: usize = 1024;
-    let fastest = lines.iter().fold(1.0f64, |m, l| m.max(l.0));
     let count = ((turns as f64 * fastest * PER_CYCLE).ceil() as usize).max(64 * turns);
     let mut values = vec![0.0; count];
     for &(order, value) in lines {
@@ -91,7 +90,7 @@ mod tests {
             (112.5, Complex::new(-0.2, 0.1)),
             (6750.0, Complex::new(0.0, 0.1)),
         ];
-        let made = synthetic(&lines, 20, true);
+        let made = synthetic(&lines, 20, 6750.0, true);
         for i in [0, 1, 17, 54_321, made.values.len() - 1] {
             let phi = 20.0 * i as f64 / made.values.len() as f64;
             let exact: f64 = lines

@@ -2,8 +2,6 @@
 //!
 //! Between samples the record is taken as straight, so that a window need not be a whole number of samples wide.
 
-use std::collections::VecDeque;
-
 /// Ranges of a record inside windows of one width.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ranges {
@@ -97,14 +95,30 @@ fn sliding(values: &[f64], count: usize, closed: bool) -> f64 {
     let share = part as f64 / count as f64;
     let last = if closed { n + whole } else { n };
     let at = |i: usize| values[if i < n { i } else { i - n }];
-    let (mut highs, mut lows) = (VecDeque::new(), VecDeque::new());
+    // Extremes of whole + 1 samples: of the end of one block of that length and the beginning of the next (van Herk, Pattern Recognition
+    // Letters 13 (1992) 517).
+    let width = (whole + 1).min(last);
+    let mut ends = vec![(0.0, 0.0); width];
     let mut largest = 0.0f64;
-    for i in 0..last {
-        let x = at(i);
-        push(&mut highs, i, x, whole, |old, new| old <= new);
-        push(&mut lows, i, x, whole, |old, new| old >= new);
-        if let (Some((_, high)), Some((_, low))) = (highs.front(), lows.front()) {
+    for start in (0..last).step_by(width) {
+        let block = start..(start + width).min(last);
+        let mut seen = (f64::NEG_INFINITY, f64::INFINITY);
+        for i in block.clone() {
+            let x = at(i);
+            seen = (seen.0.max(x), seen.1.min(x));
+            let (high, low) = match start {
+                0 => seen,
+                _ => ends.get(i - start + 1).map_or(seen, |end: &(f64, f64)| {
+                    (seen.0.max(end.0), seen.1.min(end.1))
+                }),
+            };
             largest = largest.max(high - low);
+        }
+        let mut seen = (f64::NEG_INFINITY, f64::INFINITY);
+        for i in block.rev() {
+            let x = at(i);
+            seen = (seen.0.max(x), seen.1.min(x));
+            ends[i - start] = seen;
         }
     }
     if part > 0 {
@@ -123,21 +137,4 @@ fn sliding(values: &[f64], count: usize, closed: bool) -> f64 {
         }
     }
     largest
-}
-
-/// Keeps in `queue` the samples of the last `width` steps that no later one outdoes.
-fn push(
-    queue: &mut VecDeque<(usize, f64)>,
-    i: usize,
-    x: f64,
-    width: usize,
-    outdone: impl Fn(f64, f64) -> bool,
-) {
-    while queue.back().is_some_and(|&(_, old)| outdone(old, x)) {
-        queue.pop_back();
-    }
-    queue.push_back((i, x));
-    while queue.front().is_some_and(|&(first, _)| first + width < i) {
-        queue.pop_front();
-    }
 }

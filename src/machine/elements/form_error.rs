@@ -5,7 +5,7 @@
 //! its lever over the radius, `cos α cos β`. Axes of a joint at an angle β turn unevenly by `Σ tan²ᵏ(β/2)/k · sin 2kφ`, of which two
 //! terms are kept (Duditza, Kardangelenkgetriebe und ihre Anwendungen, 1973, for the series).
 
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -25,6 +25,7 @@ pub fn add(builder: &mut Builder, model: &Model, part: &model::FormError) -> Res
     let error = match part.cause {
         Cause::Misalignment => joint(builder, model, part)?,
         Cause::BeltJoint => belt(builder, model, part)?,
+        Cause::Lead => screw(builder, model, part)?,
         _ => gear(builder, part)?,
     };
     builder.machine.errors.push(error);
@@ -32,9 +33,18 @@ pub fn add(builder: &mut Builder, model: &Model, part: &model::FormError) -> Res
 }
 
 fn gear(builder: &Builder, part: &model::FormError) -> Result<FormError, Error> {
-    let turning = builder.theta(&part.on)?;
     let machine = &builder.machine;
-    let gears = gears(machine, part, turning)?;
+    let standing = machine
+        .members
+        .iter()
+        .find(|m| m.stands && m.name == part.on.text);
+    let (turning, gears) = match standing {
+        Some(member) => (member.gear.turning, vec![&member.gear]),
+        None => {
+            let turning = builder.theta(&part.on)?;
+            (turning, gears(machine, part, turning)?)
+        }
+    };
     let first = gears[0];
     let teeth = first.teeth.unwrap_or(1);
     let alike = gears.iter().all(|g| g.teeth == Some(teeth));
@@ -68,16 +78,24 @@ fn gear(builder: &Builder, part: &model::FormError) -> Result<FormError, Error> 
             if !seat.sized {
                 return Err(unsized_pair(machine, part, gear));
             }
-            let flanks = [
+            let mut flanks = [
                 reach(part.cause, seat, 0, zero),
                 reach(part.cause, seat, 1, zero),
             ];
+            // The planets run through what stands in the sense of the carrier.
+            if standing.is_some() {
+                flanks.iter_mut().for_each(|flank| flank.turn = -flank.turn);
+            }
             acts.push(Acting { branch, flanks });
         }
     }
     let on = match &part.mesh {
         Some(mesh) => format!("{} in {}", part.on.text, mesh.text),
         None => part.on.text.clone(),
+    };
+    let shape = match &graded {
+        Some((shape, _)) => shape.clone(),
+        None => shape(part, teeth)?,
     };
     Ok(FormError {
         on,
@@ -88,10 +106,7 @@ fn gear(builder: &Builder, part: &model::FormError) -> Result<FormError, Error> 
         carrier: first.carrier,
         pace: (1, 1),
         acts,
-        shape: match &graded {
-            Some((shape, _)) => shape.clone(),
-            None => shape(part, teeth)?,
-        },
+        shape,
         phase_known: part.phase_known,
         tolerance: part.tolerance,
         assumed: graded.map(|g| g.1),
@@ -104,9 +119,9 @@ fn gears<'a>(
     part: &model::FormError,
     turning: usize,
 ) -> Result<Vec<&'a Gear>, Error> {
-    let of_node = machine
-        .gears
-        .iter()
+    let planets = machine.members.iter().filter(|member| !member.stands);
+    let of_node = (machine.gears.iter())
+        .chain(planets.map(|member| &member.gear))
         .filter(|g| g.turning == turning && g.teeth.is_some());
     let named = |element: usize| {
         (part.mesh.as_ref()).is_none_or(|name| machine.elements[element].name == name.text)
@@ -193,6 +208,7 @@ fn shape(part: &model::FormError, teeth: u32) -> Result<Shape, Error> {
             })
         }
         ErrorSize::Table(values) => Shape::Table(values.clone()),
+        ErrorSize::Travel { values, .. } => Shape::Table(there_and_back(values)),
         ErrorSize::Tilt { angle, phase } => {
             let t = (angle / 2.0).tan().powi(2);
             orders(
@@ -212,7 +228,7 @@ fn shape(part: &model::FormError, teeth: u32) -> Result<Shape, Error> {
 }
 
 /// What a grade allows, and how that was taken: half of F_r as an offset, half of F_p once a turn, a quarter of f_fα at the mesh, where two
-/// pairs of teeth share the load.
+/// pairs of teeth share the load, pitches that differ from each other by chance within ± f_pt.
 fn graded(
     part: &model::FormError,
     gear: &Gear,
@@ -236,6 +252,7 @@ fn graded(
     let (quantity, symbol, share, word, order) = match part.cause {
         Cause::Eccentricity => (Quantity::Runout, "F_r", 0.5, "half", 1),
         Cause::CumulativePitch => (Quantity::CumulativePitch, "F_p", 0.5, "half", 1),
+        Cause::SinglePitch => (Quantity::SinglePitch, "f_pt", 1.0, "", 1),
         _ => (Quantity::ProfileForm, "f_fα", 0.25, "a quarter", teeth),
     };
     let size = Size {
@@ -255,6 +272,13 @@ fn graded(
                 1e3 * module
             ))
         })?;
+    if part.cause == Cause::SinglePitch {
+        let how = format!(
+            "{name} grade {grade}: pitches by chance within ± f_pt, {:.1} µm, added up to orders 1 to {BY_CHANCE}",
+            1e6 * limit
+        );
+        return Ok((by_chance(limit, teeth, phase), how));
+    }
     let amplitude = share * limit;
     let how = format!(
         "{name} grade {grade}: {word} of {symbol}, {:.1} µm",
@@ -265,6 +289,27 @@ fn graded(
         terms: vec![(order, amplitude, phase)],
     };
     Ok((shape, how))
+}
+
+/// Orders a turn that pitches by chance are told by.
+const BY_CHANCE: u32 = 10;
+
+/// Pitches that are independent of each other and even within ± `limit`, of variance `limit²/3`: each order of theirs has the rms amplitude
+/// `2 limit/√(3z)`, and added up from tooth to tooth the n-th is `1/(2 sin(πn/z))` of that. Phases are spread, `−π n(n−1)/N` (Schroeder, IEEE
+/// Trans. Inf. Theory 16 (1970) 85).
+fn by_chance(limit: f64, teeth: u32, phase: f64) -> Shape {
+    let z = f64::from(teeth);
+    let last = BY_CHANCE.min((teeth / 2).max(1));
+    let term = |n: u32| {
+        let single = 2.0 * limit / (3.0 * z).sqrt();
+        let spread = -PI * f64::from(n * (n - 1)) / f64::from(last);
+        let added = single / (2.0 * (PI * f64::from(n) / z).sin());
+        (n, added, f64::from(n) * phase + spread)
+    };
+    Shape::Fourier {
+        mean: 0.0,
+        terms: (1..=last).map(term).collect(),
+    }
 }
 
 /// Cumulative deviations of single ones, whose mean is the size of the pitch and no error: the last is zero.
@@ -325,7 +370,6 @@ fn belt(builder: &Builder, model: &Model, part: &model::FormError) -> Result<For
     let ErrorSize::Joint { length, .. } = part.size else {
         return Err(missing());
     };
-    let nanometres = |length: f64| (1e9 * length).round() as i64;
     let around = TAU * found.radii[0];
     if length < around {
         let message = format!("a belt {length} m long does not go round its pulley of {around} m");
@@ -333,6 +377,38 @@ fn belt(builder: &Builder, model: &Model, part: &model::FormError) -> Result<For
     }
     let pace = (nanometres(around), nanometres(length));
     Ok(fixed(part, turning, pace, branch, 1.0, shape(part, 1)?))
+}
+
+/// The lead of a screw; a table over its travel is run through there and back, so that no step stands at the ends.
+fn screw(builder: &Builder, model: &Model, part: &model::FormError) -> Result<FormError, Error> {
+    let missing = || {
+        let message = format!("there is no screw `{}`", part.on.text);
+        let hint = "cause = \"lead\" stands on a [[screw]] by its name";
+        Error::new(Code::UnknownNode, message)
+            .at(&part.on.place)
+            .hint(hint)
+    };
+    let found = (model.screws.iter())
+        .find(|screw| screw.name.text == part.on.text)
+        .ok_or_else(missing)?;
+    let branch = of_element(&builder.machine, &part.on.text).ok_or_else(missing)?;
+    let turning = builder.theta(&found.between[0])?;
+    let pace = match part.size {
+        ErrorSize::Travel { travel, .. } => (found.lead as i64, nanometres(2.0 * travel)),
+        _ => (1, 1),
+    };
+    Ok(fixed(part, turning, pace, branch, 1.0, shape(part, 1)?))
+}
+
+/// A table over a travel, and back again without its ends.
+fn there_and_back(values: &[f64]) -> Vec<f64> {
+    let back = values.iter().skip(1).rev().skip(1);
+    values.iter().chain(back).copied().collect()
+}
+
+/// The nearest whole number of nanometres, one at least.
+fn nanometres(length: f64) -> i64 {
+    ((1e9 * length).round() as i64).max(1)
 }
 
 /// An error that acts in one branch alone.

@@ -24,6 +24,9 @@ pub mod planetary;
 /// Belts and chain drives.
 pub mod belt;
 
+/// Screws and what they move.
+pub mod screw;
+
 /// Couplings.
 pub mod coupling;
 

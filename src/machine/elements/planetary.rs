@@ -6,11 +6,13 @@
 //! `δ_r = y_r cos(ψ+α) − x_r sin(ψ+α) + x_n sin α − y_n cos α + r_r θ_r − r_p θ_p`,
 //! bearing `x_c cos ψ + y_c sin ψ − x_n` and `−x_c sin ψ + y_c cos ψ + r_c θ_c − y_n`.
 
+use std::f64::consts::PI;
+
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::machine::builder::{Builder, law};
 use crate::machine::direction::Direction;
-use crate::machine::parts::{Gear, Seat, Spin};
+use crate::machine::parts::{Gear, Member, Seat, Spin};
 use crate::scene::model::{Axis, Contact, End, Planetary, PlanetarySize};
 
 /// Name of planet `n`, counted from 1.
@@ -133,27 +135,68 @@ pub fn add(builder: &mut Builder, element: usize, stage: &Planetary) -> Result<(
         }
     }
     if let PlanetarySize::Teeth { teeth, .. } = stage.size {
-        for (mesh, turning, teeth) in [(0, thetas[0], teeth[0]), (1, thetas[1], teeth[2])] {
-            if let Some(turning) = turning {
-                let branches = meshes[mesh].clone();
-                let seats = stage.positions.iter().map(|&at| seat(stage, mesh, at));
-                let gear = Gear {
-                    element,
-                    turning,
-                    teeth: Some(teeth),
-                    carrier: thetas[2],
-                    branches,
-                    seats: seats.collect(),
-                };
-                builder.machine.gears.push(gear);
-            }
-        }
+        list(builder, element, stage, teeth, thetas, meshes);
     }
     Ok(())
 }
 
+/// Lists sun and ring, planets, and what of sun and ring stands while the carrier goes round.
+fn list(
+    builder: &mut Builder,
+    element: usize,
+    stage: &Planetary,
+    teeth: [u32; 3],
+    thetas: [Option<usize>; 3],
+    meshes: [Vec<usize>; 2],
+) {
+    let name = &stage.name.text;
+    for (mesh, word, z) in [(0, "sun", teeth[0]), (1, "ring", teeth[2])] {
+        let seats = (stage.positions.iter()).map(|&at| seat(stage, mesh, at, z));
+        let gear = |turning, carrier| Gear {
+            element,
+            turning,
+            teeth: Some(z),
+            carrier,
+            branches: meshes[mesh].clone(),
+            seats: seats.collect(),
+        };
+        match (thetas[mesh], thetas[2]) {
+            (Some(turning), carrier) => builder.machine.gears.push(gear(turning, carrier)),
+            (None, Some(carrier)) => builder.machine.members.push(Member {
+                name: format!("{name}.{word}"),
+                gear: gear(carrier, None),
+                stands: true,
+            }),
+            (None, None) => {}
+        }
+    }
+    let [suns, rings] = meshes;
+    for (at, branches) in suns.into_iter().zip(rings).enumerate() {
+        let name = planet(stage, at + 1);
+        let Some(turning) = builder.named(&name, Axis::Theta) else {
+            continue;
+        };
+        let gear = Gear {
+            element,
+            turning,
+            teeth: Some(teeth[1]),
+            carrier: thetas[2],
+            branches: vec![branches.0, branches.1],
+            seats: vec![
+                planet_seat(stage, 0, teeth[1]),
+                planet_seat(stage, 1, teeth[1]),
+            ],
+        };
+        builder.machine.members.push(Member {
+            name,
+            gear,
+            stands: false,
+        });
+    }
+}
+
 /// How the sun (mesh 0) or the ring (mesh 1) stands in the mesh with a planet at a position.
-fn seat(stage: &Planetary, mesh: usize, position: f64) -> Seat {
+fn seat(stage: &Planetary, mesh: usize, position: f64, teeth: u32) -> Seat {
     let alpha = stage.pressure_angles[mesh];
     let across = [alpha, -alpha].map(|alpha| {
         let (sin, cos) = (position + [-alpha, alpha][mesh]).sin_cos();
@@ -164,8 +207,37 @@ fn seat(stage: &Planetary, mesh: usize, position: f64) -> Seat {
         across,
         along: 0.0,
         lever: alpha.cos(),
-        cylindrical: None,
-        sized: !matches!(stage.size, PlanetarySize::Teeth { module: None, .. }),
+        cylindrical: cylindrical(stage, teeth),
+        sized: is_sized(stage),
+    }
+}
+
+/// How a planet stands in the mesh with the sun (0) or the ring (1), its x outwards and its y along the turning sense of the carrier. The
+/// ring's teeth push it where the sun's push it back, on its other flanks.
+fn planet_seat(stage: &Planetary, mesh: usize, teeth: u32) -> Seat {
+    let alpha = stage.pressure_angles[mesh];
+    let outwards = [-1.0, 1.0][mesh];
+    Seat {
+        angle: [PI, 0.0][mesh],
+        across: [alpha, -alpha].map(|alpha| [outwards * alpha.sin(), -alpha.cos()]),
+        along: 0.0,
+        lever: -outwards * alpha.cos(),
+        cylindrical: cylindrical(stage, teeth),
+        sized: is_sized(stage),
+    }
+}
+
+fn is_sized(stage: &Planetary) -> bool {
+    !matches!(stage.size, PlanetarySize::Teeth { module: None, .. })
+}
+
+/// Module and radius of the pitch circle, where they are known; teeth are taken as straight.
+fn cylindrical(stage: &Planetary, teeth: u32) -> Option<[f64; 2]> {
+    match stage.size {
+        PlanetarySize::Teeth { module, .. } => {
+            module.map(|module| [module, module * f64::from(teeth) / 2.0])
+        }
+        PlanetarySize::Radii { .. } => None,
     }
 }
 

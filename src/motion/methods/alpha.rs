@@ -8,7 +8,7 @@
 
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::motion::pencil::{add, mass};
+use crate::motion::pencil::add;
 use crate::motion::problem::{Ask, Effort, Problem, Sink, Wanted};
 use crate::motion::progress::{Samples, check, inside, next_stop, within_budget};
 use crate::motion::scale::{Scale, norm};
@@ -160,7 +160,7 @@ impl<'a> Constant<'a> {
             stiffness += k;
             damping += c;
         }
-        let mass = mass(train);
+        let mass = train.mass.matrix();
         for j in 0..n {
             for i in 0..n {
                 damping[(i, j)] += train.drag * mass[(i, j)];

@@ -69,13 +69,19 @@ impl Search {
             self.readings.clear();
             for at in 0..borders {
                 let mut reading = flight.read(machine, at, tau);
+                let bound = flight.bound(machine, at, tau + horizon);
                 if reading.value <= 0.0 {
-                    if reading.rate < 0.0 {
+                    // Just crossed, and falling by no more than rounding: a pair that breaks away does so without acceleration.
+                    let noise = flight.noise(at);
+                    let leaving = flight.starts_on(at)
+                        && reading.value >= -noise
+                        && reading.rate * reading.rate <= 4.0 * bound * noise;
+                    if reading.rate < 0.0 && !leaving {
                         return Outcome::Reached(Reached { tau, border: at });
                     }
                     reading.value = 0.0;
+                    reading.rate = reading.rate.max(0.0);
                 }
-                let bound = flight.bound(machine, at, tau + horizon);
                 self.readings.push((reading, bound));
             }
             let (mut step, mut first) = self.shortest(tau, None);

@@ -89,6 +89,29 @@ pub fn choose(train: &Train, study: &SimulateStudy) -> Result<Choice, Error> {
     })
 }
 
+/// Takes over where the method that the structure suggests does not converge: it locates no switches, so that contacts which
+/// chatter do not stop it.
+const STURDY: &str = "radau5";
+
+/// The choice after one that failed with `error`; nothing where the method was asked for, or no other takes the machine.
+pub fn successor(
+    train: &Train,
+    study: &SimulateStudy,
+    failed: &Choice,
+    error: &Error,
+) -> Option<Choice> {
+    let method = methods::find(STURDY).filter(|m| (m.refuses)(train).is_none())?;
+    let asked = study.method.is_some() || study.step.is_some();
+    if asked || method.name == failed.method.name || error.code != Code::NoConvergence {
+        return None;
+    }
+    Some(Choice {
+        method,
+        wanted: Wanted::Tolerance(study.tolerance.unwrap_or(TOLERANCE)),
+        reason: format!("{} did not converge", failed.method.name),
+    })
+}
+
 /// The method of a word.
 ///
 /// # Errors

@@ -315,7 +315,15 @@ fn unit(prepared: &Prepared, name: &str, quantity: Quantity) -> &'static str {
         Ok(signals::Output::Freedom(freedom, _)) => machine.freedoms[freedom].axis.turns(),
         Ok(signals::Output::Force(branch)) => {
             let kind = machine.elements[machine.branches[branch].element].kind;
-            !["gear_pair", "worm_pair", "planetary", "belt", "bearing"].contains(&kind)
+            ![
+                "gear_pair",
+                "worm_pair",
+                "planetary",
+                "belt",
+                "screw",
+                "bearing",
+            ]
+            .contains(&kind)
         }
         Err(_) => true,
     };

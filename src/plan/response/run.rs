@@ -74,7 +74,6 @@ pub fn run(prepared: &Prepared, study: &ResponseStudy) -> Result<Answer, Error> 
     let Prepared {
         machine,
         kinematics,
-        operating,
         linear,
         ..
     } = prepared;
@@ -98,12 +97,7 @@ pub fn run(prepared: &Prepared, study: &ResponseStudy) -> Result<Answer, Error> 
         .speed
         .map(|speed| mean_speeds(machine, kinematics, Some(speed)))
         .transpose()?;
-    let setting = Setting {
-        machine,
-        operating,
-        linear,
-        speeds: speeds.as_deref(),
-    };
+    let setting = prepared.setting(speeds.as_deref());
     let choice = choice::choose(prepared, study);
     let lines = study.lines.unwrap_or(choice::LINES);
     let step = (to - from) / f64::from(lines - 1);
@@ -218,12 +212,7 @@ pub(super) fn natural(prepared: &Prepared, ports: &Ports, (from, to): (f64, f64)
     if prepared.linear.n > MOST {
         return Vec::new();
     }
-    let held = Setting {
-        machine: &prepared.machine,
-        operating: &prepared.operating,
-        linear: &prepared.linear,
-        speeds: None,
-    };
+    let held = prepared.setting(None);
     let omega = match System::modal(&held, ports) {
         Ok((_, basis)) => basis.omega,
         Err(_) => {

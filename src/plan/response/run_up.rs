@@ -14,7 +14,6 @@ use crate::plan::stages::Verdict;
 use crate::response::excitation::{Excitation, excitations};
 use crate::response::frequency::Solver;
 use crate::response::ports::{Input, Port, Ports};
-use crate::response::system::Setting;
 use crate::scene::study::{ResponseStudy, RunUpStudy, SpeedRange};
 
 /// A run-up.
@@ -233,17 +232,9 @@ pub fn run(prepared: &Prepared, study: &RunUpStudy) -> Result<Answer, Error> {
     let start = Instant::now();
     let ready = Ready::new(prepared, study)?;
     let Prepared {
-        machine,
-        operating,
-        linear,
-        ..
+        machine, linear, ..
     } = prepared;
-    let setting = Setting {
-        machine,
-        operating,
-        linear,
-        speeds: None,
-    };
+    let setting = prepared.setting(None);
     let ports = &ready.ports;
     let mut solver = Solver::new(&setting, ports, ready.choice.way)?;
     let frequencies = |speed: &f64| {
@@ -323,18 +314,8 @@ fn critical(
         .fold(0.0, f64::max)
         * high;
     let omegas = natural(prepared, &ready.ports, (0.0, most));
-    let Prepared {
-        machine,
-        operating,
-        linear,
-        ..
-    } = prepared;
-    let setting = Setting {
-        machine,
-        operating,
-        linear,
-        speeds: None,
-    };
+    let machine = &prepared.machine;
+    let setting = prepared.setting(None);
     let strain = Strain::new(&setting, &ready.ports)?;
     let mut all = Vec::new();
     for &omega in &omegas {

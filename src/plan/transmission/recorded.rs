@@ -42,17 +42,22 @@ pub fn recorded(
     study: &TransmissionStudy,
 ) -> Result<Recorded, Error> {
     let drawn = drawn(machine, lines, values);
+    let turns_itself = machine.freedoms[chain.ends.output].axis.turns();
+    let teeth = study
+        .teeth
+        .or_else(|| teeth(machine, chain).filter(|_| turns_itself));
+    // Tooth by tooth: 8 samples of a cycle, 20 of a tooth.
+    let by_teeth = 2.5 * f64::from(teeth.unwrap_or(0));
     let fastest = lines
         .iter()
-        .fold(1.0f64, |m, line| m.max(line.order.value()));
+        .fold(by_teeth.max(1.0), |m, line| m.max(line.order.value()));
     let (turns, closed) = record::turns(study.window, period, fastest)?;
     let added: Vec<(f64, Complex)> = lines
         .iter()
         .zip(&drawn)
         .map(|(line, z)| (line.order.value(), *z))
         .collect();
-    let made = record::synthetic(&added, turns, closed);
-    let teeth = study.teeth.or_else(|| teeth(machine, chain));
+    let made = record::synthetic(&added, turns, fastest, closed);
     let record = Record::new(&made.values, turns, teeth.unwrap_or(1) as usize, closed)?;
     let (total, by_turn) = (record.total(), record.by_turn().sliding);
     let by_tooth = teeth.map(|_| {

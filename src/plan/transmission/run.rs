@@ -12,7 +12,6 @@ use crate::plan::prepared::Prepared;
 use crate::plan::stages::Verdict;
 use crate::plan::transmission::recorded::{self, Recorded};
 use crate::response::frequency::Way;
-use crate::response::system::Setting;
 use crate::scene::study::{IndexStudy, TransmissionStudy};
 use crate::transmission::budget::{self, Budget, Term};
 use crate::transmission::chain::{Chain, Ends};
@@ -31,7 +30,7 @@ pub struct Answer {
     pub rows: Vec<Row>,
     /// Orders that coincide, by numbers of rows.
     pub coincidences: Vec<Coincidence>,
-    /// After so many turns of the output everything repeats; absent where there is no line.
+    /// After so many turns of what orders are counted by everything repeats; absent where there is no line.
     pub period: Option<Fraction>,
     /// A rigid loop does not fit the errors, so that only elastic joints have an answer: the branches of the loop.
     pub misfit: Option<Vec<String>>,
@@ -53,7 +52,7 @@ pub struct Answer {
     pub wind_up: f64,
     /// m.
     pub radius: Option<f64>,
-    /// Speed of the output for the error at speed, rad/s.
+    /// Speed of what orders are counted by, for the error at speed, rad/s.
     pub speed: Option<f64>,
     /// Stages with what they do.
     pub plan: Vec<(&'static str, Verdict)>,
@@ -106,7 +105,6 @@ pub fn run(prepared: &Prepared, study: &TransmissionStudy) -> Result<Answer, Err
         machine,
         kinematics,
         operating,
-        linear,
         ..
     } = prepared;
     let Some(output) = &study.output else {
@@ -136,12 +134,21 @@ pub fn run(prepared: &Prepared, study: &TransmissionStudy) -> Result<Answer, Err
         );
     }
     let chain = Chain::new(machine, operating, ends)?;
-    let setting = Setting {
-        machine,
-        operating,
-        linear,
-        speeds: None,
-    };
+    let slides = !machine.freedoms[ends.output].axis.turns();
+    if let (true, Some(what)) = (
+        slides,
+        [
+            ("a radius", study.radius.is_some()),
+            ("indexing", study.index.is_some()),
+        ]
+        .iter()
+        .find_map(|(what, asked)| asked.then_some(what)),
+    ) {
+        let message = format!("{what} is of an output that turns, and {output} slides");
+        return Err(Error::new(Code::Conflict, message)
+            .hint("leave it out: the error of a slide is told in µm of its travel"));
+    }
+    let setting = prepared.setting(None);
     let mut all = lines::lines(machine, operating, &chain);
     let misfit = lines::misfit(machine, &chain, &all);
     if let Some(loop_of) = &misfit
@@ -157,7 +164,7 @@ pub fn run(prepared: &Prepared, study: &TransmissionStudy) -> Result<Answer, Err
     let refs: Vec<&Line> = all.iter().collect();
     let under_load = transfer.at(0.0, &refs)?;
     let output_at = |speed: f64| -> Result<f64, Error> {
-        Ok(mean_speeds(machine, kinematics, Some(speed))?[ends.output])
+        Ok(mean_speeds(machine, kinematics, Some(speed))?[chain.per])
     };
     let speed = study.speed.map(output_at).transpose()?;
     let map = match study.speeds {
@@ -316,8 +323,7 @@ fn indexed(machine: &Machine, chain: &Chain, index: &IndexStudy) -> Result<Vec<b
     Ok(side)
 }
 
-/// The rotation of a node.
-/// The angle of a node.
+/// The angle of a node, the travel of a slide.
 ///
 /// # Errors
 /// `UnknownNode`.

@@ -29,7 +29,7 @@ impl Relative {
         let all = train.n();
         let keep: Vec<usize> = (0..all).filter(|&j| !is_prescribed(train, j)).collect();
         let n = keep.len();
-        let mass = Matrix::from_fn(n, n, |i, j| mass(train, keep[i], keep[j]));
+        let mass = Matrix::from_fn(n, n, |i, j| train.mass.at(keep[i], keep[j]));
         let units: Vec<f64> = (0..n).map(|j| mass[(j, j)].sqrt().recip()).collect();
         let over = |d: &Direction| -> Vec<f64> {
             let mut row = vec![0.0; all];
@@ -123,14 +123,6 @@ fn is_elastic(law: &Law) -> bool {
     }
 }
 
-fn mass(train: &Train, i: usize, j: usize) -> f64 {
-    match &train.mass {
-        Mass::Diagonal(mass) if i == j => mass[i],
-        Mass::Diagonal(_) => 0.0,
-        Mass::Full { matrix, .. } => matrix[(i, j)],
-    }
-}
-
 /// Columns less their shares of the free motions, `rᵀ M t = 0`.
 fn beside(
     columns: Vec<Vec<f64>>,
@@ -182,7 +174,7 @@ fn over_columns(train: &Train, transform: &Matrix) -> Result<Train, Error> {
         Direction::new(1.0, terms)
     };
     let between = |a: &Matrix| transform.transpose() * a * transform;
-    let whole = Matrix::from_fn(all, all, |i, j| mass(train, i, j));
+    let whole = Matrix::from_fn(all, all, |i, j| train.mass.at(i, j));
     let matrix = between(&whole);
     let diagonal = (0..n).all(|i| (0..n).all(|j| i == j || matrix[(i, j)] == 0.0));
     let mass = match diagonal {

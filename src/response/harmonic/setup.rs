@@ -6,7 +6,7 @@ use super::lines::{Active, Late, LateKind, Lines, Term, ZERO};
 use crate::machine::direction::Direction;
 use crate::motion::curve::Curve;
 use crate::motion::signal::Signal;
-use crate::motion::train::{Branch, Law, Mass, Train};
+use crate::motion::train::{Branch, Law, Train};
 use crate::numeric::{Complex, Matrix};
 
 /// Of critical: what the straight law in the place of an undamped contact is damped by, so that it has no resonance.
@@ -29,16 +29,7 @@ impl Lines {
             Some((k, c)) => (c.clone(), k.clone()),
             None => (Matrix::zeros(n, n), Matrix::zeros(n, n)),
         };
-        let mass = Matrix::from_fn(n, n, |i, j| match &train.mass {
-            Mass::Diagonal(m) => {
-                if i == j {
-                    m[i]
-                } else {
-                    0.0
-                }
-            }
-            Mass::Full { matrix, .. } => matrix[(i, j)],
-        });
+        let mass = train.mass.matrix();
         let mut late = Vec::new();
         let mut terms: Vec<Term> = Vec::new();
         let mut errors = vec![Vec::new(); active.len()];

@@ -41,8 +41,8 @@ const HOLE: f64 = 1e-3;
 pub struct Cells {
     per_turn: usize,
     first: i64,
-    weight: Vec<f64>,
-    sum: Vec<f64>,
+    /// Σ K and Σ K e.
+    sums: Vec<[f64; 2]>,
     table: Vec<[f64; 2 * REACH]>,
     within: (f64, f64),
 }
@@ -69,8 +69,7 @@ impl Cells {
         Cells {
             per_turn,
             first,
-            weight: vec![0.0; count],
-            sum: vec![0.0; count],
+            sums: vec![[0.0; 2]; count],
             table: (0..=FINE).map(row).collect(),
             within: (f64::INFINITY, f64::NEG_INFINITY),
         }
@@ -79,23 +78,21 @@ impl Cells {
     /// Adds values at angles, turns; those outside the room are passed over.
     pub fn put(&mut self, turns: impl Iterator<Item = f64>, values: &[f64]) {
         let (n, first) = (self.per_turn as f64, self.first as f64);
-        let end = self.weight.len();
-        for (x, value) in turns.zip(values) {
+        let end = self.sums.len();
+        for (x, &value) in turns.zip(values) {
             let u = x * n - first;
-            let cell = u.floor();
-            let from = cell as usize + 1;
-            if !(cell >= REACH as f64) || from + REACH > end {
+            // Whole cells: u is no less than REACH where it counts.
+            let cell = u as usize;
+            let from = cell + 1;
+            if cell < REACH || from + REACH > end {
                 continue;
             }
-            let fine = (u - cell) * FINE as f64;
+            let fine = (u - cell as f64) * FINE as f64;
             let at = fine as usize;
             let part = fine - at as f64;
             let (low, high) = (&self.table[at], &self.table[at + 1]);
-            let from = from - REACH;
-            let weights = &mut self.weight[from..from + 2 * REACH];
-            let sums = &mut self.sum[from..from + 2 * REACH];
-            let table = low.iter().zip(high);
-            for ((low, high), (weight, sum)) in table.zip(weights.iter_mut().zip(sums)) {
+            let sums = &mut self.sums[from - REACH..from + REACH];
+            for ((low, high), [weight, sum]) in low.iter().zip(high).zip(sums) {
                 let w = low + part * (high - low);
                 *weight += w;
                 *sum += w * value;
@@ -114,7 +111,7 @@ impl Cells {
         let low = (self.within.0.ceil().max(0.0) as usize).saturating_add(REACH);
         let high = (self.within.1.floor().max(0.0) as usize)
             .saturating_sub(REACH)
-            .min(self.weight.len() - 1);
+            .min(self.sums.len() - 1);
         let empty = || {
             let message = "the record covers no stretch of angle without a hole";
             Error::new(Code::TooShort, message).hint("take a longer stretch of the record")
@@ -122,11 +119,11 @@ impl Cells {
         if low >= high {
             return Err(empty());
         }
-        let inside = &self.weight[low..=high];
-        let least = HOLE * inside.iter().sum::<f64>() / inside.len() as f64;
+        let inside = &self.sums[low..=high];
+        let least = HOLE * inside.iter().map(|s| s[0]).sum::<f64>() / inside.len() as f64;
         let (mut best, mut start) = (low..low, low);
         for m in low..=high + 1 {
-            if m > high || self.weight[m] <= least {
+            if m > high || self.sums[m][0] <= least {
                 if m - start > best.len() {
                     best = start..m;
                 }
@@ -136,7 +133,10 @@ impl Cells {
         if best.len() <= 2 * FILTER {
             return Err(empty());
         }
-        let raw: Vec<f64> = best.clone().map(|m| self.sum[m] / self.weight[m]).collect();
+        let raw: Vec<f64> = best
+            .clone()
+            .map(|m| self.sums[m][1] / self.sums[m][0])
+            .collect();
         let value = |i: usize| {
             let middle = filter[0] * raw[i];
             let sides = (1..=FILTER).map(|j| filter[j] * (raw[i - j] + raw[i + j]));

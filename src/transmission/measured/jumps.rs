@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use super::rows::{Rows, Scales, each};
+use super::rows::{Part, Rows, Scales, each};
 use super::survey::{Run, Survey};
 use crate::base::error::Error;
 use crate::numeric::Matrix;
@@ -56,7 +56,7 @@ const FITS: f64 = 0.15;
 /// Places that are followed up, the strongest.
 const MOST: usize = 40;
 
-/// Differences looked at to know the noise of all.
+/// Differences looked at to know the noise of all; fewer where their windows would lie on each other.
 const SAMPLES: usize = 8192;
 
 /// The places, in their order. Encoders without steps have none.
@@ -80,13 +80,7 @@ pub fn jumps(
     let narrow = ((look.rows_per_tooth / 8.0) as usize).clamp(NARROW.0, NARROW.1);
     let wide = (look.rows_per_tooth.round() as usize).clamp(2 * narrow, WIDE);
     let windows = Windows { narrow, wide };
-    let every = (rows.rows() / SAMPLES).max(1);
-    let mut sizes = Vec::new();
-    windows.slide(rows, scales, look.ratio, runs, |row, _, far| {
-        if row.is_multiple_of(every) {
-            sizes.push(far.abs());
-        }
-    })?;
+    let mut sizes = windows.here_and_there(rows, scales, look.ratio, runs)?;
     if sizes.is_empty() {
         return Ok(Vec::new());
     }
@@ -207,6 +201,41 @@ struct Windows {
 }
 
 impl Windows {
+    /// Sizes of the steps over the wide windows at places spread over the runs.
+    fn here_and_there(
+        &self,
+        rows: &dyn Rows,
+        scales: Scales,
+        ratio: f64,
+        runs: &[Run],
+    ) -> Result<Vec<f64>, Error> {
+        let span = 2 * self.wide;
+        let every = (rows.rows() / SAMPLES).max(span);
+        let mut sizes = Vec::new();
+        for run in runs {
+            for from in (run.rows.start..run.rows.end.saturating_sub(span)).step_by(every) {
+                let part = Part {
+                    rows,
+                    from,
+                    count: span,
+                };
+                let (mut early, mut late, mut origin) = (0.0, 0.0, None);
+                each(&part, scales, |first, input, output| {
+                    for (i, (a, b)) in input.iter().zip(output).enumerate() {
+                        let e = b - ratio * a;
+                        let e = e - *origin.get_or_insert(e);
+                        match first + i < self.wide {
+                            true => early += e,
+                            false => late += e,
+                        }
+                    }
+                })?;
+                sizes.push(((late - early) / self.wide as f64).abs());
+            }
+        }
+        Ok(sizes)
+    }
+
     /// `see(row, step near, step over the wide windows)` wherever both fit into a run.
     fn slide(
         &self,

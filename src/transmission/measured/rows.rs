@@ -4,7 +4,7 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 
 /// Rows handed on at a time.
-pub const BLOCK: usize = 1 << 14;
+pub const BLOCK: usize = 1 << 12;
 
 /// Readings of both encoders, taken at the same instants.
 pub trait Rows {
@@ -31,6 +31,26 @@ impl Rows for InMemory<'_> {
         input.copy_from_slice(&self.0[from..from + input.len()]);
         output.copy_from_slice(&self.1[from..from + output.len()]);
         Ok(())
+    }
+}
+
+/// Some of the rows.
+pub struct Part<'a> {
+    /// All.
+    pub rows: &'a dyn Rows,
+    /// The first of them.
+    pub from: usize,
+    /// So many.
+    pub count: usize,
+}
+
+impl Rows for Part<'_> {
+    fn rows(&self) -> usize {
+        self.count
+    }
+
+    fn read(&self, from: usize, input: &mut [f64], output: &mut [f64]) -> Result<(), Error> {
+        self.rows.read(self.from + from, input, output)
     }
 }
 
@@ -81,7 +101,10 @@ pub fn each(
         rows.read(from, &mut a[..n], &mut b[..n])?;
         input.on(&mut a[..n]);
         output.on(&mut b[..n]);
-        if let Some(at) = (0..n).find(|&i| !(a[i] + b[i]).is_finite()) {
+        let pairs = a[..n].iter().zip(&b[..n]);
+        let sound = pairs.fold(true, |sound, (x, y)| sound & (x + y).is_finite());
+        if !sound {
+            let at = (0..n).find(|&i| !(a[i] + b[i]).is_finite()).unwrap_or(0);
             let which = if a[at].is_finite() { "output" } else { "input" };
             let message = format!("row {} of the {which} is no finite number", from + at + 1);
             return Err(Error::new(Code::NotANumber, message)

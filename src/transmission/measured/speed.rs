@@ -55,7 +55,7 @@ impl Paces {
                 && last + 1 == row
             {
                 let (low, high) = (before.min(pitch), before.max(pitch));
-                let edge = low.floor() + 1.0;
+                let edge = below(low) + 1.0;
                 // The border lies between these two rows; of several in one row the first is taken.
                 if edge <= high {
                     let part = (edge - before) / (pitch - before);
@@ -85,5 +85,14 @@ impl Paces {
     /// The speeds; nothing where no pitch passed.
     pub fn finish(self) -> Option<Speed> {
         (!self.found.speed.is_empty()).then_some(self.found)
+    }
+}
+
+/// The whole number at or below, of pitches that a record can hold.
+fn below(x: f64) -> f64 {
+    let towards_zero = x as i64 as f64;
+    match towards_zero > x {
+        true => towards_zero - 1.0,
+        false => towards_zero,
     }
 }

@@ -71,11 +71,13 @@ pub fn survey(rows: &dyn Rows, scales: Scales) -> Result<Survey, Error> {
     // The farthest the run has come, and where it began.
     let mut run: Option<Turning> = None;
     let mut recent = [0.0; PACE];
+    let mut next = 0;
     each(rows, scales, |first, input, output| {
         for (i, &angle) in input.iter().enumerate() {
             let row = first + i;
-            if row.is_multiple_of(every) {
+            if row == next {
                 found.points.push((row, angle, output[i]));
+                next += every;
             }
             let slot = row % PACE;
             if row >= PACE {

@@ -4,7 +4,7 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::motion::contact::{Flank, Losses, Stand};
 use crate::motion::series::{Held, HeldBranch, Sources};
-use crate::motion::train::{Branch, Law, Mass, Train};
+use crate::motion::train::{Branch, Law, Train};
 use crate::numeric::{Matrix, general};
 
 /// A state in units of its own, powers of two so that nothing is rounded: `1/√m` for a coordinate, times a frequency for a speed.
@@ -25,10 +25,7 @@ impl Scale {
     /// Branches whose law is linear in no stand; numbers that leave the range of double precision.
     pub fn new(train: &Train) -> Result<Scale, Error> {
         let n = train.n();
-        let mass = |i: usize| match &train.mass {
-            Mass::Diagonal(mass) => mass[i],
-            Mass::Full { matrix, .. } => matrix[(i, i)],
-        };
+        let mass = |i: usize| train.mass.at(i, i);
         let values = general::eigenvalues(&stiffest(train)?)?;
         let fastest = match values.iter().map(|z| z.norm()).fold(0.0, f64::max) {
             0.0 => 1.0,

@@ -1,0 +1,59 @@
+//! The command as a test calls it: from the project's folder, without colours.
+#![allow(dead_code, reason = "each test file uses its part")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "a helper of tests may fail as a test does"
+)]
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+/// Runs `geardyn`.
+pub fn geardyn(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_geardyn"))
+        .args(arguments)
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .env("NO_COLOR", "1")
+        .output()
+        .unwrap()
+}
+
+/// What it prints, which must be JSON, however it ends.
+pub fn printed(arguments: &[&str]) -> Value {
+    let output = geardyn(arguments);
+    serde_json::from_slice(&output.stdout).unwrap_or_else(|e| {
+        let said = String::from_utf8_lossy(&output.stderr);
+        panic!("{arguments:?}: {e}\n{said}")
+    })
+}
+
+/// What it prints, which must be JSON, and end with 0.
+pub fn document(arguments: &[&str]) -> Value {
+    let output = geardyn(arguments);
+    let text = String::from_utf8(output.stdout).unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}\n{text}{said}");
+    serde_json::from_str(&text).unwrap()
+}
+
+/// Code and message of the first error, which must end the command with 2 and carry a hint.
+pub fn refusal(arguments: &[&str]) -> (String, String) {
+    let output = geardyn(&[arguments, &["--json"]].concat());
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}\n{text}");
+    let found: Value = serde_json::from_str(&text).unwrap();
+    let first = &found["errors"][0];
+    assert!(first["hint"].is_string(), "{first}");
+    let word = |key: &str| first[key].as_str().unwrap().to_string();
+    (word("code"), word("message"))
+}
+
+/// A file in a folder.
+pub fn put(folder: &Path, name: &str, text: &str) -> PathBuf {
+    let path = folder.join(name);
+    std::fs::write(&path, text).unwrap();
+    path
+}
