@@ -173,14 +173,7 @@ impl Part {
     }
 }
 
-fn split(
-    x: &[f64],
-    from: usize,
-    to: usize,
-    poles: &[Pole],
-    clear: f64,
-    parts: &mut Vec<Part>,
-) {
+fn split(x: &[f64], from: usize, to: usize, poles: &[Pole], clear: f64, parts: &mut Vec<Part>) {
     if to - from <= FEWEST {
         match parts.last_mut() {
             Some(last) if !last.smooth => last.to = to,

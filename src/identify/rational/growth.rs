@@ -93,12 +93,7 @@ pub(super) struct Growth<'a> {
 
 impl<'a> Growth<'a> {
     /// `measured` holds all responses.
-    pub fn new(
-        measured: &'a Problem,
-        numerators: usize,
-        rules: Rules,
-        allowed: f64,
-    ) -> Growth<'a> {
+    pub fn new(measured: &'a Problem, numerators: usize, rules: Rules, allowed: f64) -> Growth<'a> {
         let places = PLACES_PER_LINE * measured.lines() as f64;
         let threshold =
             chi_squared_quantile(1.0 - FALSE_ALARM / places, freedoms(measured, numerators));
@@ -125,10 +120,7 @@ impl<'a> Growth<'a> {
 
     /// Operations of one step of all poles together: a QR factorisation of the basis and its derivatives projected on it.
     fn step_work(&self, poles: usize) -> f64 {
-        let (lines, responses) = (
-            self.measured.lines() as f64,
-            self.measured.y.ncols() as f64,
-        );
+        let (lines, responses) = (self.measured.lines() as f64, self.measured.y.ncols() as f64);
         let columns = (self.numerators * poles + 2) as f64;
         20.0 * lines * columns * columns + 8.0 * lines * columns * responses
     }
@@ -228,7 +220,12 @@ impl<'a> Growth<'a> {
         let mut peaks = if self.lines.is_whole() {
             scan(self.measured, &fitted.fits[0].e, &fitted.model.poles)
         } else {
-            let left = left(self.measured, &fitted.model, self.numerators, &fitted.fits[0]);
+            let left = left(
+                self.measured,
+                &fitted.model,
+                self.numerators,
+                &fitted.fits[0],
+            );
             scan(self.measured, &left, &fitted.model.poles)
         };
         peaks.retain(|p| p.gain > least && !self.refused.iter().any(|q| same(q, &p.pole)));

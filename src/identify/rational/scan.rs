@@ -123,11 +123,7 @@ impl Groups {
     /// Every line by itself.
     fn single(problem: &Problem, left: &Matrix) -> Groups {
         let (n, responses) = (problem.lines(), left.ncols());
-        let size: Vec<f64> = problem
-            .factor
-            .iter()
-            .map(|f| f.norm_sqr().sqrt())
-            .collect();
+        let size: Vec<f64> = problem.factor.iter().map(|f| f.norm_sqr().sqrt()).collect();
         let mut sums = Matrix::zeros(MOST_REACH + n + AFTER, 2 * responses);
         for column in 0..2 * responses {
             let half = if column < responses { 0 } else { n };

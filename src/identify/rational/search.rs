@@ -124,7 +124,11 @@ pub(super) fn search(
             variance = next;
             settled = (SETTLED.0..SETTLED.1).contains(&ratio);
             if settled {
-                held = Held::at(lines, &scattered.added(lines, &variance), &held.fitted.model);
+                held = Held::at(
+                    lines,
+                    &scattered.added(lines, &variance),
+                    &held.fitted.model,
+                );
             }
         }
         start = held.fitted.model.clone();

@@ -2,8 +2,8 @@
 //! `χ² + parameters · ln(data)`. Terms are taken out one after another for as long as it falls.
 
 use super::basis::{Problem, Structure};
-use crate::numeric::Matrix;
 use super::projection::{Fitted, Stop, at, refine};
+use crate::numeric::Matrix;
 
 /// Steps of a trial.
 const STOP: Stop = Stop {
