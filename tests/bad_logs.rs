@@ -340,3 +340,50 @@ fn refuses_fewer_pulses_than_a_turn() {
         "{message}"
     );
 }
+
+/// A sample rate that is there and cannot be read is shown, not passed over; nor is one taken without the unit that follows it.
+#[test]
+fn refuses_unreadable_rates_with_their_line() {
+    for text in ["5 kHz/ch", "-5 Hz", "5 rpm", "1/5000 s"] {
+        let mut log = format!("Device: x\nSample rate: {text}\na,b\n");
+        (0..50).for_each(|k| writeln!(log, "{}.5,{}", k % 7, k % 5).unwrap());
+        let (code, message, line) = refused("log.csv", log.as_bytes(), &["check"]);
+        assert_eq!(
+            (code.as_str(), line),
+            ("rate-unknown", Some(2)),
+            "{message}"
+        );
+        assert!(message.contains("Sample rate"), "{message}");
+    }
+}
+
+/// Stamps that leap further than any recorder runs, and rates that none has.
+#[test]
+fn refuses_leaps_and_rates_beyond_all_recorders() {
+    let mut log = String::from("t [s],a\n");
+    (0..200).for_each(|k| writeln!(log, "{k}.5,{}", k % 7).unwrap());
+    log += "1e300,3\n";
+    assert_eq!(refused("log.csv", log.as_bytes(), &["check"]).0, "bad-time");
+    let mut log = String::from("t [s],a\n");
+    (0..200).for_each(|k| writeln!(log, "{k}e-300,{}", k % 7).unwrap());
+    assert_eq!(
+        refused("log.csv", log.as_bytes(), &["check"]).0,
+        "out-of-range"
+    );
+}
+
+/// A response whose abscissa is no number.
+#[test]
+fn refuses_uff_without_frequencies() {
+    for word in ["NaN", "inf"] {
+        let text = format!(
+            "    -1\n    58\nax / force\nNONE\nNONE\nNONE\nNONE\n    4         0    0         0 ax                 0   0 force              0   0\n         6         3         0 0.000000E+00 0.000000E+00 0.000000E+00\n        18    0    0    0 Frequency            Hz                  \n        12    0    0    0 ax                   m/s2                \n        13    0    0    0 force                N                   \n         0    0    0    0 NONE                 NONE                \n 1.000000E+00  1.000000000000E+00  0.000000000000E+00\n {word}  1.000000000000E+00  0.000000000000E+00\n 3.000000E+00  1.000000000000E+00  0.000000000000E+00\n    -1\n"
+        );
+        let (code, message, line) = refused("log.uff", text.as_bytes(), &["check"]);
+        assert_eq!(
+            (code.as_str(), line),
+            ("broken-file", Some(15)),
+            "{message}"
+        );
+    }
+}

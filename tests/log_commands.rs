@@ -390,3 +390,68 @@ fn law_every_remark_is_explained() {
     }
     assert_eq!(unknown, [""; 0]);
 }
+
+/// A sidecar holds what was understood of its log, and the log reads with it as it did without.
+#[test]
+fn keeps_what_was_understood_in_the_sidecar() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let mut text = String::from("Zeit [ms];Kraft [N];x\n");
+    for k in 0..200 {
+        writeln!(text, "{k},5;{},25;{}", k % 7, k % 5).unwrap();
+    }
+    fs::write(at.join("a.csv"), text).unwrap();
+    let before = document(at, &["check", "a.csv", "--json"]);
+    said(at, &["check", "a.csv", "--write"], 0);
+    let sidecar = fs::read_to_string(at.join("a.toml")).unwrap();
+    for line in [
+        "delimiter = \";\"",
+        "decimal = \",\"",
+        "time = \"Zeit\"",
+        "time_unit = \"ms\"",
+        "rate_from = \"time\"",
+        "header_lines = 1",
+        "unit = \"N\"",
+    ] {
+        assert!(sidecar.contains(line), "{line}\n{sidecar}");
+    }
+    assert!(
+        !sidecar.contains("mV/g") && !sidecar.contains("latin1"),
+        "{sidecar}"
+    );
+    let after = document(at, &["check", "a.csv", "--json"]);
+    for key in ["rate_hz", "samples", "channels"] {
+        assert_eq!(before[key], after[key], "{key}");
+    }
+    said(at, &["check", "a.csv", "--write"], 2);
+}
+
+/// Where stamps run back, the line is named.
+#[test]
+fn refuses_stamps_with_their_line() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(
+        folder.path().join("a.csv"),
+        "t [s],a\n0.0,1\n0.1,2\n0.2,3\n0.1,4\n",
+    )
+    .unwrap();
+    let (_, err) = said(folder.path(), &["check", "a.csv"], 2);
+    assert!(err.contains("a.csv:5"), "{err}");
+    let output = geardyn(folder.path(), &["check", "a.csv", "--json"]);
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(found["errors"][0]["line"], 5);
+}
+
+/// A pipe that nobody reads is no output.
+#[cfg(unix)]
+#[test]
+fn refuses_a_pipe_as_output() {
+    let folder = tempfile::tempdir().unwrap();
+    log(folder.path(), "a.csv", |_| false);
+    let made = Command::new("mkfifo")
+        .arg(folder.path().join("o.csv"))
+        .status();
+    if made.is_ok_and(|s| s.success()) {
+        said(folder.path(), &["convert", "a.csv", "--to", "o.csv"], 2);
+    }
+}

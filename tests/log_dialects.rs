@@ -876,3 +876,74 @@ fn survives_a_large_log_in_bounded_memory() {
         assert_eq!(raw.groups[0].channels[0].samples.len(), 2_000_000);
     }
 }
+
+fn channel_names(text: &str, only: &[&str]) -> Vec<String> {
+    let settings = Settings {
+        only: only.iter().map(ToString::to_string).collect(),
+        ..Settings::default()
+    };
+    let raw = open::from_bytes("log.csv", text.as_bytes(), &settings).unwrap();
+    let channels = raw.groups.iter().flat_map(|g| &g.channels);
+    channels.map(|c| c.name.clone()).collect()
+}
+
+/// The name that `check` gives to the second of two columns finds it.
+#[test]
+fn exact_second_column_of_a_name() {
+    let text = "t [s],a,a,b\n0,1,2,3\n1,4,5,6\n2,7,8,9\n";
+    assert_eq!(channel_names(text, &[]), ["a", "a 2", "b"]);
+    let settings = Settings {
+        only: vec!["a 2".into()],
+        ..Settings::default()
+    };
+    let raw = open::from_bytes("log.csv", text.as_bytes(), &settings).unwrap();
+    let channel = &raw.groups[0].channels[0];
+    assert_eq!(channel.name, "a 2");
+    assert_eq!(samples(&channel.samples), [2.0, 5.0, 8.0]);
+}
+
+/// Line ends inside quoted names; one name with a unit over columns without names; the lines of rows stay those of the file.
+#[test]
+fn exact_names_over_several_lines() {
+    let text = "\"t [s]\";\"a\nforce\";b\n0;1;2\n1;3;4\n2;5;6\n";
+    assert_eq!(channel_names(text, &[]), ["a force", "b"]);
+    let error = refused(&text.replace("3;4", "3;x"));
+    assert_eq!(error.place.map(|p| p.line()), Some(4));
+    let raw = read(b"t [s],,,\n0,1,2,3\n0.1,4,5,6\n0.2,4,5,6\n");
+    assert!(raw.groups[0].clock.stamps.is_some());
+    assert_eq!(raw.groups[0].channels.len(), 3);
+}
+
+/// Dates of no calendar, hours of no day, and dates against what was stated.
+#[test]
+fn refuses_dates_that_cannot_be() {
+    let log = |second: &str| format!("time,a\n2023-02-28 10:00:00,1\n{second},2\n");
+    assert!(
+        open::from_bytes(
+            "log.csv",
+            log("2023-02-28 10:00:01").as_bytes(),
+            &Settings::default()
+        )
+        .is_ok()
+    );
+    for wrong in [
+        "2023-02-30 10:00:01",
+        "2023-02-28T25:00:00",
+        "2023-13-01 10:00:00",
+    ] {
+        assert_eq!(refused(&log(wrong)).code, Code::NotANumber, "{wrong}");
+    }
+    let text = "time,a\n13/04/2023 10:00:00,1\n13/04/2023 10:00:01,2\n13/04/2023 10:00:02,2\n";
+    let mut settings = Settings::default();
+    settings.dialect.day_first = Some(false);
+    assert_eq!(refused_with(text, &settings).code, Code::BadTime);
+    let raw = read(text.replace("13/", "03/").as_bytes());
+    assert!(raw.warnings.iter().any(|w| w.code == "date-order"));
+}
+
+/// A number too large is no footer.
+#[test]
+fn refuses_a_last_row_beyond_all_numbers() {
+    let text = "frequency_Hz,H_re,H_im\n1,1,0\n2,1,0\n3,1,0\n1e400,1,0\n";
+    assert_eq!(refused(text).code, Code::NotANumber);
+}

@@ -557,3 +557,152 @@ fn law_separation_leaves_the_noise() {
         assert!(near(&after) < 3.0 * noise, "{tone}: {}", near(&after));
     }
 }
+
+/// Sidebands 25 Hz apart about a mesh and its multiples in noise: the family that a cepstrum names.
+#[test]
+fn exact_family_of_sidebands() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut rng = fastrand::Rng::with_seed(3);
+    let path = log(folder.path(), "acc [g]", 6400.0, 60_000, |t| {
+        let swing: f64 = (1..10)
+            .map(|k| f64::from(k))
+            .map(|k| 0.25 * (TAU * 25.0 * k * t + 0.3 * k).cos())
+            .sum();
+        let mesh: f64 = (1..4)
+            .map(|h| f64::from(h))
+            .map(|h| (1.0 + swing) * (TAU * 525.0 * h * t + h).cos() / h)
+            .sum();
+        vec![mesh + 0.05 * normal(&mut rng)]
+    });
+    let file = path.to_str().unwrap();
+    let flags = [
+        "spectrum",
+        file,
+        "--channel",
+        "acc",
+        "--kind",
+        "cepstrum",
+        "--json",
+    ];
+    for more in [&[][..], &["--window", "blackman-harris"]] {
+        let found = document(&[&flags, more].concat());
+        let peak = &found["channels"][0]["peaks"][0];
+        let spacing = 1.0 / peak["quefrency_s"].as_f64().unwrap();
+        assert!((spacing / 25.0 - 1.0).abs() < 1e-3, "{peak}");
+        assert_eq!(peak["significant"], true);
+        assert!(
+            peak["names"][0].as_str().unwrap().starts_with("lines 25.0"),
+            "{peak}"
+        );
+    }
+}
+
+/// A squared envelope at six times the passing of the outer ring is called so, though four times that of the inner one is near.
+#[test]
+fn exact_high_multiple_of_a_bearing() {
+    let folder = tempfile::tempdir().unwrap();
+    let outer = 25.0 * 4.5 * (1.0 - 7.94 / 39.04);
+    let path = log(folder.path(), "acc [g]", 8000.0, 40_000, |t| {
+        let burst: f64 = (1..8)
+            .map(|k| f64::from(k))
+            .map(|k| 0.1 * (TAU * k * outer * 0.9999 * t).cos())
+            .sum();
+        vec![(1.0 + burst) * (TAU * 3000.0 * t).cos()]
+    });
+    let file = path.to_str().unwrap();
+    let found = document(&[
+        "spectrum",
+        file,
+        "--channel",
+        "acc",
+        "--kind",
+        "envelope",
+        "--band",
+        "2000:3900",
+        "--speed",
+        "1500",
+        "--bearing",
+        "9,7.94,39.04,0",
+        "--json",
+    ]);
+    let peaks = found["channels"][0]["peaks"].as_array().unwrap();
+    let near = |p: &&Value| (p["frequency_hz"].as_f64().unwrap() - 6.0 * outer).abs() < 1.0;
+    assert_eq!(peaks.iter().find(near).unwrap()["names"][0], "6 × BPFO");
+}
+
+/// Orders end where half the sample rate does at the highest speed.
+#[test]
+fn law_orders_end_with_the_rate() {
+    let found = document(&[
+        "spectrum",
+        "data/run_up.csv",
+        "--channel",
+        "ax",
+        "--kind",
+        "order",
+        "--tacho",
+        "tacho",
+        "--json",
+    ]);
+    let orders = numbers(&found["order"]);
+    let highest = 1000.0 / (400.0 / 60.0);
+    assert!(orders.iter().all(|o| *o < highest), "{:?}", orders.last());
+    let known = found["resolution"].as_f64().unwrap();
+    for (peak, order) in found["channels"][0]["peaks"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .zip([60.0, 30.0])
+    {
+        assert!(
+            (peak["order"].as_f64().unwrap() - order).abs() < known,
+            "{peak}"
+        );
+    }
+}
+
+/// Too few samples, too narrow a band, numbers without squares: each with a word of its own.
+#[test]
+fn refuses_what_no_spectrum_holds() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |samples: usize, size: f64, flags: &[&str]| {
+        let path = log(folder.path(), "a [g]", 1000.0, samples, |t| {
+            vec![size * ((TAU * 50.0 * t).sin() + 1e-3 * (TAU * 77.0 * t).cos())]
+        });
+        let file = path.to_str().unwrap().to_string();
+        refusal(&[&["spectrum", &file, "--channel", "a"], flags].concat()).0
+    };
+    assert_eq!(run(3, 1.0, &["--kind", "spectrogram"]), "too-short");
+    let envelope = ["--kind", "envelope"];
+    assert_eq!(run(500, 1e100, &envelope), "out-of-range");
+    assert_eq!(run(500, 1e-100, &envelope), "out-of-range");
+    assert_eq!(run(500, 1e200, &[]), "out-of-range");
+    let narrow = ["--kind", "envelope", "--band", "100:101"];
+    assert_eq!(run(500, 1.0, &narrow), "too-short");
+}
+
+/// The shipped drive names the two orders of the shipped run-up, each once.
+#[test]
+fn exact_names_of_the_run_up() {
+    let found = document(&[
+        "spectrum",
+        "data/run_up.csv",
+        "--channel",
+        "ax",
+        "--kind",
+        "order",
+        "--tacho",
+        "tacho",
+        "--model",
+        "models/spindle_drive.toml",
+        "--at",
+        "spindle",
+        "--json",
+    ]);
+    let names = |at: usize| found["channels"][0]["peaks"][at]["names"].clone();
+    assert_eq!(
+        names(0),
+        serde_json::json!(["2 × rotation of worm", "mesh index_drive"])
+    );
+    assert_eq!(names(1), serde_json::json!(["rotation of worm"]));
+}

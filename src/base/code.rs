@@ -31,7 +31,7 @@ macro_rules! codes {
 
 codes! {
     // files
-    FileMissing "file-missing" 2 "The file could not be found or opened. Paths are taken from the folder the command is run in."
+    FileMissing "file-missing" 2 "The file could not be found or opened, or may not be read by whoever asks. Paths are taken from the folder the command is run in."
     FileTooLarge "file-too-large" 2 "Model files are a page or two of text; anything above 64 MB is refused before it is read. Look whether the right file was named."
     NotText "not-text" 2 "The file is not UTF-8 text. Save it as UTF-8 in your editor."
     Syntax "syntax" 2 "The file is not valid TOML. What stands after the place shown was not looked at."
@@ -57,8 +57,8 @@ codes! {
     EmptyLog "empty-log" 2 "The log holds no samples: the file is empty, nothing but a header, or holds only spectra or frequency responses, which `geardyn spectrum` and `geardyn identify` take as they are."
     RaggedRow "ragged-row" 2 "A row of numbers has more or fewer cells than the rows before it. The row is never cut, filled or passed over; mend the file, or state the delimiter and the decimal mark where they were misread."
     NotANumber "not-a-number" 2 "A cell of a channel holds text. Blank cells, NaN and overload words are understood as missing samples; anything else is not guessed at."
-    BadTime "bad-time" 2 "The time stamps repeat or run backward, so that the order of the samples is in doubt."
-    RateUnknown "rate-unknown" 2 "Neither time stamps nor the header give the sample rate. State it: --rate 5000, or `rate` in the sidecar."
+    BadTime "bad-time" 2 "The time stamps repeat, run backward or leap beyond all recorders, so that the order of the samples is in doubt; or they are so uneven that lost samples cannot be told from late stamps, or that the samples cannot be brought to even steps within 10 %. Sort or cut the log at the line named, log with even steps, or leave the stamps aside: --time none --rate HZ."
+    RateUnknown "rate-unknown" 2 "Neither time stamps nor the header give the sample rate, or the header states it in a way that cannot be read with certainty: with a unit that is none of a rate, a tail, or numbers that may be one or several. State it: --rate 5000, or `rate` in the sidecar."
     RateDisagrees "rate-disagrees" 2 "The sample rate by the time stamps, by the header and by the sample count over the duration differ by more than 0.1 %. Say which one is right: --rate-from time, --rate-from header, or --rate."
     NoChannel "no-channel" 2 "The log has no channel of that name. `geardyn check LOG` lists the channels."
     NoSignal "no-signal" 2 "The channel holds nothing to analyse: all zero, constant, or no number at all."

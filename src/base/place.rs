@@ -49,9 +49,14 @@ impl Place {
         Place::in_line(path, 1, "", 0..0)
     }
 
+    /// A line, from 1, of a file that is no longer at hand.
+    pub fn of_line(path: &str, line: usize) -> Place {
+        Place::in_line(path, line, "", 0..0)
+    }
+
     /// It says which file and no line of it.
     pub fn is_whole_file(&self) -> bool {
-        self.source.text.is_empty()
+        self.source.text.is_empty() && self.source.first_line == 1
     }
 
     /// The file it is in.

@@ -8,7 +8,8 @@ use super::log_args::LogArgs;
 use super::{epilogue, output, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors, Warning};
-use crate::recording::raw::Repair;
+use crate::recording::raw::{Raw, Repair};
+use crate::recording::settings::{RateSource, Settings};
 use crate::recording::settle;
 use crate::recording::survey::{Survey, survey};
 use crate::report;
@@ -44,6 +45,10 @@ pub fn check(path: &Path, args: &LogArgs, write: bool) -> Result<Understood, Err
         .flat_map(|g| &g.channels)
         .map(|c| (c.name.clone(), c.unit.clone()))
         .collect();
+    let mut understood = settings.clone();
+    if write {
+        understand(&mut understood, &raw);
+    }
     let (responses, spectra) = (raw.responses.take(), std::mem::take(&mut raw.spectra));
     let over_frequency = report::log_tables::over_frequency(responses.as_ref(), &spectra);
     let (mut found, rate_hz) = match raw.groups.is_empty() && !over_frequency.is_empty() {
@@ -79,11 +84,42 @@ pub fn check(path: &Path, args: &LogArgs, write: bool) -> Result<Understood, Err
         map.insert("spectra".to_string(), spectra);
     }
     if write {
-        let text = scene::log::write(&settings, rate_hz, &written);
+        let text = scene::log::write(&understood, rate_hz, &written);
         output::write(&target, text.as_bytes())?;
         found.doubts += &format!("wrote {}\n", target.display());
     }
     Ok(found)
+}
+
+/// What was found of a log, beside what was said of it.
+fn understand(settings: &mut Settings, raw: &Raw) {
+    let (said, found) = (&mut settings.dialect, &raw.layout);
+    said.delimiter = said.delimiter.or(found.delimiter);
+    said.decimal = said.decimal.or(found.decimal);
+    said.encoding = said.encoding.take().or(found.encoding.clone());
+    said.header_lines = said.header_lines.or(found.header_lines);
+    // Of a text; other formats say themselves which numbers are times.
+    let one = raw
+        .groups
+        .first()
+        .filter(|_| raw.groups.len() == 1 && found.decimal.is_some());
+    let Some(clock) = one.map(|group| &group.clock) else {
+        return;
+    };
+    let Some(stamps) = &clock.stamps else {
+        return;
+    };
+    if stamps.unit != "samples" {
+        settings
+            .time_column
+            .get_or_insert_with(|| stamps.name.clone());
+        settings.rate.get_or_insert(RateSource::Time);
+    }
+    if stamps.unit != "date-time" && stamps.unit != "samples" {
+        settings
+            .time_unit
+            .get_or_insert_with(|| stamps.unit.clone());
+    }
 }
 
 /// What was done to the data, and what is in doubt.

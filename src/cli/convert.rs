@@ -3,7 +3,7 @@
 use std::io::Write;
 
 use super::args::ConvertArgs;
-use super::{diagnostic, epilogue, output, progress};
+use super::{diagnostic, epilogue, interrupt, output, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::words::counted;
@@ -41,6 +41,7 @@ pub fn run(args: &ConvertArgs) -> Result<u8, Errors> {
         .hint("leave it out, or end the name in .uff")
         .into());
     }
+    interrupt::ends();
     let (settings, sidecar) = args.log.settings(&args.file)?;
     let inputs: Vec<_> = sidecar.into_iter().chain([args.file.clone()]).collect();
     output::check(std::slice::from_ref(&args.to), &inputs)?;
@@ -52,7 +53,13 @@ pub fn run(args: &ConvertArgs) -> Result<u8, Errors> {
     } else {
         Form::Text
     };
-    output::write_with(&args.to, |mut to| write_as(&content, format, form, &mut to))?;
+    let name = args.to.display();
+    output::write_with(&args.to, |mut to| {
+        write_as(&content, format, form, &mut to).map_err(|e| Error {
+            message: format!("{name}: {}", e.message),
+            ..e
+        })
+    })?;
     if !args.quiet {
         told += &format!("wrote {}: {}\n", args.to.display(), summary(&content));
         output::tell(&told);

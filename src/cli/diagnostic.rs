@@ -77,7 +77,9 @@ pub fn error(error: &Error, coloured: bool) -> String {
         let snippet = Snippet::source(window.text.as_str())
             .line_start(window.line)
             .annotation(mark);
-        group = if window.text.starts_with(CUT) {
+        group = if window.text.is_empty() {
+            group.element(Origin::path(window.path.as_str()).line(window.line))
+        } else if window.text.starts_with(CUT) {
             let origin = Origin::path(window.path.as_str())
                 .line(window.line)
                 .char_column(window.column);

@@ -15,6 +15,9 @@ pub mod args;
 /// Errors and warnings as text and JSON.
 pub mod diagnostic;
 
+/// Ctrl-C.
+pub mod interrupt;
+
 /// Standard output, and files that appear whole.
 pub mod output;
 
@@ -44,9 +47,6 @@ pub mod plan;
 
 /// `modes`.
 pub mod modes;
-
-/// Ctrl-C.
-pub mod interrupt;
 
 /// Flags of motion as a study.
 pub mod motion_flags;

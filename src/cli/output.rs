@@ -4,6 +4,7 @@ use std::fs::OpenOptions;
 use std::io::{self, BufWriter, ErrorKind, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
+use super::interrupt;
 use crate::base::code::Code;
 use crate::base::error::Error;
 
@@ -49,6 +50,10 @@ pub fn check(outputs: &[PathBuf], inputs: &[PathBuf]) -> Result<(), Error> {
             let message = "`-` names no file";
             return Err(Error::new(Code::Usage, message)
                 .hint("name a file; --json prints to standard output"));
+        }
+        if is_unread_pipe(path) {
+            let message = format!("{name} is a pipe, and would wait until somebody reads it");
+            return Err(Error::new(Code::Usage, message).hint("name a file"));
         }
         let folder = folder(path);
         if !folder.is_dir() {
@@ -101,6 +106,21 @@ pub fn ends(path: &Path, known: &[&str]) -> Result<(), Error> {
     Err(Error::new(Code::Usage, message).hint(format!("end it in .{}", known.join(" or ."))))
 }
 
+/// A pipe with a name of its own, not one that a shell has opened for its other end.
+#[cfg(unix)]
+fn is_unread_pipe(path: &Path) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    let is_pipe = path
+        .metadata()
+        .is_ok_and(|found| found.file_type().is_fifo());
+    is_pipe && !path.starts_with("/dev") && !path.starts_with("/proc")
+}
+
+#[cfg(not(unix))]
+fn is_unread_pipe(_: &Path) -> bool {
+    false
+}
+
 /// A regular file, or none yet; devices and pipes are written to.
 fn is_replaced(path: &Path) -> bool {
     path.metadata().map_or(true, |found| found.is_file())
@@ -132,6 +152,7 @@ pub fn write_with(
     }
     let target = path.canonicalize().unwrap_or(path.to_path_buf());
     let unnamed = builder().tempfile_in(folder(&target)).map_err(wrong)?;
+    let _unfinished = interrupt::Unfinished::new(unnamed.path());
     let mut to = BufWriter::new(unnamed);
     fill(&mut to)?;
     let file = to.into_inner().map_err(|e| wrong(e.into_error()))?;

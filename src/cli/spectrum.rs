@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::path::PathBuf;
 
 use super::args::{DetrendWord, MotionWord, SpectrumArgs, SpectrumWord};
-use super::{epilogue, identify, output, progress};
+use super::{epilogue, identify, interrupt, output, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::kind::Kind;
@@ -38,6 +38,7 @@ pub fn run(args: &SpectrumArgs) -> Result<u8, Errors> {
     {
         output::ends(path, &[end])?;
     }
+    interrupt::ends();
     let (mut settings, sidecar) = args.log.settings(&args.file)?;
     let inputs: Vec<PathBuf> = sidecar
         .iter()

@@ -39,7 +39,12 @@ pub fn watched(path: &str, settings: &Settings, progress: &dyn Fn(f64)) -> Resul
 fn file(path: &str, settings: &Settings, progress: &dyn Fn(f64)) -> Result<Raw, Errors> {
     let missing = |message: String, hint: &str| Error::new(Code::FileMissing, message).hint(hint);
     const FOLDER: &str = "paths are taken from the folder the command is run in";
-    let unreadable = |e: io::Error| missing(format!("{path} cannot be read: {e}"), FOLDER);
+    const RIGHT: &str = "the file is there: ask its owner for the right to read it";
+    let unreadable = |e: io::Error| {
+        let is_kept = e.kind() == io::ErrorKind::PermissionDenied;
+        let hint = if is_kept { RIGHT } else { FOLDER };
+        missing(format!("{path} cannot be read: {e}"), hint)
+    };
     let facts = std::fs::metadata(path).map_err(unreadable)?;
     if !facts.is_file() {
         let what = if facts.is_dir() {

@@ -2,7 +2,8 @@
 
 use super::column::Column;
 use super::responses::{FrequencyResponses, Spectrum};
-use crate::base::error::Warning;
+use super::settings::DialectSettings;
+use crate::base::error::{Error, Warning};
 
 /// What a reader understood of one file.
 #[derive(Debug, Default)]
@@ -11,6 +12,8 @@ pub struct Raw {
     pub path: String,
     /// Format and dialect in words: `CSV, semicolon, decimal comma, Latin-1, 3 header lines`.
     pub dialect: String,
+    /// How a text was laid out, to be said again.
+    pub layout: DialectSettings,
     /// What the header says beside channels and rate, as written: date, operator, instrument.
     pub facts: Vec<(String, String)>,
     /// Channels, grouped by the clock they share; nearly always one group.
@@ -56,6 +59,8 @@ pub struct Clock {
     pub stamps: Option<Stamps>,
     /// The sample rate the header states, Hz, and where it says so (`Delta_X`, `Sampling Frequency`).
     pub header_rate: Option<(f64, String)>,
+    /// What is wrong with the sample rate the header states, where it states one that cannot be read.
+    pub unread_rate: Option<Error>,
     /// How many samples the header states.
     pub header_samples: Option<usize>,
     /// Date and time of the first sample as written.

@@ -9,6 +9,9 @@ use crate::numeric::band_limited::BandLimited;
 /// Neighbours each value is made from.
 const POINTS: usize = 32;
 
+/// Values at either end of a stretch that have fewer neighbours on one side.
+pub const ENDS: usize = POINTS / 2;
+
 /// Bands tried from the widest, as parts of the rate; half of it could be had from endless even samples only.
 const BANDS: [f64; 6] = [0.4, 0.36, 0.32, 0.28, 0.24, 0.2];
 
@@ -23,8 +26,10 @@ const BLOCK: usize = 1 << 14;
 pub struct Quality {
     /// Up to here the signal is kept, Hz.
     pub band_hz: f64,
-    /// The largest rms error of a value relative to a signal spread over the band.
+    /// The largest rms error of a value relative to a signal spread over the band, where it has neighbours on both sides.
     pub error: f64,
+    /// The same of the first and last values of a stretch, [`ENDS`] to either end.
+    pub error_at_ends: f64,
 }
 
 /// A uniform grid laid over one stretch of stamps.
@@ -73,11 +78,15 @@ pub fn resample(
     rate_hz: f64,
     band_hz: f64,
     outputs: &mut [Column],
-) -> Result<f64, Error> {
+) -> Result<Quality, Error> {
     let points = POINTS.min(grid.rows.len());
     let mut interpolator = BandLimited::new(band_hz, points);
     let mut window = Window::new(grid.rows.clone(), columns.len());
-    let mut worst = 0.0f64;
+    let mut quality = Quality {
+        band_hz,
+        error: 0.0,
+        error_at_ends: 0.0,
+    };
     let mut ready: Vec<Vec<f64>> = vec![Vec::with_capacity(BLOCK); columns.len()];
     let mut nearest = grid.rows.start;
     for i in 0..grid.count {
@@ -95,9 +104,13 @@ pub fn resample(
             .clamp(grid.rows.start, grid.rows.end - points);
         let local = first - window.start;
         let (weights, error) = interpolator.weights(&window.times[local..local + points], at);
-        // The outermost values of a stretch have neighbours on one side only.
+        // The outermost values of a stretch have fewer neighbours on one side.
         let inside = first > grid.rows.start && first + points < grid.rows.end;
-        worst = if inside { worst.max(error) } else { worst };
+        let worst = match inside {
+            true => &mut quality.error,
+            false => &mut quality.error_at_ends,
+        };
+        *worst = worst.max(error);
         for (values, ready) in window.values.iter().zip(&mut ready) {
             let near = &values[local..local + points];
             ready.push(weights.iter().zip(near).map(|(w, x)| w * x).sum());
@@ -109,7 +122,7 @@ pub fn resample(
             }
         }
     }
-    Ok(worst)
+    Ok(quality)
 }
 
 /// The stamps and samples about the place being interpolated.
@@ -184,7 +197,8 @@ mod tests {
             count: 40_000,
         };
         let mut out = [Column::default()];
-        let error = resample(&seconds, &[&column], &grid, rate, band, &mut out).unwrap();
+        let quality = resample(&seconds, &[&column], &grid, rate, band, &mut out).unwrap();
+        let error = quality.error;
         assert!(error < 2e-4, "{error}");
         let mut y = vec![0.0; out[0].len()];
         out[0].read(0, &mut y).unwrap();
@@ -192,5 +206,9 @@ mod tests {
             .map(|i| (y[i] - wave(i as f64 / rate)).abs())
             .fold(0.0, f64::max);
         assert!(worst < 10.0 * error, "{worst} {error}");
+        let wrong = |i: usize| (y[i] - wave(i as f64 / rate)).abs();
+        let ends = (0..ENDS).chain(40_000 - ENDS..40_000);
+        let worst = ends.map(wrong).fold(0.0, f64::max);
+        assert!(worst < 3.0 * quality.error_at_ends, "{worst} {quality:?}");
     }
 }

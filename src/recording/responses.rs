@@ -51,7 +51,7 @@ impl FrequencyResponses {
     pub fn add_variances(&mut self) {
         /// Digits of a coherence as written.
         const ROUNDING: f64 = 1e-12;
-        let has_one_input = self.table()[0].len() == 1;
+        let has_one_input = self.table().first().is_some_and(|row| row.len() == 1);
         let Some(averages) = self.averages.filter(|n| *n > 1.0 && has_one_input) else {
             return;
         };

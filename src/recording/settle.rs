@@ -12,6 +12,7 @@ use super::signals::{Channel, Recording};
 use super::time_base::{self, Spacing, TimeBase};
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
+use crate::base::place::Place;
 use crate::base::words::{counted, listed, suggestion};
 
 /// Samples handled at a time.
@@ -32,7 +33,14 @@ const RATES: std::ops::RangeInclusive<f64> = 1e-12..=1e12;
 /// No rate or contradicting ones, stamps out of order, channels that do not exist or do not share a clock, units without sense.
 pub fn settle(raw: Raw, settings: &Settings) -> Result<Recording, Error> {
     let path = raw.path.clone();
-    settled(raw, settings).map_err(|e| e.in_file(&path))
+    settled(raw, settings).map_err(|mut e| {
+        // The clock knows the lines of its rows and not whose they are.
+        e.place = e.place.map(|place| match place.source().path.is_empty() {
+            true => Place::of_line(&path, place.line()),
+            false => place,
+        });
+        e.in_file(&path)
+    })
 }
 
 fn settled(mut raw: Raw, settings: &Settings) -> Result<Recording, Error> {
@@ -46,6 +54,9 @@ fn settled(mut raw: Raw, settings: &Settings) -> Result<Recording, Error> {
         _ => None,
     };
     let (rate_hz, rate_source) = rate(&group, base.as_ref(), settings)?;
+    if !RATES.contains(&rate_hz) {
+        return Err(no_rate(rate_hz, &format!(" {rate_source}")));
+    }
     let rows = group.channels.first().map_or(0, |c| c.samples.len());
     let stated = group.clock.header_samples.filter(|&n| n > rows);
     if let Some(stated) = stated
@@ -55,6 +66,13 @@ fn settled(mut raw: Raw, settings: &Settings) -> Result<Recording, Error> {
             code: "values-missing",
             message: format!("the header states {stated} samples, the file holds {rows}"),
             hint: Some("look whether the file was cut off".to_string()),
+        });
+    }
+    if let (Some(_), Some(unread), None) = (&base, &group.clock.unread_rate, settings.rate) {
+        raw.warnings.push(Warning {
+            code: "header-rate-unread",
+            message: format!("{}; the time stamps give the rate", unread.message),
+            hint: None,
         });
     }
     let mut settled = Settled {
@@ -344,18 +362,13 @@ fn rate(
         };
         (base.rate_hz, format!("{how} over {rows} stamps"))
     };
+    if let (Some(RateSource::Header), _, None) | (None, None, None) = (settings.rate, base, header)
+        && let Some(unread) = &group.clock.unread_rate
+    {
+        return Err(unread.clone());
+    }
     match (settings.rate, base, header) {
-        (Some(RateSource::Hertz(rate)), _, _) if RATES.contains(&rate) => {
-            Ok((rate, "as stated".to_string()))
-        }
-        (Some(RateSource::Hertz(rate)), _, _) => Err(Error::new(
-            Code::OutOfRange,
-            format!(
-                "a sample rate of {rate:?} Hz cannot be; {:?} to {:?} Hz",
-                RATES.start(),
-                RATES.end()
-            ),
-        )),
+        (Some(RateSource::Hertz(rate)), _, _) => Ok((rate, "as stated".to_string())),
         (Some(RateSource::Time), Some(base), _) => Ok(by_stamps(base)),
         (Some(RateSource::Time), None, _) => {
             let message = "the log has no time stamps to take the rate from";
@@ -382,6 +395,17 @@ fn rate(
             Err(Error::new(Code::RateUnknown, message).hint(hint))
         }
     }
+}
+
+/// The error of a rate that no recorder has.
+fn no_rate(rate_hz: f64, source: &str) -> Error {
+    let message = format!(
+        "a sample rate of {rate_hz:e} Hz{source} cannot be: it lies outside of {:e} to {:e} Hz",
+        RATES.start(),
+        RATES.end()
+    );
+    Error::new(Code::OutOfRange, message)
+        .hint("look at the unit of the rate, or of the time stamps")
 }
 
 /// The three ways to the rate, shown side by side.
@@ -484,21 +508,16 @@ impl Settled {
         let band = resample::best_band(seconds, &longest, rate)?;
         let columns: Vec<&Column> = self.channels.iter().map(|c| &c.samples).collect();
         let mut outputs: Vec<Column> = columns.iter().map(|_| Column::default()).collect();
-        let (mut worst, mut at) = (0.0f64, 0);
+        let (mut worst, mut worst_at_ends, mut at) = (0.0f64, 0.0f64, 0);
         for (rows, &start_s) in base.stretches.iter().zip(&base.starts) {
             let grid = Grid {
                 rows: rows.clone(),
                 start_s,
                 count: rows.len(),
             };
-            worst = worst.max(resample::resample(
-                seconds,
-                &columns,
-                &grid,
-                rate,
-                band,
-                &mut outputs,
-            )?);
+            let quality = resample::resample(seconds, &columns, &grid, rate, band, &mut outputs)?;
+            worst = worst.max(quality.error);
+            worst_at_ends = worst_at_ends.max(quality.error_at_ends);
         }
         // The outputs hold the stretches end to end.
         for stretch in &mut self.stretches {
@@ -508,7 +527,20 @@ impl Settled {
         for (channel, output) in self.channels.iter_mut().zip(outputs) {
             channel.samples = output;
         }
-        let decibels = 20.0 * worst.max(1e-12).log10();
+        /// An error this large, −20 dB, is no resampling.
+        const USELESS: f64 = 0.1;
+        if worst > USELESS {
+            let message = format!(
+                "the time stamps are too uneven to resample: even below {band:.4} Hz the error would be {:.0} %",
+                100.0 * worst
+            );
+            return Err(Error::new(Code::BadTime, message)
+                .hint("log with even steps, or leave the stamps aside: --time none --rate HZ"));
+        }
+        let decibels = |error: f64| 20.0 * error.max(1e-12).log10();
+        let minus = |error: f64| format!("{:.0}", decibels(error)).replace('-', "−");
+        let (inside, at_ends) = (minus(worst), minus(worst_at_ends));
+        let ends = resample::ENDS;
         let text = crate::base::units::seconds;
         let drift = match (base.drift_hz.1 / base.drift_hz.0 - 1.0).abs() > SAME_RATE {
             true => format!(
@@ -524,7 +556,7 @@ impl Settled {
             false => String::new(),
         };
         let message = format!(
-            "resampled to {rate:.6} Hz, band-limited: error below {decibels:.0} dB up to {band:.4} Hz (stamps up to {} off an even grid, {} rms, steps of {} to {}{rounded}{drift})",
+            "resampled to {rate:.6} Hz, band-limited: error below {inside} dB up to {band:.4} Hz, {at_ends} dB within {ends} samples of an end of a stretch (stamps up to {} off an even grid, {} rms, steps of {} to {}{rounded}{drift})",
             text(most_s),
             text(rms_s),
             text(short),

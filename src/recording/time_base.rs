@@ -2,18 +2,34 @@
 //! between gaps; jitter, gaps, rounding of the stamps. Where they jitter, the mean over the stretches, which keeps their length
 //! when the samples are put on an even grid. Never the median step: rounding and jitter bias it.
 
+use std::collections::VecDeque;
 use std::ops::Range;
 
 use super::column::Column;
 use super::raw::{Clock, Lines, Stamps};
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::base::place::Place;
+use crate::base::words::counted;
 
 /// Samples read at a time.
 const BLOCK: usize = 1 << 16;
 
 /// A step longer than this many usual steps misses samples.
 const GAP: f64 = 1.5;
+
+/// Steps this close to [`GAP`], in usual steps, are as well a lost sample as a late stamp.
+const NEITHER: Range<f64> = 1.4..1.6;
+
+/// Rows to either side of a step by which samples lost in it show: stamps that deviate by 0.3 steps, as those do that are uneven by
+/// half a step, leave their shift uncertain by `0.3 √(8/64)` = 0.1 steps.
+const LEVEL_ROWS: usize = 64;
+
+/// The stamps of all rows after a lost sample lie a whole step later; by this much they do or do not.
+const LEVEL: f64 = 0.5;
+
+/// A step this many usual ones long misses samples however uneven the stamps are.
+const SURE: f64 = 3.0;
 
 /// Stamps that deviate by less than this many steps are uniform: at the highest frequency it is an error of −50 dB.
 const UNIFORM: f64 = 1e-3;
@@ -127,13 +143,18 @@ fn each(
 pub fn examine(clock: &Clock, stamps: &Stamps) -> Result<TimeBase, Error> {
     let n = stamps.seconds.len();
     if n < 2 {
-        let message = format!("{n} rows have no sample rate");
+        let message = format!("{} of no sample rate", counted(n, "row"));
         return Err(Error::new(Code::TooShort, message).hint("state it: --rate"));
     }
     let usual = usual_step(stamps)?;
     // Rounding lengthens a step by less than one unit of the last digit.
     const LESS: f64 = 1.001;
     let limit = (GAP * usual.mean_s).max(usual.mean_s + LESS * stamps.resolution_s);
+    if are_ambiguous(stamps, &usual)? {
+        let found = split(clock, stamps, &usual, SURE * usual.median_s)?;
+        refuse_hidden_losses(clock, stamps, &usual)?;
+        return Ok(found);
+    }
     let found = split(clock, stamps, &usual, limit)?;
     // Where most steps are one unit, a step of two is a sample lost, or a clock a little slower than its digits.
     if (usual.median_s / stamps.resolution_s - 1.0).abs() < LESS - 1.0 {
@@ -143,6 +164,86 @@ pub fn examine(clock: &Clock, stamps: &Stamps) -> Result<TimeBase, Error> {
         }
     }
     Ok(found)
+}
+
+/// Whether steps about the length that makes a gap are common, in stamps fine enough to tell.
+fn are_ambiguous(stamps: &Stamps, usual: &Usual) -> Result<bool, Error> {
+    /// Of stamps no coarser than this part of a step.
+    const FINE: f64 = 0.25;
+    /// One or two may be pauses; so may one step in a thousand.
+    const FEW: (usize, usize) = (3, 1000);
+    if !(usual.median_s > 0.0 && stamps.resolution_s < FINE * usual.median_s) {
+        return Ok(false);
+    }
+    let (mut last, mut neither) = (f64::NAN, 0);
+    each(&stamps.seconds, |_, t| {
+        neither += usize::from(NEITHER.contains(&((t - last) / usual.median_s)));
+        last = t;
+        Ok(())
+    })?;
+    Ok(neither >= FEW.0 && neither * FEW.1 >= stamps.seconds.len())
+}
+
+/// Refuses stamps that lie later, by half a step and more, from a row on than those before let expect, where no sure gap is near:
+/// with `t = a + b row` before the row and `t = a + c + b row` after it, c by least squares.
+fn refuse_hidden_losses(clock: &Clock, stamps: &Stamps, usual: &Usual) -> Result<(), Error> {
+    let mut near = VecDeque::new();
+    // The row of the largest shift in a run of them, the shift, and whether a sure gap is in the run.
+    let mut run: Option<(usize, f64, bool)> = None;
+    let (mut hidden, mut last_shifted) = (None, 0);
+    each(&stamps.seconds, |row, t| {
+        near.push_back(t);
+        if near.len() > 2 * LEVEL_ROWS {
+            near.pop_front();
+        }
+        if near.len() < 2 * LEVEL_ROWS {
+            return Ok(());
+        }
+        let at = row + 1 - LEVEL_ROWS;
+        let shift = level(near.make_contiguous()) / usual.median_s;
+        let step = (near[LEVEL_ROWS] - near[LEVEL_ROWS - 1]) / usual.median_s;
+        if shift.abs() >= LEVEL {
+            let (first, most, sure) = run.unwrap_or((at, 0.0, false));
+            let largest = if shift.abs() > most { at } else { first };
+            run = Some((largest, most.max(shift.abs()), sure || step >= SURE));
+            last_shifted = at;
+        } else if let Some((row, _, sure)) = run.filter(|_| at > last_shifted + LEVEL_ROWS) {
+            hidden = hidden.or((!sure).then_some(row));
+            run = None;
+        }
+        Ok(())
+    })?;
+    let open = run.filter(|r| !r.2).map(|r| r.0);
+    let Some(row) = hidden.or(open) else {
+        return Ok(());
+    };
+    let place = match clock.lines.of(row) {
+        Some(line) => format!("about line {line}"),
+        None => format!("about sample {}", row + 1),
+    };
+    let message = format!(
+        "the time stamps are too uneven to tell lost samples from late stamps: {place} they move by half a step and more"
+    );
+    Err(Error::new(Code::BadTime, message)
+        .hint("log with even steps, or leave the stamps aside: --time none --rate HZ"))
+}
+
+/// By how much the second half of stamps lies later than the first, beyond the steps between them.
+fn level(stamps: &[f64]) -> f64 {
+    let (before, after) = stamps.split_at(stamps.len() / 2);
+    let n = before.len() as f64;
+    let middle = 0.5 * (n - 1.0);
+    let sums = |half: &[f64]| {
+        let mean = half.iter().map(|t| t - stamps[0]).sum::<f64>() / n;
+        let moment = half.iter().enumerate();
+        let moment: f64 = moment
+            .map(|(k, t)| (k as f64 - middle) * (t - stamps[0] - mean))
+            .sum();
+        (mean, moment)
+    };
+    let ((first, one), (second, two)) = (sums(before), sums(after));
+    let step = (one + two) / (n * (n * n - 1.0) / 6.0);
+    second - first - n * step
 }
 
 /// Whether the steps of two units, gaps in `strict` and not in `found`, are samples lost: few, and not as even as those of a clock a
@@ -284,6 +385,12 @@ fn split(clock: &Clock, stamps: &Stamps, usual: &Usual, limit_s: f64) -> Result<
     if (whole / rate_hz - 1.0).abs() < ROUNDING {
         rate_hz = whole;
     }
+    /// Missing samples that no recorder leaves out: beyond, a stamp is wrong.
+    const ENDLESS: f64 = 1e12;
+    if let Some(gap) = gaps.iter().find(|g| !(g.seconds * rate_hz < ENDLESS)) {
+        let what = format!("leaps forward in time by {:.3e} s", gap.seconds);
+        return Err(bad_stamp(&clock.lines, gap.row, &what));
+    }
     for gap in &mut gaps {
         gap.missing = ((gap.seconds * rate_hz).round() as usize)
             .saturating_sub(1)
@@ -374,8 +481,12 @@ fn bad_stamp(lines: &Lines, row: usize, what: &str) -> Error {
         Some(line) => format!("line {line}"),
         None => format!("sample {}", row + 1),
     };
-    Error::new(Code::BadTime, format!("{which} {what}"))
-        .hint("sort or cut the log there, or leave its stamps aside: --time none --rate HZ")
+    let error = Error::new(Code::BadTime, format!("{which} {what}"));
+    let error = match lines.of(row) {
+        Some(line) => error.at(&Place::of_line("", line)),
+        None => error,
+    };
+    error.hint("sort or cut the log there, or leave its stamps aside: --time none --rate HZ")
 }
 
 #[cfg(test)]
@@ -456,6 +567,34 @@ mod tests {
             let error = examine(&clock, &stamps(&t, 1e-6)).unwrap_err();
             assert_eq!(error.code, Code::BadTime);
             assert!(error.message.starts_with("line 8"), "{}", error.message);
+        }
+    }
+
+    /// Stamps uneven by up to half a step with nothing lost have no gap; with a sample lost they are refused, or the gap is sure.
+    #[test]
+    fn law_uneven_stamps_lose_nothing() {
+        for (seed, jitter) in [(1, 0.2), (2, 0.3), (3, 0.4), (4, 0.49), (5, 0.45)] {
+            let mut random = fastrand::Rng::with_seed(seed);
+            let mut t: Vec<f64> = (0..4000)
+                .map(|i| (f64::from(i) + jitter * (2.0 * random.f64() - 1.0)) * 1e-3)
+                .collect();
+            let found = examine(&Clock::default(), &stamps(&t, 1e-8)).unwrap();
+            assert_eq!(found.gaps, [], "{jitter}");
+            assert!(
+                (found.rate_hz / 1000.0 - 1.0).abs() < 3e-4,
+                "{}",
+                found.rate_hz
+            );
+            if jitter < 0.3 {
+                continue;
+            }
+            t[2000..].iter_mut().for_each(|t| *t += 1e-3);
+            let lost = examine(&Clock::default(), &stamps(&t, 1e-8)).unwrap_err();
+            assert_eq!(lost.code, Code::BadTime);
+            t[2000..].iter_mut().for_each(|t| *t += 6e-3);
+            let found = examine(&Clock::default(), &stamps(&t, 1e-8)).unwrap();
+            let rows: Vec<usize> = found.gaps.iter().map(|g| g.row).collect();
+            assert_eq!(rows, [2000]);
         }
     }
 

@@ -3,10 +3,17 @@
 use super::axes::{decades, frame, rule_decades, runs, span};
 use super::style::{
     Anchor, BLACK, BLUE, FAINT, GREY, Ink, ORANGE, Panel, SMALL, Stroke, TITLE, WIDTH, picture,
-    push_apart, ticks, width_of,
+    ticks, width_of,
 };
 
 const LEFT: f64 = 70.0;
+
+/// Left free at either side by labels, and between two of them.
+const MARGIN: f64 = 8.0;
+
+/// See [`MARGIN`].
+const APART: f64 = 8.0;
+
 const HIGH: f64 = 420.0;
 
 /// One spectrum with the names of its lines.
@@ -20,7 +27,7 @@ pub struct Lines {
     pub up: String,
     /// Curves: label, places, values.
     pub curves: Vec<(String, Vec<f64>, Vec<f64>)>,
-    /// Labelled peaks: place, value, text.
+    /// Labelled peaks, the more important first: place, value, text. As many are shown as have room.
     pub labels: Vec<(f64, f64, String)>,
     /// The vertical axis is logarithmic.
     pub logarithmic: bool,
@@ -79,13 +86,9 @@ pub fn lines(shown: &Lines) -> String {
                 canvas.path(&run, ink, 0.9, Stroke::Solid);
             }
         }
-        let wanted: Vec<f64> = shown.labels.iter().map(|l| panel.right_of(l.0)).collect();
-        let widest = shown
-            .labels
-            .iter()
-            .map(|l| width_of(&l.2, 9.0))
-            .fold(7.0, f64::max);
-        let spread = push_apart(&wanted, widest + 6.0, (LEFT, WIDTH - 24.0));
+        let wanted = |l: &(f64, f64, String)| (panel.right_of(l.0), width_of(&l.2, 9.0) + APART);
+        let wanted: Vec<(f64, f64)> = shown.labels.iter().map(wanted).collect();
+        let spread = side_by_side(&wanted, (MARGIN, WIDTH - MARGIN));
         for ((place, value, text), right) in shown.labels.iter().zip(spread) {
             let spot = panel.at(*place, height(*value));
             canvas.line((right, top - 4.0), (spot.0, spot.1 - 3.0), FAINT, 0.7);
@@ -93,4 +96,59 @@ pub fn lines(shown: &Lines) -> String {
             canvas.text(text, (right, top - 11.0), 9.0, BLACK, Anchor::Middle);
         }
     })
+}
+
+/// The middles of labels, from the places wanted and their widths: as many of the first as fit, side by side in their order.
+fn side_by_side(wanted: &[(f64, f64)], (low, high): (f64, f64)) -> Vec<f64> {
+    let mut room = high - low;
+    let mut fits = |(_, width): &&(f64, f64)| {
+        room -= width;
+        room >= 0.0
+    };
+    let kept: Vec<(f64, f64)> = wanted.iter().take_while(|w| fits(w)).copied().collect();
+    let mut order: Vec<usize> = (0..kept.len()).collect();
+    order.sort_by(|&a, &b| kept[a].0.total_cmp(&kept[b].0));
+    let mut middles = vec![0.0; kept.len()];
+    let mut from = low;
+    for &i in &order {
+        let (wanted, width) = kept[i];
+        middles[i] = wanted.max(from + 0.5 * width);
+        from = middles[i] + 0.5 * width;
+    }
+    let mut to = high;
+    for &i in order.iter().rev() {
+        let width = kept[i].1;
+        middles[i] = middles[i].min(to - 0.5 * width);
+        to = middles[i] - 0.5 * width;
+    }
+    middles
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Labels never overlap nor leave the picture; of too many the first stay.
+    #[test]
+    fn law_labels_have_room() {
+        let mut rng = fastrand::Rng::with_seed(9);
+        for _ in 0..200 {
+            let count = rng.usize(0..30);
+            let label = |_| (900.0 * rng.f64(), 10.0 + 200.0 * rng.f64());
+            let wanted: Vec<(f64, f64)> = (0..count).map(label).collect();
+            let middles = side_by_side(&wanted, (8.0, 892.0));
+            let ends = |i: usize| {
+                (
+                    middles[i] - 0.5 * wanted[i].1,
+                    middles[i] + 0.5 * wanted[i].1,
+                )
+            };
+            for i in 0..middles.len() {
+                assert!(ends(i).0 > 8.0 - 1e-9 && ends(i).1 < 892.0 + 1e-9);
+                let apart =
+                    |j: usize| ends(i).1 <= ends(j).0 + 1e-9 || ends(j).1 <= ends(i).0 + 1e-9;
+                assert!((0..i).all(apart));
+            }
+        }
+    }
 }

@@ -45,6 +45,7 @@ pub fn json(found: &Spectrum, done: &[Repair]) -> Value {
         "kind": kind(found.kind),
         "how": found.how,
         "averages": found.averages,
+        "resolution": found.resolution,
         "interval": found.interval.map(|(lower, upper)| json!({ "confidence": 0.95, "lower": lower, "upper": upper })),
         "channels": channels,
         "effort": found.trace.iter().map(|t| json!({ "stage": t.0, "time_s": t.1 })).collect::<Vec<_>>(),
@@ -159,6 +160,9 @@ pub fn curves(found: &Spectrum, title: &str) -> Lines {
         Some(name) => format!("{} {name}", brief(line.position)),
         None => brief(line.position),
     };
+    // What lies at the shortest quefrencies, the level of the spectrum, would hide the rest.
+    let lowest = found.sought.map_or(f64::NEG_INFINITY, |s| s.0);
+    let from = found.places.partition_point(|p| *p < lowest);
     Lines {
         title: title.to_string(),
         across: format!("{across}{}", unit_of(unit)),
@@ -169,7 +173,13 @@ pub fn curves(found: &Spectrum, title: &str) -> Lines {
         curves: found
             .curves
             .iter()
-            .map(|c| (c.channel.clone(), found.places.clone(), c.value.clone()))
+            .map(|c| {
+                (
+                    c.channel.clone(),
+                    found.places[from..].to_vec(),
+                    c.value[from..].to_vec(),
+                )
+            })
             .collect(),
         labels: strongest
             .into_iter()

@@ -3,7 +3,7 @@
 use super::number::{brief, significant};
 use super::spectra::decibels;
 use super::table::{finish, plain, right_but_last};
-use crate::plan::logs::spectrum_study::{Curve, Spectrum, SpectrumKind};
+use crate::plan::logs::spectrum_study::{Across, Curve, Spectrum, SpectrumKind};
 
 /// Lines shown of a channel.
 const ROWS: usize = 20;
@@ -50,6 +50,12 @@ fn nothing(found: &Spectrum, curve: &Curve) -> String {
     }
 }
 
+/// A place and how exactly it is known.
+fn within(place: f64, known: f64) -> String {
+    let digits = (1.0 - known.log10()).ceil().clamp(0.0, 6.0) as usize;
+    format!("{place:.digits$} ± {known:.digits$}")
+}
+
 fn lines(found: &Spectrum, curve: &Curve) -> String {
     let (across, unit) = found.across.words();
     let mut table = plain();
@@ -71,12 +77,11 @@ fn lines(found: &Spectrum, curve: &Curve) -> String {
                 false => format!("{name}, not clear of the noise"),
             };
         }
-        table.add_row(vec![
-            significant(line.position),
-            brief(line.amplitude),
-            ratio,
-            name,
-        ]);
+        let position = match found.across {
+            Across::Order => within(line.position, found.resolution),
+            _ => significant(line.position),
+        };
+        table.add_row(vec![position, brief(line.amplitude), ratio, name]);
     }
     right_but_last(&mut table);
     let mut text = finish(&table);

@@ -149,26 +149,25 @@ pub fn write(settings: &Settings, rate_hz: Option<f64>, channels: &[(String, Str
         )
     };
     let mut text = String::from(
-        "# What was understood of the log beside this file. Correct what is wrong; what is left out is found from the log.\n\n[log]\n",
+        "# What was understood of the log beside this file. Correct what is wrong; what is left out is found from the log. Channels also\n# take `sensitivity`, `rename` and `overload`, the log `gaps`, `after`, `before`, `dates` (docs/reference/logs.md).\n\n[log]\n",
     );
     text += &match settings.rate {
         Some(RateSource::Time) => "rate_from = \"time\"\n".to_string(),
         Some(RateSource::Header) => "rate_from = \"header\"\n".to_string(),
         Some(RateSource::Hertz(rate)) => format!("rate = \"{rate} Hz\"\n"),
-        None => {
-            let found = rate_hz.map_or("5 kHz".to_string(), |rate| format!("{rate} Hz"));
-            format!("# rate = \"{found}\"       # or rate_from = \"time\", \"header\"\n")
-        }
+        None => rate_hz.map_or(String::new(), |rate| format!("rate = \"{rate} Hz\"\n")),
     };
-    for (key, value, example) in [
-        ("time", &settings.time_column, "column 1\"   # or \"none"),
-        ("time_unit", &settings.time_unit, "ms"),
-        ("encoding", &settings.dialect.encoding, "latin1"),
+    if let (Some(RateSource::Time | RateSource::Header), Some(rate)) = (settings.rate, rate_hz) {
+        text += &format!("# {rate} Hz\n");
+    }
+    for (key, value) in [
+        ("time", &settings.time_column),
+        ("time_unit", &settings.time_unit),
+        ("encoding", &settings.dialect.encoding),
     ] {
-        text += &match value {
-            Some(value) => format!("{key} = {}\n", quoted(value)),
-            None => format!("# {key} = \"{example}\"\n"),
-        };
+        if let Some(value) = value {
+            text += &format!("{key} = {}\n", quoted(value));
+        }
     }
     if let Some(delimiter) = settings.dialect.delimiter {
         let word = match delimiter {
@@ -178,10 +177,9 @@ pub fn write(settings: &Settings, rate_hz: Option<f64>, channels: &[(String, Str
         };
         text += &format!("delimiter = \"{word}\"\n");
     }
-    text += &match settings.dialect.decimal {
-        Some(decimal) => format!("decimal = \"{decimal}\"\n"),
-        None => "# decimal = \",\"\n".to_string(),
-    };
+    if let Some(decimal) = settings.dialect.decimal {
+        text += &format!("decimal = \"{decimal}\"\n");
+    }
     if let Some(lines) = settings.dialect.header_lines {
         text += &format!("header_lines = {lines}\n");
     }
@@ -191,10 +189,9 @@ pub fn write(settings: &Settings, rate_hz: Option<f64>, channels: &[(String, Str
             if day_first { "day" } else { "month" }
         );
     }
-    text += match settings.gaps {
-        Gaps::Fill => "gaps = \"fill\"\n",
-        Gaps::Split => "# gaps = \"fill\"\n",
-    };
+    if settings.gaps == Gaps::Fill {
+        text += "gaps = \"fill\"\n";
+    }
     for (key, time) in [("after", settings.from_s), ("before", settings.to_s)] {
         if let Some(time) = time {
             text += &format!("{key} = \"{time} s\"\n");
@@ -205,12 +202,11 @@ pub fn write(settings: &Settings, rate_hz: Option<f64>, channels: &[(String, Str
         text += &format!("\n[[channel]]\nname = {}\n", quoted(name));
         let unit = said.and_then(|s| s.unit.as_ref()).unwrap_or(unit);
         text += &match unit.is_empty() {
-            true => "# unit = \"g\"\n".to_string(),
+            true => "# unit = \"\"         # not stated\n".to_string(),
             false => format!("unit = {}\n", quoted(unit)),
         };
-        match said.and_then(|s| s.sensitivity.as_ref()) {
-            Some(sensitivity) => text += &format!("sensitivity = {}\n", quoted(sensitivity)),
-            None => text += "# sensitivity = \"100 mV/g\"\n",
+        if let Some(sensitivity) = said.and_then(|s| s.sensitivity.as_ref()) {
+            text += &format!("sensitivity = {}\n", quoted(sensitivity));
         }
         if let Some(rename) = said.and_then(|s| s.rename.as_ref()) {
             text += &format!("rename = {}\n", quoted(rename));

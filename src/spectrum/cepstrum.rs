@@ -22,6 +22,9 @@ pub struct Cepstrum {
     pub real: Vec<f64>,
 }
 
+/// Lines next to 0 Hz that a mean taken off and a window leave, in an averaged spectrum.
+const NEAR_ZERO: usize = 3;
+
 /// A peak and its multiples.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rahmonics {
@@ -47,6 +50,50 @@ impl Cepstrum {
             step_s: 1.0 / rate_hz,
             real,
         })
+    }
+
+    /// Of a one-sided power spectral density averaged over blocks of `samples` samples: window and averages keep the lines of a family
+    /// apart and clear of the noise between them, which the logarithm of a single transform lifts to their height.
+    ///
+    /// # Errors
+    /// Fewer than eight samples a block, a density that does not belong to them or is zero.
+    pub fn of_density(density: &[f64], samples: usize, rate_hz: f64) -> Result<Cepstrum, Error> {
+        check_positive(rate_hz, "the sample rate, Hz,")?;
+        if samples < 8 || density.len() != samples / 2 + 1 {
+            let message = format!("{} lines of blocks of {samples} samples", density.len());
+            return Err(Error::new(Code::TooShort, message).hint("take longer blocks"));
+        }
+        let inner = density[NEAR_ZERO];
+        let amplitude = |(k, s): (usize, &f64)| {
+            let density = if k < NEAR_ZERO { inner } else { *s };
+            // The last line of an even number of samples stands alone, the others for two.
+            let once = if 2 * k == samples { 1.0 } else { 0.5 };
+            Complex::new((once * density).sqrt(), 0.0)
+        };
+        let spectrum: Vec<Complex> = density.iter().enumerate().map(amplitude).collect();
+        let mut values = log_amplitude(&spectrum)?;
+        let mut real = vec![0.0; samples];
+        RealFft::new(samples).inverse(&mut values, &mut real);
+        real.truncate(samples / 2 + 1);
+        Ok(Cepstrum {
+            step_s: 1.0 / rate_hz,
+            real,
+        })
+    }
+
+    /// How high noise stands about a quefrency, neper: its standard deviation by the median of the sizes from half of it to twice it.
+    pub fn noise(&self, quefrency_s: f64) -> f64 {
+        /// The median of |x| over the standard deviation, of the normal distribution.
+        const MEDIAN: f64 = 0.674_489_750_196_081_7;
+        let at = |part: f64| (part * quefrency_s / self.step_s).round() as usize;
+        let end = self.real.len();
+        let near = &self.real[at(0.5).min(end)..(at(2.0) + 1).min(end)];
+        let mut sizes: Vec<f64> = near.iter().map(|c| c.abs()).collect();
+        let middle = sizes.len() / 2;
+        match sizes.is_empty() {
+            true => 0.0,
+            false => *sizes.select_nth_unstable_by(middle, f64::total_cmp).1 / MEDIAN,
+        }
     }
 
     /// The power cepstrum `|F⁻¹{ln |X|²}|² = 4c²`.
@@ -154,6 +201,7 @@ fn vertex(c: &[f64], at: usize) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::TAU;
 
     /// An impulse and its echo a at delay τ: ln|1 + a e^{−iωτ}| = Σ (−1)^{k+1} aᵏ/k cos kωτ, so c(kτ) = (−1)^{k+1} aᵏ/(2k).
     #[test]
@@ -193,6 +241,24 @@ mod tests {
         assert_eq!(family.height.len(), 12);
         assert!((family.quefrency_s - 0.05025).abs() < 2e-5, "{family:?}");
         assert!(cepstrum.rahmonics(0.07, 0.03, 2).is_none());
+    }
+
+    /// A density of the shape `exp(2 a cos ωτ)` has the cepstrum a/2 at τ, whatever stands at 0 Hz.
+    #[test]
+    fn exact_cepstrum_of_a_density() {
+        for n in [1024, 1025] {
+            let wave = |k: usize| (TAU * (k * 40) as f64 / n as f64).cos();
+            let mut density: Vec<f64> = (0..=n / 2).map(|k| 2.0 * (0.6 * wave(k)).exp()).collect();
+            if n % 2 == 0 {
+                density[n / 2] *= 0.5;
+            }
+            density[0] = 0.0;
+            let found = Cepstrum::of_density(&density, n, 1000.0).unwrap();
+            assert!((found.real[40] - 0.15).abs() < 1e-3, "{}", found.real[40]);
+            let rest = (10..n / 2).filter(|j| *j != 40);
+            assert!(rest.map(|j| found.real[j].abs()).fold(0.0, f64::max) < 1e-3);
+        }
+        assert!(Cepstrum::of_density(&[1.0; 4], 9, 1.0).is_err());
     }
 
     #[test]

@@ -50,6 +50,10 @@ const LEAST_DIP: f64 = 2.0;
 /// And by more than so improbable a ripple of the estimate.
 const RIPPLE: f64 = 1e-3;
 
+/// Lines nearest to a peak that are left to it; beyond, up to the next higher value, the lowest median over lines so far to twice as
+/// far off shows what lies between: the lowest single one of many lines of few averages is low by chance, and says nothing.
+const OWN: usize = 8;
+
 /// The peaks of a channel, the highest above the floor first.
 pub fn peaks(spectra: &Spectra, channel: usize, options: &PeakOptions) -> Vec<Peak> {
     let psd = &spectra.psd[channel];
@@ -67,13 +71,28 @@ pub fn peaks(spectra: &Spectra, channel: usize, options: &PeakOptions) -> Vec<Pe
         .map(|m| m / multiple(0.5))
         .collect();
     let (left, right) = valleys(psd);
-    let is_peak = |k: &usize| {
-        let s = psd[*k];
+    let half_power = multiple(0.5);
+    let middle = |from: usize, to: usize| {
+        let mut between = psd[from..to].to_vec();
+        let at = between.len() / 2;
+        *between.select_nth_unstable_by(at, f64::total_cmp).1 / half_power
+    };
+    let falls = |s: f64, valley: &Valley, ring: &dyn Fn(usize) -> (usize, usize)| {
+        let widths = std::iter::successors(Some(OWN), |w| Some(2 * w));
+        let mut within = widths.take_while(|w| 2 * w <= valley.lines);
+        let is_lower = |w: usize| {
+            let (from, to) = ring(w);
+            s > ratio * middle(from, to)
+        };
+        s > dip * valley.lowest || within.any(is_lower)
+    };
+    let is_peak = |&k: &usize| {
+        let s = psd[k];
         s > psd[k - 1]
             && s >= psd[k + 1]
-            && s > ratio * floor[*k]
-            && s > dip * left[*k]
-            && s > dip * right[*k]
+            && s > ratio * floor[k]
+            && falls(s, &left[k], &|w| (k - 2 * w, k - w))
+            && falls(s, &right[k], &|w| (k + w, k + 2 * w))
     };
     let spacing = spectra.frequency_hz[1] - spectra.frequency_hz[0];
     let window = spectra.window.map_or(Vec::new(), |w| w.samples(SHAPE));
@@ -142,26 +161,37 @@ fn parabola([before, middle, after]: [f64; 3]) -> (f64, f64) {
     (shift, (b - 0.25 * (a - c) * shift).exp())
 }
 
-/// The lowest value from each line to the next larger one on its left and on its right, or to the end.
-fn valleys(psd: &[f64]) -> (Vec<f64>, Vec<f64>) {
+/// What lies between a line and the next larger one on a side, or the end.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Valley {
+    /// The lowest value.
+    lowest: f64,
+    /// Lines to the larger one, or to the end.
+    lines: usize,
+}
+
+/// The valleys to the left and to the right of each line.
+fn valleys(psd: &[f64]) -> (Vec<Valley>, Vec<Valley>) {
     let left = one_sided(psd.iter());
     let mut right = one_sided(psd.iter().rev());
     right.reverse();
     (left, right)
 }
 
-fn one_sided<'a>(values: impl Iterator<Item = &'a f64>) -> Vec<f64> {
-    // Values not yet topped, each with the lowest since the one before it.
-    let mut open: Vec<(f64, f64)> = Vec::new();
+fn one_sided<'a>(values: impl Iterator<Item = &'a f64>) -> Vec<Valley> {
+    // Values not yet topped, each with the lowest since the one before it, and their lines.
+    let mut open: Vec<(f64, f64, usize)> = Vec::new();
     values
-        .map(|&value| {
+        .enumerate()
+        .map(|(line, &value)| {
             let mut lowest = value;
-            while let Some(&(_, low)) = open.last().filter(|(height, _)| *height <= value) {
+            while let Some(&(_, low, _)) = open.last().filter(|(height, ..)| *height <= value) {
                 lowest = lowest.min(low);
                 open.pop();
             }
-            open.push((value, lowest));
-            lowest
+            let lines = line - open.last().map_or(0, |o| o.2);
+            open.push((value, lowest, line));
+            Valley { lowest, lines }
         })
         .collect()
 }
@@ -238,8 +268,12 @@ mod tests {
     #[test]
     fn exact_valleys() {
         let (left, right) = valleys(&[3.0, 1.0, 2.0, 0.5, 4.0, 2.0]);
-        assert_eq!(left, [3.0, 1.0, 1.0, 0.5, 0.5, 2.0]);
-        assert_eq!(right, [0.5, 1.0, 0.5, 0.5, 2.0, 2.0]);
+        let lowest = |side: &[Valley]| side.iter().map(|v| v.lowest).collect::<Vec<_>>();
+        assert_eq!(lowest(&left), [3.0, 1.0, 1.0, 0.5, 0.5, 2.0]);
+        assert_eq!(lowest(&right), [0.5, 1.0, 0.5, 0.5, 2.0, 2.0]);
+        let lines = |side: &[Valley]| side.iter().map(|v| v.lines).collect::<Vec<_>>();
+        assert_eq!(lines(&left), [0, 1, 2, 1, 4, 1]);
+        assert_eq!(lines(&right), [4, 1, 2, 1, 1, 0]);
     }
 
     fn spectrum(samples: &[f64]) -> Spectra {
@@ -274,6 +308,62 @@ mod tests {
                 assert!((peak.amplitude / a - 1.0).abs() < 1e-3, "{peak:?}");
             }
         }
+    }
+
+    /// A resonance whose ripples are small, 900 lines from a larger one, with 30 dB between: it is one peak, as wide as it is.
+    #[test]
+    fn law_wide_peak_of_one_average() {
+        let resonance = |k: f64, at: f64| 1.0 / (1.0 + ((k - at) / 5.0).powi(2));
+        let mut rng = fastrand::Rng::with_seed(4);
+        let psd: Vec<f64> = (0..8000)
+            .map(|k| {
+                let k = f64::from(k);
+                let smooth = 1e4 * resonance(k, 3000.0) + 1e2 * resonance(k, 3900.0) + 1e-2;
+                smooth * (0.95 + 0.1 * rng.f64())
+            })
+            .collect();
+        let spectra = Spectra {
+            frequency_hz: (0..psd.len()).map(|k| k as f64).collect(),
+            psd: vec![psd],
+            blocks: 1,
+            bandwidth_hz: 1.0,
+            ..Spectra::default()
+        };
+        let found = peaks(&spectra, 0, &PeakOptions::default());
+        let near = |f: f64| {
+            found
+                .iter()
+                .filter(|p| (p.frequency_hz - f).abs() < 2.0)
+                .count()
+        };
+        assert_eq!(
+            (found.len(), near(3000.0), near(3900.0)),
+            (2, 1, 1),
+            "{found:?}"
+        );
+    }
+
+    /// A tone 20 dB above the noise of a single transform, far below another: both are found, and nothing else.
+    #[test]
+    fn law_weak_tone_of_one_average() {
+        let mut found = Vec::new();
+        for seed in 0..20 {
+            let mut rng = fastrand::Rng::with_seed(seed);
+            let mut psd: Vec<f64> = (0..20_000).map(|_| -rng.f64().ln()).collect();
+            psd[3000] = 1e6;
+            psd[9000] = 100.0;
+            let spectra = Spectra {
+                frequency_hz: (0..psd.len()).map(|k| k as f64).collect(),
+                psd: vec![psd],
+                blocks: 1,
+                bandwidth_hz: 1.0,
+                ..Spectra::default()
+            };
+            let lines = peaks(&spectra, 0, &PeakOptions::default());
+            found.push(lines.iter().map(|p| p.line).collect::<Vec<_>>());
+        }
+        let wrong = found.iter().filter(|f| **f != [3000, 9000]).count();
+        assert!(wrong <= 2, "{found:?}");
     }
 
     /// Noise alone shows no peak in 50 spectra, each allowed 0.01.

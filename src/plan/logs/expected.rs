@@ -17,8 +17,17 @@ const SPEED_KNOWN: f64 = 2e-3;
 /// How exactly the kinematic frequencies of a rolling bearing are known, relative: one or two per cent of slip.
 const BEARING_KNOWN: f64 = 0.02;
 
-/// Harmonics of rotations and bearings, of meshes, and sidebands to either side of a mesh.
-const HARMONICS: (usize, usize, usize) = (5, 4, 3);
+/// Harmonics of rotations.
+const ROTATIONS: usize = 20;
+
+/// Harmonics of bearings: bursts that ring in one band have so many.
+const BURSTS: usize = 12;
+
+/// Harmonics of meshes.
+const MESHES: usize = 6;
+
+/// Sidebands to either side of each.
+const SIDEBANDS: usize = 8;
 
 /// Lines of every shaft and mesh of a machine, Hz, whose node `at` turns at `speed`, rad/s; in turns of that node where `in_orders`.
 ///
@@ -46,7 +55,7 @@ pub fn of_machine(
     };
     let held = |e: Error| {
         match e.code {
-        Code::NoSpeed => e.hint("a support with k_theta, or a shaft to ground, holds it: leave --model out, --speed or --tacho alone name the rotation"),
+        Code::NoSpeed => e.hint("a support with k_theta, or a shaft to ground, holds it: name a model of the drive, such as models/spindle_drive.toml, or leave --model out: --speed or --tacho alone name the rotation"),
         _ => e,
     }
     };
@@ -76,26 +85,50 @@ pub fn of_machine(
             match source.cause {
                 Cause::Rotation => {
                     let name = format!("rotation of {}", source.member);
-                    put(&mut rotations, source, family(name, HARMONICS.0));
+                    put(&mut rotations, source, family(name, ROTATIONS));
                 }
                 Cause::Mesh => {
                     let name = format!("mesh {}", source.element);
-                    put(&mut meshes, source, family(name, HARMONICS.1));
+                    put(&mut meshes, source, family(name, MESHES));
                 }
             }
         }
     }
     let mut all: Vec<Expected> = rotations.iter().flat_map(|(_, f)| f.lines()).collect();
+    all.extend(meshes.iter().flat_map(|(_, mesh)| mesh.lines()));
+    let plain = all.len();
     for (element, mesh) in &meshes {
-        all.extend(mesh.lines());
         for (_, rotation) in rotations.iter().filter(|(of, _)| of == element) {
             all.extend(mesh.sidebands(&Family {
-                harmonics: HARMONICS.2,
+                harmonics: SIDEBANDS,
                 ..rotation.clone()
             }));
         }
     }
-    Ok(all)
+    Ok(without_other_words(all, plain))
+}
+
+/// Without sidebands that stand where a line before them in the list does: multiples of a rotation make up a mesh, so that a sideband
+/// of one harmonic is one of the next, and the shorter name is enough. The first `plain` are no sidebands, and all stay.
+fn without_other_words(all: Vec<Expected>, plain: usize) -> Vec<Expected> {
+    /// Of sums and multiples of one speed.
+    const ROUNDING: f64 = 1e-9;
+    let mut order: Vec<usize> = (0..all.len()).collect();
+    order.sort_by(|&a, &b| all[a].position.total_cmp(&all[b].position));
+    let mut stays = vec![true; all.len()];
+    let alike = |a: &usize, b: &usize| {
+        (all[*b].position - all[*a].position).abs() <= ROUNDING * all[*b].position
+    };
+    for group in order.chunk_by(alike) {
+        let first = group.iter().min().copied().unwrap_or(0);
+        for &i in group.iter().filter(|&&i| i >= plain && i != first) {
+            stays[i] = false;
+        }
+    }
+    let mut stays = stays.into_iter();
+    all.into_iter()
+        .filter(|_| stays.next() == Some(true))
+        .collect()
 }
 
 /// Each name once, with the element it belongs to.
@@ -113,7 +146,7 @@ pub fn of_shaft(turns_per_s: f64) -> Vec<Expected> {
         name: "rotation".into(),
         fundamental: turns_per_s,
         relative_tolerance: SPEED_KNOWN,
-        harmonics: HARMONICS.0,
+        harmonics: ROTATIONS,
     }
     .lines()
 }
@@ -128,7 +161,7 @@ pub fn of_bearing(bearing: &RollingBearing, turns_per_s: f64) -> Result<Vec<Expe
         name: name.into(),
         fundamental: order * turns_per_s,
         relative_tolerance: BEARING_KNOWN,
-        harmonics: HARMONICS.0,
+        harmonics: BURSTS,
     };
     Ok([
         family("BPFO", orders.outer_ring),

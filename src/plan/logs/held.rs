@@ -54,6 +54,11 @@ pub fn spectrum(held: &[responses::Spectrum], study: &SpectrumStudy) -> Result<S
         across: Across::Frequency,
         places: kept.iter().map(|&k| frequency_hz[k]).collect(),
         curves,
+        sought: None,
+        resolution: match kept[..] {
+            [first, second, ..] => frequency_hz[second] - frequency_hz[first],
+            _ => 0.0,
+        },
         averages: None,
         interval: None,
         warnings: Vec::new(),

@@ -9,8 +9,10 @@ use super::spectrum_study::{
 use super::{blocks, steady, turning};
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
+use crate::numeric::statistics::normal_quantile;
 use crate::recording::quantity::{self, Sensed};
 use crate::recording::signals::{Channel, Recording};
+use crate::spectrum::cepstrum::Cepstrum;
 use crate::spectrum::integrate::Motion;
 use crate::spectrum::label::{self, label};
 use crate::spectrum::peaks::{PeakOptions, peaks};
@@ -32,7 +34,7 @@ pub fn spectrum(recording: &Recording, study: &SpectrumStudy) -> Result<Spectrum
         .map(|name| channel(recording, name))
         .collect::<Result<Vec<&Channel>, Error>>()?;
     check_band(recording, study)?;
-    check_signal(recording, &channels)?;
+    check_signal(recording, &channels, study.kind)?;
     let start = Instant::now();
     let mut answer = match study.kind {
         SpectrumKind::Cepstrum => cepstrum(recording, &channels, study)?,
@@ -62,17 +64,30 @@ fn check_band(recording: &Recording, study: &SpectrumStudy) -> Result<(), Error>
     let half = 0.5 * recording.rate_hz;
     match study.band {
         Some((low, high)) if study.kind != SpectrumKind::Order && low >= half => {
-            let message =
-                format!("the band {low} … {high} Hz lies above half the sample rate, {half} Hz");
+            let message = format!(
+                "the band {} … {} Hz lies above half the sample rate, {} Hz",
+                short(low),
+                short(high),
+                short(half)
+            );
             Err(Error::new(Code::OutOfRange, message)
-                .hint(format!("choose a band below {half} Hz")))
+                .hint(format!("choose a band below {} Hz", short(half))))
         }
         _ => Ok(()),
     }
 }
 
 /// Refuses channels that never change.
-fn check_signal(recording: &Recording, channels: &[&Channel]) -> Result<(), Error> {
+fn check_signal(
+    recording: &Recording,
+    channels: &[&Channel],
+    kind: SpectrumKind,
+) -> Result<(), Error> {
+    // Squares of samples and of their sums are numbers in this range; of the squares of an envelope they are once more squared.
+    let sizes = match kind {
+        SpectrumKind::Envelope => 1e-70..1e70,
+        _ => 1e-140..1e140,
+    };
     let mut ranges = vec![(f64::INFINITY, f64::NEG_INFINITY); channels.len()];
     blocks::each(recording, channels, |block, _| {
         for ((low, high), samples) in ranges.iter_mut().zip(block) {
@@ -92,8 +107,28 @@ fn check_signal(recording: &Recording, channels: &[&Channel]) -> Result<(), Erro
             Err(Error::new(Code::NoSignal, message)
                 .hint("look whether the sensor was connected, and whether this is its channel"))
         }
-        None => Ok(()),
+        None => {
+            let size = |(low, high): &(f64, f64)| high.abs().max(low.abs());
+            let wild = ranges
+                .iter()
+                .zip(channels)
+                .find(|(r, _)| !sizes.contains(&size(r)));
+            match wild {
+                Some((range, channel)) => Err(out_of_range(channel, size(range))),
+                None => Ok(()),
+            }
+        }
     }
+}
+
+/// The error of a channel whose squares are no numbers.
+fn out_of_range(channel: &Channel, size: f64) -> Error {
+    let message = format!(
+        "the squares of {} leave the range of numbers: it reaches {size:e}",
+        channel.name
+    );
+    Error::new(Code::OutOfRange, message)
+        .hint("look at its unit and sensitivity, and at its range: geardyn check")
 }
 
 /// How a measured density becomes the one wanted: `scale² ω^(2 power)`.
@@ -181,11 +216,15 @@ fn shown(found: Found, channels: &[&Channel], study: &SpectrumStudy) -> Result<S
     let spacing = spacing(&spectra);
     if inside.is_empty() {
         let message = match band {
-            Some((low, high)) => format!("no line lies in the band {low} … {high}"),
+            Some((low, high)) => {
+                format!("no line lies in the band {} … {}", short(low), short(high))
+            }
             None => "the spectrum has no line".to_string(),
         };
-        return Err(Error::new(Code::OutOfRange, message)
-            .hint(format!("lines are {spacing} apart; choose a wider band")));
+        return Err(Error::new(Code::OutOfRange, message).hint(format!(
+            "lines are {} apart; choose a wider band",
+            short(spacing)
+        )));
     }
     let low_hz = band.map_or(0.0, |b| b.0).max(NEAR_ZERO as f64 * spacing);
     let mut curves = Vec::new();
@@ -221,7 +260,12 @@ fn shown(found: Found, channels: &[&Channel], study: &SpectrumStudy) -> Result<S
         }
         lines.retain(|line| line.amplitude > 0.0);
         lines.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
-        name(&mut lines, study, spacing);
+        // While a shaft speeds up, what answers it lags more and more: an order is known to a whole line.
+        let known = match across {
+            Across::Order => 2.0 * spacing,
+            _ => spacing,
+        };
+        name(&mut lines, study, known);
         let mut of_channel = if rows.is_empty() {
             Vec::new()
         } else {
@@ -259,6 +303,8 @@ fn shown(found: Found, channels: &[&Channel], study: &SpectrumStudy) -> Result<S
         across,
         places: inside.iter().map(|&k| spectra.frequency_hz[k]).collect(),
         curves,
+        sought: None,
+        resolution: spacing,
         averages: spectra.averages,
         interval: spectra.interval(inner, 0.95),
         warnings,
@@ -271,15 +317,25 @@ fn check_range(channel: &Channel, density: &[f64]) -> Result<(), Error> {
         return Ok(());
     }
     let message = format!(
-        "the squares of {} leave the range of numbers: it is too large or too small",
+        "no line of {} is a number above zero: beside its largest value it hardly changes",
         channel.name
     );
-    Err(Error::new(Code::Overflow, message)
+    Err(Error::new(Code::OutOfRange, message)
         .hint("look at its unit and sensitivity, and at its range: geardyn check"))
+}
+
+/// A frequency in as many digits as a relative step of `step` leaves meaning.
+fn significant(hertz: f64, step: f64) -> String {
+    let digits = (-(step * hertz).log10()).clamp(2.0, 6.0) as usize;
+    let whole = hertz.abs().log10().floor().max(0.0) as usize;
+    format!("{hertz:.*}", digits.saturating_sub(whole))
 }
 
 /// A frequency without zeros behind.
 fn short(hertz: f64) -> String {
+    if !(1e-5..1e12).contains(&hertz.abs()) && hertz != 0.0 {
+        return format!("{hertz:e}");
+    }
     let text = format!("{hertz:.6}");
     text.trim_end_matches('0').trim_end_matches('.').to_string()
 }
@@ -392,29 +448,44 @@ fn cepstrum(
     study: &SpectrumStudy,
 ) -> Result<Spectrum, Error> {
     const RAHMONICS: usize = 8;
-    // A family of lines closer than eight to the record's spectrum is not told from its slope, nor one of the first samples.
-    const ENDS: (f64, f64) = (8.0, 0.125);
-    let mut warnings = Vec::new();
-    let all = steady::cepstra(recording, channels, study, &mut warnings)?;
+    // A family of lines closer than four lines of the spectrum is not resolved, and one of the first samples is not told from its slope.
+    const ENDS: (f64, f64) = (8.0, 0.5);
+    /// Families that noise alone may show in a hundred cepstra.
+    const FALSE_ALARMS: f64 = 0.01;
+    let found = steady::averaged(recording, channels, study)?;
+    let mut warnings = found.warnings;
+    let lines = found.spectra.frequency_hz.len();
+    let block = (recording.rate_hz / found.spectra.frequency_hz[1.min(lines - 1)]).round() as usize;
+    let cepstrum = |(density, channel): (&Vec<f64>, &&Channel)| {
+        check_range(channel, density)?;
+        Cepstrum::of_density(density, block, recording.rate_hz)
+    };
+    let both = found.spectra.psd.iter().zip(channels);
+    let all = both.map(cepstrum).collect::<Result<Vec<_>, Error>>()?;
     let places = all.first().map_or(Vec::new(), |c| c.quefrency_s());
     let longest = places.last().copied().unwrap_or(0.0);
     let (low_s, high_s) = match study.band {
         Some((low, high)) => (1.0 / high, (1.0 / low).min(longest)),
-        None => (ENDS.0 / recording.rate_hz, 2.0 * ENDS.1 * longest),
+        None => (ENDS.0 / recording.rate_hz, ENDS.1 * longest),
     };
-    let curves = all
+    let sought = ((high_s - low_s) * recording.rate_hz).max(1.0);
+    let least = normal_quantile(1.0 - FALSE_ALARMS / sought);
+    let curves: Vec<Curve> = all
         .into_iter()
         .zip(channels)
         .map(|(cepstrum, channel)| {
             let family = cepstrum.rahmonics(low_s, high_s, RAHMONICS);
+            let noise = family
+                .as_ref()
+                .map_or(0.0, |f| cepstrum.noise(f.quefrency_s));
             let line = |(k, height): (usize, &f64), first: f64| Line {
                 position: (k + 1) as f64 * first,
                 value: *height,
                 amplitude: *height,
-                signal_to_noise: None,
-                significant: true,
+                signal_to_noise: (noise > 0.0).then_some((height / noise).powi(2)),
+                significant: *height > least * noise,
                 names: vec![match k {
-                    0 => format!("lines {:.6} Hz apart", 1.0 / first),
+                    0 => format!("lines {} Hz apart", significant(1.0 / first, first)),
                     _ => format!("{}th rahmonic", k + 1)
                         .replace("2th", "2nd")
                         .replace("3th", "3rd"),
@@ -433,18 +504,29 @@ fn cepstrum(
             }
         })
         .collect();
+    if curves
+        .iter()
+        .all(|c| c.lines.iter().all(|l| !l.significant))
+    {
+        warnings.push(Warning {
+            code: "no-line",
+            message: "no family of lines stands clear of the noise: the strongest is shown".into(),
+            hint: Some("average more blocks by a coarser --resolution, or choose a --band".into()),
+        });
+    }
     Ok(Spectrum {
         trace: Vec::new(),
         how: format!(
-            "real cepstrum of {:.4} s; families sought between {low_s:.6} and {high_s:.6} s{}",
-            steady::longest(recording).len() as f64 / recording.rate_hz,
-            steady::part(study)
+            "real cepstrum of {}; families sought between {low_s:.6} and {high_s:.6} s",
+            found.how,
         ),
         kind: study.kind,
         across: Across::Quefrency,
         places,
         curves,
-        averages: None,
+        sought: Some((low_s, high_s)),
+        resolution: 1.0 / recording.rate_hz,
+        averages: found.spectra.averages,
         interval: None,
         warnings,
     })
@@ -465,6 +547,7 @@ fn average(
         lines: Vec::new(),
         rows: Vec::new(),
     };
+    let per_turn = found.angle_deg.len();
     Ok(Spectrum {
         trace: Vec::new(),
         how: found.how,
@@ -472,6 +555,8 @@ fn average(
         across: Across::Angle,
         places: found.angle_deg,
         curves: found.turn.into_iter().zip(channels).map(curve).collect(),
+        sought: None,
+        resolution: 360.0 / per_turn as f64,
         averages: Some(found.turns as f64),
         interval: None,
         warnings: found.warnings,

@@ -143,6 +143,10 @@ pub struct Spectrum {
     pub places: Vec<f64>,
     /// One for each channel.
     pub curves: Vec<Curve>,
+    /// Between these quefrencies families of lines were looked for, s.
+    pub sought: Option<(f64, f64)>,
+    /// Between one place and the next.
+    pub resolution: f64,
     /// Independent averages.
     pub averages: Option<f64>,
     /// Between which multiples of a density the true one lies with 95 %.

@@ -9,7 +9,6 @@ use crate::base::error::{Error, Warning};
 use crate::base::words::counted;
 use crate::recording::signals::{Channel, Recording};
 use crate::spectrum::band::Band;
-use crate::spectrum::cepstrum::Cepstrum;
 use crate::spectrum::envelope::squared_envelope_spectrum;
 use crate::spectrum::multitaper::multitaper;
 use crate::spectrum::rotation::separation::{SeparationSettings, separate};
@@ -22,7 +21,7 @@ use crate::spectrum::window::Window;
 const ONE_BLOCK: usize = 8192;
 
 /// The shortest block of a longer record taken unasked.
-const SHORTEST: usize = 4096;
+const SHORTEST: usize = 2048;
 
 /// The longest block taken unasked.
 const LONGEST: usize = 1 << 16;
@@ -38,6 +37,12 @@ const ROWS: usize = 500;
 
 /// Blocks that a spectrogram cuts the record into where nobody says how.
 const MOMENTS: usize = 64;
+
+/// The longest block of a spectrogram taken unasked.
+const LONGEST_MOMENT: usize = 4096;
+
+/// Samples of the shortest block: fewer lines than five show nothing.
+const LEAST: usize = 8;
 
 /// The longest stretch without a gap.
 pub fn longest(recording: &Recording) -> Range<usize> {
@@ -63,10 +68,12 @@ pub fn averaged(
     };
     let mut welch = Welch::new(recording.rate_hz, channels.len(), &[], &options)?;
     let mut warnings = Vec::new();
+    let mut part = String::new();
     if study.separate {
         let parts = longest_parts(recording, channels, study, &mut warnings)?;
-        let views: Vec<&[f64]> = parts.iter().map(Vec::as_slice).collect();
+        let views: Vec<&[f64]> = parts.samples.iter().map(Vec::as_slice).collect();
         welch.push(&views);
+        part = parts.part;
     } else {
         blocks::each(recording, channels, |block, ends| {
             welch.push(block);
@@ -82,18 +89,12 @@ pub fn averaged(
         (Some(n), _) => format!("{n:.1} independent averages"),
     };
     let how = format!(
-        "{} {} of {:.4} s ({} window, {:.0} % overlap): {averages}, {:.6} Hz lines{}",
-        spectra.blocks,
-        if spectra.blocks == 1 {
-            "block"
-        } else {
-            "blocks"
-        },
+        "{} of {:.4} s ({} window, {:.0} % overlap): {averages}, {:.6} Hz lines{part}",
+        counted(spectra.blocks, "block"),
         options.block as f64 / recording.rate_hz,
         options.window.name(),
         100.0 * options.overlap,
         recording.rate_hz / options.block as f64,
-        part(study),
     );
     Ok(found(how, spectra, warnings))
 }
@@ -108,12 +109,13 @@ fn found(how: String, spectra: Spectra, warnings: Vec<Warning>) -> Found {
     }
 }
 
-/// What of the signal was analysed, in words.
-pub fn part(study: &SpectrumStudy) -> &'static str {
-    match study.separate {
-        true => "; of the random part",
-        false => "",
-    }
+/// How much of a channel what does not repeat is, in words.
+pub fn of_random_part(channel: &Channel, share: f64) -> String {
+    format!(
+        "; of the random part, {:.3} % of the power of {}: the rest repeats and is taken off",
+        100.0 * share,
+        channel.name
+    )
 }
 
 /// Samples in a block: as asked, else from the length of the longest stretch.
@@ -131,21 +133,28 @@ fn block(recording: &Recording, resolution_hz: Option<f64>) -> Result<usize, Err
 
 /// Samples in a block of a stated resolution.
 fn asked(recording: &Recording, resolution_hz: f64) -> Result<usize, Error> {
-    const LEAST: f64 = 8.0;
     let longest = longest(recording).len();
     let block = (recording.rate_hz / resolution_hz).round();
-    if block >= LEAST && block <= longest as f64 {
+    if block >= LEAST as f64 && block <= longest as f64 {
         return Ok(block as usize);
     }
     let message = format!(
-        "lines of {resolution_hz} Hz need blocks of {block:.0} samples; the longest stretch has {longest}, and a block at least {LEAST}"
+        "lines of {resolution_hz:e} Hz need blocks of {block:e} samples; the longest stretch has {longest}, and a block at least {LEAST}"
     );
     let hint = format!(
         "ask for {:.6} to {:.6} Hz",
         recording.rate_hz / longest.max(1) as f64,
-        recording.rate_hz / LEAST
+        recording.rate_hz / LEAST as f64
     );
     Err(Error::new(Code::OutOfRange, message).hint(hint))
+}
+
+/// Samples of the longest stretch.
+pub struct Parts {
+    /// Of each channel.
+    pub samples: Vec<Vec<f64>>,
+    /// What was taken off them, in words; empty where nothing was.
+    pub part: String,
 }
 
 /// Every channel's longest stretch, or its random part.
@@ -157,7 +166,7 @@ pub fn longest_parts(
     channels: &[&Channel],
     study: &SpectrumStudy,
     warnings: &mut Vec<Warning>,
-) -> Result<Vec<Vec<f64>>, Error> {
+) -> Result<Parts, Error> {
     let range = longest(recording);
     if recording.stretches.len() > 1 {
         warnings.push(Warning {
@@ -172,27 +181,39 @@ pub fn longest_parts(
         });
     }
     let all = blocks::whole(recording, channels, "this analysis")?;
-    all.into_iter()
-        .map(|mut samples| {
+    let mut part = String::new();
+    let samples = all
+        .into_iter()
+        .zip(channels)
+        .map(|(mut samples, channel)| {
             samples.truncate(range.end);
             samples.drain(..range.start);
-            match study.separate {
-                true => random_part(&samples),
-                false => Ok(samples),
+            if study.separate {
+                let (random, share) = random_part(&samples)?;
+                part += &of_random_part(channel, share);
+                samples = random;
             }
+            Ok(samples)
         })
-        .collect()
+        .collect::<Result<Vec<Vec<f64>>, Error>>()?;
+    Ok(Parts { samples, part })
 }
 
-/// What does not repeat: predicted over half a block from blocks of a sixteenth of the record.
+/// What does not repeat, predicted over half a block from blocks of a sixteenth of the record; and its share of the power about the mean.
 ///
 /// # Errors
 /// Too few samples.
-pub fn random_part(samples: &[f64]) -> Result<Vec<f64>, Error> {
+pub fn random_part(samples: &[f64]) -> Result<(Vec<f64>, f64), Error> {
     let power = (samples.len() / LEAST_BLOCKS).max(4).ilog2();
     let block = (1usize << power).min(LONGEST);
     let gap = block / 2;
-    Ok(separate(samples, SeparationSettings { block, gap })?.random)
+    let random = separate(samples, SeparationSettings { block, gap })?.random;
+    let power = |x: &[f64]| {
+        let mean = x.iter().sum::<f64>() / x.len() as f64;
+        x.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / x.len() as f64
+    };
+    let share = power(&random) / power(samples);
+    Ok((random, share))
 }
 
 /// Spectra of the whole of the longest stretch by tapers.
@@ -206,7 +227,7 @@ pub fn tapered(
 ) -> Result<Found, Error> {
     let mut warnings = Vec::new();
     let parts = longest_parts(recording, channels, study, &mut warnings)?;
-    let views: Vec<&[f64]> = parts.iter().map(Vec::as_slice).collect();
+    let views: Vec<&[f64]> = parts.samples.iter().map(Vec::as_slice).collect();
     let samples = views.first().map_or(0, |v| v.len());
     // Tapers see (K + 1)/2 lines to either side.
     let tapers = match study.resolution_hz {
@@ -221,7 +242,7 @@ pub fn tapered(
         samples as f64 / recording.rate_hz,
         recording.rate_hz / (samples + 1) as f64,
         spectra.bandwidth_hz,
-        part(study)
+        parts.part
     );
     Ok(found(how, spectra, warnings))
 }
@@ -238,6 +259,17 @@ pub fn enveloped(
     let mut warnings = Vec::new();
     let (low_hz, high_hz) = study.band.unwrap_or((0.0, 0.5 * recording.rate_hz));
     let band = Band { low_hz, high_hz };
+    let duration_s = longest(recording).len() as f64 / recording.rate_hz;
+    let lines = (high_hz.min(0.5 * recording.rate_hz) - low_hz) * duration_s;
+    if lines < LEAST as f64 {
+        let message = format!(
+            "the band {low_hz:.6} … {high_hz:.6} Hz holds {} of {duration_s:.6} s, where an envelope needs {LEAST}",
+            counted(lines.floor() as usize, "line")
+        );
+        return Err(
+            Error::new(Code::TooShort, message).hint("choose a wider --band, or record for longer")
+        );
+    }
     let parts = longest_parts(recording, channels, study, &mut warnings)?;
     let mut spectra = Spectra {
         rate_hz: 2.0 * (high_hz.min(0.5 * recording.rate_hz) - low_hz),
@@ -246,7 +278,7 @@ pub fn enveloped(
         averages: Some(1.0),
         ..Spectra::default()
     };
-    for samples in &parts {
+    for samples in &parts.samples {
         let lines = squared_envelope_spectrum(samples, recording.rate_hz, band)?;
         spectra
             .psd
@@ -254,9 +286,8 @@ pub fn enveloped(
         spectra.frequency_hz = lines.frequency_hz;
     }
     let how = format!(
-        "squared envelope of {low_hz:.6} … {high_hz:.6} Hz over {:.4} s{}",
-        longest(recording).len() as f64 / recording.rate_hz,
-        part(study)
+        "squared envelope of {low_hz:.6} … {high_hz:.6} Hz over {duration_s:.4} s{}",
+        parts.part
     );
     if study.band.is_none() {
         warnings.push(Warning {
@@ -266,22 +297,6 @@ pub fn enveloped(
         });
     }
     Ok(found(how, spectra, warnings))
-}
-
-/// Cepstra of the longest stretch.
-///
-/// # Errors
-/// A signal that is zero, a record too long to be held.
-pub fn cepstra(
-    recording: &Recording,
-    channels: &[&Channel],
-    study: &SpectrumStudy,
-    warnings: &mut Vec<Warning>,
-) -> Result<Vec<Cepstrum>, Error> {
-    longest_parts(recording, channels, study, warnings)?
-        .iter()
-        .map(|samples| Cepstrum::new(samples, recording.rate_hz))
-        .collect()
 }
 
 /// Densities by time, and their mean over the rows.
@@ -297,9 +312,14 @@ pub fn by_time(
     let block = match study.resolution_hz {
         Some(df) => asked(recording, df)?,
         None => (1usize << (longest / MOMENTS).max(1).ilog2())
-            .clamp(256, SHORTEST)
+            .clamp(256, LONGEST_MOMENT)
             .min(longest),
     };
+    if block < LEAST {
+        let message = format!("the longest stretch holds {}", counted(longest, "sample"));
+        return Err(Error::new(Code::TooShort, message)
+            .hint(format!("a spectrogram needs rows of {LEAST} at least")));
+    }
     let overlap = study.overlap.unwrap_or(0.5);
     let step = ((block as f64 * (1.0 - overlap)).round() as usize).max(1);
     let averages = (recording.samples / step).div_ceil(ROWS).max(1);
@@ -386,28 +406,33 @@ const HANN_BANDWIDTH: f64 = 1.5;
 /// # Errors
 /// Flags that would be passed over.
 pub fn check_flags(study: &SpectrumStudy) -> Result<(), Error> {
-    use SpectrumKind::{Amplitude, Average, Density, Multitaper, Order, Rms, Spectrogram};
-    let blocks = matches!(study.kind, Density | Amplitude | Rms);
+    use SpectrumKind::{
+        Amplitude, Average, Cepstrum, Density, Multitaper, Order, Rms, Spectrogram,
+    };
+    let blocks = matches!(study.kind, Density | Amplitude | Rms | Cepstrum);
     let refuse = |flag: &str, what: &str| {
         Err(Error::new(Code::Usage, format!("{flag} does nothing here"))
             .hint(format!("it is for {what}")))
     };
     if study.window.is_some() && !blocks {
-        return refuse("--window", "--kind psd, amplitude and rms");
+        return refuse("--window", "--kind psd, amplitude, rms and cepstrum");
     }
     if study.averaging != Averaging::Linear && !blocks {
-        return refuse("--average", "--kind psd, amplitude and rms");
+        return refuse("--average", "--kind psd, amplitude, rms and cepstrum");
     }
     if study.overlap.is_some() && !blocks && study.kind != Spectrogram {
-        return refuse("--overlap", "--kind psd, amplitude, rms and spectrogram");
+        return refuse(
+            "--overlap",
+            "--kind psd, amplitude, rms, cepstrum and spectrogram",
+        );
     }
     if study.resolution_hz.is_some() && !blocks && !matches!(study.kind, Spectrogram | Multitaper) {
         return refuse(
             "--resolution",
-            "--kind psd, amplitude, rms, multitaper and spectrogram",
+            "--kind psd, amplitude, rms, cepstrum, multitaper and spectrogram",
         );
     }
-    if study.motion.is_some() && !blocks && study.kind != Multitaper {
+    if study.motion.is_some() && (!blocks || study.kind == Cepstrum) && study.kind != Multitaper {
         return refuse("--as", "--kind psd, amplitude, rms and multitaper");
     }
     if study.separate && matches!(study.kind, Spectrogram | Average) {

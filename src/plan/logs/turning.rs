@@ -3,16 +3,21 @@
 use std::f64::consts::TAU;
 
 use super::spectrum_study::{Across, Found, SpectrumStudy, channel};
-use super::steady::{longest_parts, part, random_part};
+use super::steady::{longest_parts, of_random_part, random_part};
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
+use crate::base::words::counted;
 use crate::recording::signals::{Channel, Recording};
 use crate::spectrum::rotation::angle::AngleCurve;
 use crate::spectrum::rotation::angular::{AngularSignal, resample};
 use crate::spectrum::rotation::averaging::TurnAverage;
+use crate::spectrum::rotation::interpolation::PASS;
 use crate::spectrum::rotation::orders::order_spectrum;
 use crate::spectrum::rotation::tacho::{Slope, pulses};
 use crate::spectrum::spectra::Spectra;
+
+/// Instants at which the highest speed is looked for.
+const SPEEDS: usize = 1000;
 
 /// Values a turn at most, and at least.
 const PER_TURN: (usize, usize) = (16, 1 << 14);
@@ -29,6 +34,8 @@ const INDEPENDENT: f64 = 36.0 / 38.0;
 /// Signals over angle, and how in words.
 struct Turned {
     signals: Vec<AngularSignal>,
+    /// The highest order that is kept whole at every speed.
+    highest: f64,
     how: String,
     warnings: Vec<Warning>,
 }
@@ -44,7 +51,7 @@ fn turned(
         ..study.clone()
     };
     let parts = longest_parts(recording, channels, &plain, &mut warnings)?;
-    let (curve, how) = angle(recording, study, &parts, &mut warnings)?;
+    let (curve, how) = angle(recording, study, &parts.samples, &mut warnings)?;
     let (first, last) = curve.angles();
     let (from, to) = curve.times_s();
     let turns_per_s = (last - first) / TAU / (to - from);
@@ -62,20 +69,30 @@ fn turned(
     let per_turn = ((recording.rate_hz / turns_per_s).ceil() as usize)
         .clamp(PER_TURN.0, PER_TURN.1)
         .next_power_of_two();
+    let mut part = String::new();
     let signals = parts
+        .samples
         .iter()
-        .take(channels.len())
-        .map(|samples| {
+        .zip(channels)
+        .map(|(samples, channel)| {
             let mut signal = resample(samples, recording.rate_hz, &curve, per_turn)?;
             if study.separate {
-                signal.values = random_part(&signal.values)?;
+                let (random, share) = random_part(&signal.values)?;
+                signal.values = random;
+                part += &of_random_part(channel, share);
             }
             Ok(signal)
         })
         .collect::<Result<Vec<AngularSignal>, Error>>()?;
+    let fastest = (0..=SPEEDS)
+        .map(|k| curve.speed(from + (to - from) * k as f64 / SPEEDS as f64))
+        .fold(0.0, f64::max);
+    let by_rate = PASS * 0.5 * recording.rate_hz * TAU / fastest;
+    let by_angle = signals.iter().map(AngularSignal::pass_order);
     Ok(Turned {
+        highest: by_angle.fold(by_rate, f64::min),
         signals,
-        how,
+        how: how + &part,
         warnings,
     })
 }
@@ -100,7 +117,7 @@ fn angle(
             &plain,
             &mut unheard,
         )?;
-        let samples = tacho.first().map_or(&[][..], Vec::as_slice);
+        let samples = tacho.samples.first().map_or(&[][..], Vec::as_slice);
         let found = pulses(samples, recording.rate_hz, Slope::Rising, None)?;
         let missing: usize = found.missing.iter().map(|m| m.number).sum();
         if missing + found.extra_s.len() > 0 {
@@ -155,6 +172,7 @@ pub fn orders(
 ) -> Result<Found, Error> {
     let Turned {
         signals,
+        highest,
         how,
         warnings,
     } = turned(recording, channels, study)?;
@@ -166,22 +184,24 @@ pub fn orders(
         bandwidth_hz: 1.0,
         ..Spectra::default()
     };
-    let mut highest = 0.0;
     for signal in &signals {
         let lines = order_spectrum(signal, turns)?;
         spectra.rate_hz = signal.per_turn as f64;
         spectra.blocks = lines.blocks;
         spectra.averages = Some((lines.blocks as f64 * INDEPENDENT).max(1.0));
+        let kept = lines.order.partition_point(|order| *order <= highest);
+        let amplitudes = &lines.amplitude[..kept];
         spectra
             .psd
-            .push(lines.amplitude.iter().map(|a| 0.5 * a * a).collect());
+            .push(amplitudes.iter().map(|a| 0.5 * a * a).collect());
         spectra.frequency_hz = lines.order;
-        highest = signal.pass_order();
+        spectra.frequency_hz.truncate(kept);
     }
     let how = format!(
-        "{how}; {} blocks of {turns} turns, orders up to {highest:.2}{}",
-        spectra.blocks,
-        part(study)
+        "{how}; {} of {} with lines {} apart, orders up to {highest:.2}",
+        counted(spectra.blocks, "block"),
+        counted(turns, "turn"),
+        1.0 / turns as f64,
     );
     Ok(Found {
         how,
@@ -219,6 +239,7 @@ pub fn means(
         signals,
         how,
         warnings,
+        ..
     } = turned(recording, channels, study)?;
     let all = signals
         .iter()

@@ -348,6 +348,7 @@ fn start_group(piece: &Piece, scale: f64) -> Group {
         clock: Clock {
             stamps: None,
             header_rate: rate.map(|rate| (rate, "Delta_X".to_string())),
+            unread_rate: None,
             header_samples: channel.and_then(|c| {
                 // A first packet longer than the whole file contradicts it; a shorter one does not.
                 let packet = c.first_packet.filter(|&packet| packet > piece.length);

@@ -228,6 +228,7 @@ impl<'p> Reader<'p> {
         let text_first = begins.is_some_and(|cell| {
             matches!(cells::read(cell, self.marks.decimal), Cell::Text)
                 && super::stamps::form(cell).is_none()
+                && !cells::is_too_large(cell, self.marks.decimal)
         });
         let error = self.error(&fault, line, number);
         if !text_first || self.body.rows == 0 {
@@ -408,6 +409,15 @@ impl<'p> Reader<'p> {
                 span,
                 label: "not a time stamp".into(),
                 hint: "mend the cell, or say which column is the time",
+            },
+            Trouble::OtherOrder => Fault {
+                code: Code::BadTime,
+                message: format!(
+                    "\"{text}\" of `{name}` cannot have day and month in the order stated"
+                ),
+                span,
+                label: "no such month".into(),
+                hint: "leave --day-first and --month-first out, and `dates` in the sidecar, or mend the cell",
             },
             Trouble::DayOrMonth => Fault {
                 code: Code::BadTime,

@@ -58,8 +58,6 @@ pub struct Plan {
     pub left_out: Vec<(String, &'static str)>,
     /// Guesses.
     pub warnings: Vec<Warning>,
-    /// Names of channels so far.
-    taken: HashSet<String>,
 }
 
 /// Names of a time column, folded.
@@ -175,6 +173,8 @@ fn folded(name: &str) -> String {
 struct Columns<'a> {
     header: &'a Header,
     kinds: &'a [Kind],
+    /// What each column is called: names that repeat are numbered.
+    called: Vec<String>,
     /// Numbers of the first rows, by column; NaN for anything else.
     sample: Vec<Vec<f64>>,
 }
@@ -220,6 +220,12 @@ impl Columns<'_> {
             .iter()
             .fold((f64::INFINITY, 0.0_f64), |(a, b), s| (a.min(*s), b.max(*s)));
         steps.len() + 1 >= ENOUGH && least > 0.5 * most && steps.iter().all(|s| s.is_finite())
+    }
+
+    /// Whole numbers.
+    fn is_whole(&self, column: usize) -> bool {
+        let numbers = &self.sample[column];
+        numbers.len() > 1 && numbers.iter().all(|x| x.fract() == 0.0)
     }
 
     fn unit_s(&self, column: usize) -> Option<f64> {
@@ -283,6 +289,7 @@ pub fn plan(
     let columns = Columns {
         header,
         kinds,
+        called: apart(header, kinds.len()),
         sample: sample(rows, marks, kinds.len()),
     };
     // Empty columns without a name at the end are what a trailing delimiter leaves.
@@ -299,6 +306,17 @@ pub fn plan(
         groups: 1,
         ..Plan::default()
     };
+    let repeated = |c: &usize| columns.called[*c] != called(header, *c);
+    if let Some(at) = (0..width).find(repeated) {
+        let (name, own) = (called(header, at), &columns.called[at]);
+        plan.warnings.push(Warning {
+            code: "name-twice",
+            message: format!(
+                "two columns are named `{name}`: the first keeps the name, the second is called `{own}`"
+            ),
+            hint: Some("give every column a name of its own".into()),
+        });
+    }
     let clock = Clock::find(&columns, width, settings, &mut plan)?;
     plan.over_frequency = clock.times.is_empty() && over_frequency(&columns, width);
     plan.groups = clock.times.len().max(1);
@@ -435,19 +453,30 @@ fn is_clock_per_channel(times: &[usize], width: usize) -> bool {
 fn position(columns: &Columns<'_>, width: usize, name: &str) -> Result<usize, Error> {
     let header = columns.header;
     let by_place = |c: usize| format!("column {}", c + 1) == name;
+    let is_own = |c: &usize| columns.called[*c] == name;
     (0..width)
-        .find(|c| header.written[*c] == name || by_place(*c))
+        .find(is_own)
+        .or_else(|| (0..width).find(|c| header.written[*c] == name || by_place(*c)))
         .or_else(|| {
             (0..width)
                 .find(|c| !header.names[*c].is_empty() && names::means(name, &header.names[*c]))
         })
         .or_else(|| names::find(name, &header.names[..width.min(header.names.len())]))
-        .ok_or_else(|| {
-            missing(
-                name,
-                &(0..width).map(|c| called(header, c)).collect::<Vec<_>>(),
-            )
-        })
+        .ok_or_else(|| missing(name, &columns.called[..width]))
+}
+
+/// What each column is called: names that repeat are numbered.
+fn apart(header: &Header, width: usize) -> Vec<String> {
+    let mut taken = HashSet::new();
+    let own = |column: usize| {
+        let name = called(header, column);
+        let numbered = (2..).map(|n| format!("{name} {n}"));
+        let mut all = std::iter::once(name.clone()).chain(numbered);
+        let own = all.find(|n| !taken.contains(n)).unwrap_or(name);
+        taken.insert(own.clone());
+        own
+    };
+    (0..width).map(own).collect()
 }
 
 /// The name a column goes by.
@@ -502,7 +531,7 @@ impl Wanted {
                 Code::NoChannel,
                 format!(
                     "`{}` holds the time stamps, not a channel",
-                    called(columns.header, *c)
+                    columns.called[*c]
                 ),
             )
             .hint("name a channel, or say which column is the time: --time COLUMN")),
@@ -528,7 +557,7 @@ impl Plan {
         marks: Marks,
         settings: &Settings,
     ) -> Role {
-        let name = called(columns.header, column);
+        let name = columns.called[column].clone();
         let written_unit = columns.header.units[column].clone();
         if clock.times.contains(&column) {
             let (form, unit) = match columns.kinds[column] {
@@ -542,7 +571,7 @@ impl Plan {
                 (Form::Decimal, Some(unit_s)) => unit_s,
                 (Form::Decimal, None) => {
                     let unit_s = epoch(&columns.sample[column]);
-                    self.say_unit(&name, &unit, unit_s, columns.is_counting(column));
+                    self.say_unit(&name, &unit, unit_s, columns.is_whole(column));
                     unit_s
                 }
                 _ => 1.0,
@@ -590,10 +619,10 @@ impl Plan {
     }
 
     /// Says what stamps without a unit of time are taken in, where another one could be meant.
-    fn say_unit(&mut self, name: &str, unit: &str, unit_s: f64, is_counting: bool) {
+    fn say_unit(&mut self, name: &str, unit: &str, unit_s: f64, is_whole: bool) {
         let word = unit_word(unit_s);
         let message = match unit {
-            "" if is_counting => {
+            "" if is_whole && unit_s == 1.0 => {
                 format!(
                     "`{name}` counts in whole numbers and states no unit: it is taken in {word}"
                 )
@@ -624,22 +653,7 @@ impl Plan {
         Role::Time(self.sinks.len() - 1, reader)
     }
 
-    /// A sink of a name of its own: names that repeat are numbered, and the first of them is said.
     fn sink(&mut self, name: String, unit: &str, group: usize) -> usize {
-        let numbered = (2..).map(|n| format!("{name} {n}"));
-        let own = std::iter::once(name.clone())
-            .chain(numbered)
-            .find(|n| !self.taken.contains(n))
-            .unwrap_or_else(|| name.clone());
-        if own != name && !self.warnings.iter().any(|w| w.code == "name-twice") {
-            self.warnings.push(Warning {
-                code: "name-twice",
-                message: format!("two columns are named `{name}`: the second is called `{own}`"),
-                hint: Some("give every column a name of its own".into()),
-            });
-        }
-        self.taken.insert(own.clone());
-        let name = own;
         self.sinks.push(Sink {
             name,
             unit: unit.to_string(),

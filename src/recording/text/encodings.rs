@@ -45,6 +45,11 @@ impl Coding {
         }
     }
 
+    /// Its name in the encoding standard, which [`Coding::detect`] takes.
+    pub fn label(&self) -> &'static str {
+        self.encoding.name()
+    }
+
     /// Bytes as text; what cannot be decoded becomes `�`.
     pub fn text(&self, bytes: &[u8]) -> String {
         let encoding = if self.is_wide() { UTF_8 } else { self.encoding };

@@ -139,7 +139,15 @@ fn row(line: &str, marks: Marks, required: usize, width: usize, free: bool) -> O
         let enough = cells.len() >= required
             && cells.len() <= width
             && 2 * filled >= cells.len().min(required);
-        (enough && filled > 0 && (width > 1 || !line.contains(['=', ':']))).then_some(cells)
+        // A single name stands over columns without one where it has a unit.
+        let with_unit = |c: &&String| !names::split(c).1.is_empty();
+        let sparse = cells.len() == width
+            && cells
+                .iter()
+                .filter(|c| !c.is_empty())
+                .all(|c| with_unit(&c));
+        ((enough || sparse) && filled > 0 && (width > 1 || !line.contains(['=', ':'])))
+            .then_some(cells)
     };
     let others = [b'\t', b';', b',', b' '];
     fits(by(marks.delimiter)).or_else(|| {

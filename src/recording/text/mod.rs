@@ -4,10 +4,11 @@ use std::io::{Cursor, Read};
 
 use super::column::Column;
 use super::raw::{Clock, Group, Raw, RawChannel, Repair, Stamps};
-use super::settings::Settings;
+use super::settings::{DialectSettings, Settings};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors, Warning};
 use crate::base::place::Place;
+use crate::base::words::counted;
 
 /// Bytes to characters.
 pub mod encodings;
@@ -57,7 +58,7 @@ pub fn read(path: &str, mut reader: impl Read, settings: &Settings) -> Result<Ra
     let mut taste = Vec::new();
     take(&mut reader, TASTE, &mut taste, path)?;
     let coding = encodings::Coding::detect(&taste, settings.dialect.encoding.as_deref())?;
-    let coding_name = coding.name(&taste);
+    let (coding_name, label) = (coding.name(&taste), coding.label());
     let whole = Cursor::new(taste).chain(reader);
     let mut stream: Box<dyn Read + '_> = if coding.is_wide() {
         coding.to_utf8(whole)
@@ -85,7 +86,12 @@ pub fn read(path: &str, mut reader: impl Read, settings: &Settings) -> Result<Ra
         .get(layout.first)
         .copied()
         .unwrap_or(head.bytes.len());
-    let body = body::Reader::new(path, &mut plan, layout.marks, coding, layout.first + 1).run(
+    // Cells of the names may hold line ends.
+    let above = &head.bytes[..start];
+    let ends = memchr::memchr2_iter(b'\n', b'\r', above);
+    let pairs = memchr::memmem::find_iter(above, b"\r\n").count();
+    let line = 1 + ends.count() - pairs;
+    let body = body::Reader::new(path, &mut plan, layout.marks, coding, line).run(
         &head.bytes[start..],
         head.whole,
         &mut stream,
@@ -93,12 +99,23 @@ pub fn read(path: &str, mut reader: impl Read, settings: &Settings) -> Result<Ra
     let mut raw = Raw {
         path: path.to_string(),
         dialect: in_words(&layout, coding_name),
+        layout: DialectSettings {
+            delimiter: (layout.kinds.len() > 1).then(|| char::from(layout.marks.delimiter)),
+            decimal: Some(char::from(layout.marks.decimal)),
+            encoding: Some(label.to_lowercase()),
+            header_lines: Some(layout.first),
+            day_first: settings.dialect.day_first,
+        },
         facts: said.facts.clone(),
         warnings: said.warnings.clone(),
         ..Raw::default()
     };
     doubts(&mut raw, &layout, &header);
     assemble(&mut raw, plan, body, &said, settings)?;
+    let unread = said.unread.map(|u| unread_rate(path, &lines, &u));
+    for group in &mut raw.groups {
+        group.clock.unread_rate.clone_from(&unread);
+    }
     Ok(raw)
 }
 
@@ -134,7 +151,7 @@ fn head(
     refuse_binary(path, &bytes)?;
     let mut starts = Vec::new();
     let mut at = 0;
-    while let Some(length) = memchr::memchr2(b'\n', b'\r', &bytes[at..]) {
+    while let Some(length) = end_of_line(&bytes[at..]) {
         starts.push(at);
         let end = at + length;
         at = if bytes[end..].starts_with(b"\r\n") {
@@ -154,12 +171,39 @@ fn head(
     })
 }
 
+/// Where the line at the front ends; a cell in quotes may hold line ends.
+fn end_of_line(text: &[u8]) -> Option<usize> {
+    /// More lines than this have a quote that was never closed.
+    const IN_ONE_CELL: usize = 4;
+    let parts = |byte: u8| matches!(byte, b',' | b';' | b'\t' | b'|' | b'\n' | b'\r');
+    let first = memchr::memchr2(b'\n', b'\r', text)?;
+    let (mut quoted, mut begins, mut at, mut ends) = (false, true, 0, 0);
+    while let Some(&byte) = text.get(at) {
+        match byte {
+            b'"' if quoted && text.get(at + 1) == Some(&b'"') => at += 1,
+            b'"' if quoted && text.get(at + 1).is_none_or(|b| parts(*b)) => quoted = false,
+            b'"' if begins => quoted = true,
+            b'\n' | b'\r' if !quoted => return Some(at),
+            b'\n' => {
+                ends += 1;
+                if ends > IN_ONE_CELL {
+                    return Some(first);
+                }
+            }
+            _ => {}
+        }
+        begins = !quoted && (parts(byte) || (begins && byte == b' '));
+        at += 1;
+    }
+    quoted.then_some(first)
+}
+
 /// The lines of a text, ended by CR, LF or both.
 fn split(text: &str) -> impl Iterator<Item = &str> {
     let mut rest = Some(text);
     std::iter::from_fn(move || {
         let text = rest?;
-        match memchr::memchr2(b'\n', b'\r', text.as_bytes()) {
+        match end_of_line(text.as_bytes()) {
             Some(end) => {
                 let after = &text[end..];
                 rest = Some(after.strip_prefix("\r\n").unwrap_or(&after[1..]));
@@ -199,6 +243,15 @@ fn no_rows(path: &str, lines: &[&str]) -> Error {
     Error::new(Code::EmptyLog, format!("{path} holds no row of numbers"))
         .at(&place)
         .hint("a log has rows of numbers with the same number of cells; this text has none")
+}
+
+/// What is wrong with the sample rate that stands in a line.
+fn unread_rate(path: &str, lines: &[&str], unread: &preamble::Unread) -> Error {
+    let line = lines.get(unread.line - 1).copied().unwrap_or("");
+    let place = Place::in_line(path, unread.line, line, 0..line.len());
+    Error::new(Code::RateUnknown, &unread.message)
+        .at(&place)
+        .hint("state it: --rate HZ, or rate = \"… Hz\" in the sidecar")
 }
 
 /// Rows of numbers above the first row that fit neither as rows nor as names.
@@ -366,7 +419,10 @@ fn assemble(
         note(
             raw,
             "footer-skipped",
-            format!("{trailing} rows without any number at the end were passed over"),
+            format!(
+                "{} without any number at the end passed over",
+                counted(trailing, "row")
+            ),
         );
     }
     if let Some((count, line, text)) = &body.footer {
@@ -375,7 +431,8 @@ fn assemble(
             raw,
             "footer-skipped",
             format!(
-                "{count} lines after the rows were passed over, from line {line} on: \"{text}\""
+                "{} after the rows passed over, from line {line} on: \"{text}\"",
+                counted(*count, "line")
             ),
         );
     }
@@ -383,7 +440,7 @@ fn assemble(
         note(
             raw,
             "cells-missing",
-            format!("{} rows hold only a time", body.only_time),
+            format!("only a time in {}", counted(body.only_time, "row")),
         );
     }
     let lengths: Vec<usize> = (0..plan.groups)
@@ -407,6 +464,16 @@ fn assemble(
         let group = &mut raw.groups[sink.group];
         match sink.reader.map(|at| &plan.readers[at]) {
             Some(reader) => {
+                if reader.is_in_doubt() {
+                    raw.warnings.push(Warning {
+                        code: "date-order",
+                        message: format!(
+                            "{} of `{}` may have the day or the month first: only what passed since is known",
+                            reader.start, sink.name
+                        ),
+                        hint: Some("say which comes first: --day-first or --month-first".into()),
+                    });
+                }
                 group.clock.start = (sink.unit == "date-time").then(|| reader.start.clone());
                 group.clock.stamps = Some(Stamps {
                     name: sink.name.clone(),
@@ -426,6 +493,7 @@ fn assemble(
         group.clock = Clock {
             stamps: group.clock.stamps.take(),
             header_rate: said.rate.clone(),
+            unread_rate: None,
             header_samples: said.samples,
             start: start.or_else(|| said.start.clone()),
             lines: lines.clone(),
@@ -506,8 +574,8 @@ fn report_cells(raw: &mut Raw, sink: &columns::Sink, filled: &body::Filled) {
             raw,
             "cells-missing",
             format!(
-                "{} cells of `{name}` hold no number{overloads}: {line} {}{more}",
-                filled.missing,
+                "no number in {} of `{name}`{overloads}: {line} {}{more}",
+                counted(filled.missing, "cell"),
                 lines.join(", ")
             ),
         );
@@ -517,8 +585,8 @@ fn report_cells(raw: &mut Raw, sink: &columns::Sink, filled: &body::Filled) {
             raw,
             "thousands-joined",
             format!(
-                "{} cells of `{name}` have thousands separators",
-                filled.grouped
+                "thousands separators in {} of `{name}`",
+                counted(filled.grouped, "cell")
             ),
         );
     }

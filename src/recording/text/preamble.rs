@@ -2,6 +2,7 @@
 
 use super::cells::{self, Cells, Marks};
 use crate::base::error::Warning;
+use crate::recording::names;
 
 /// What the preamble says.
 #[derive(Debug, Default)]
@@ -10,12 +11,23 @@ pub struct Preamble {
     pub facts: Vec<(String, String)>,
     /// Sample rate, Hz, and the key that states it.
     pub rate: Option<(f64, String)>,
+    /// A sample rate that is stated and cannot be read, where no other is.
+    pub unread: Option<Unread>,
     /// Stated number of samples.
     pub samples: Option<usize>,
     /// Date and time of the start as written.
     pub start: Option<String>,
     /// Statements that contradict each other.
     pub warnings: Vec<Warning>,
+}
+
+/// A sample rate that is stated in a way that cannot be read.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unread {
+    /// Line of the file, from 1.
+    pub line: usize,
+    /// What is wrong with it.
+    pub message: String,
 }
 
 /// Keys of a sample rate, folded.
@@ -174,7 +186,7 @@ pub fn read(lines: &[(usize, &str)], marks: Marks) -> Preamble {
         for part in parts {
             let (key, value) = pair(part, marks)
                 .unwrap_or_else(|| (format!("line {number}"), part.trim().to_string()));
-            preamble.learn(&key, &value, marks.decimal);
+            preamble.learn(number, &key, &value, marks.decimal);
             preamble.facts.push((key, value));
         }
     }
@@ -221,8 +233,8 @@ fn unquoted(text: &str) -> &str {
     text.trim().trim_matches('"').trim()
 }
 
-/// A key in lower case without signs between words; and the unit in its brackets or after it.
-fn folded(key: &str) -> (String, String) {
+/// A key without signs between words; and the unit in its brackets or after it.
+fn folded(key: &str) -> (String, &str) {
     let (name, unit) = match key.find(['[', '(']) {
         Some(at) => (
             &key[..at],
@@ -230,41 +242,37 @@ fn folded(key: &str) -> (String, String) {
         ),
         None => (key, ""),
     };
-    let spaced: String = name
-        .chars()
-        .map(|c| {
-            if matches!(c, '_' | '-' | '.' | '\'' | '’') {
-                ' '
-            } else {
-                c
-            }
-        })
-        .collect();
-    let words: Vec<String> = spaced.split_whitespace().map(str::to_lowercase).collect();
-    (words.join(" "), unit.to_lowercase())
+    let signs = |c: char| c.is_whitespace() || matches!(c, '_' | '-' | '.' | '\'' | '’');
+    let words: Vec<&str> = name.split(signs).filter(|w| !w.is_empty()).collect();
+    (words.join(" "), unit)
 }
 
 /// The unit after a key of `table` (in the key's brackets, or its last word), where the key is one of them.
 fn stated(key: &str, table: &[&str]) -> Option<String> {
+    let is_one = |key: &str| table.contains(&key.to_lowercase().as_str());
     let (key, unit) = folded(key);
-    if table.contains(&key.as_str()) {
-        return Some(unit);
+    if is_one(&key) {
+        return Some(unit.to_string());
     }
     let (front, last) = key.rsplit_once(' ')?;
     let known = factor(last, true).is_some() || factor(last, false).is_some();
-    (known && table.contains(&front)).then(|| last.to_string())
+    (known && is_one(front)).then(|| last.to_string())
 }
 
-/// Hertz in one of a rate's units, or seconds in one of an interval's.
+/// Hertz in one of a rate's units, or seconds in one of an interval's. Only capitals tell mega from milli.
 fn factor(unit: &str, rate: bool) -> Option<f64> {
-    Some(match (unit, rate) {
+    match (unit, rate) {
+        ("MHz" | "MHZ" | "MS/s" | "MSa/s" | "MSPS" | "Msps", true) => return Some(1e6),
+        ("mHz", true) => return Some(1e-3),
+        _ => {}
+    }
+    Some(match (unit.to_lowercase().as_str(), rate) {
         (
-            "hz" | "s/s" | "sa/s" | "sps" | "samples/s" | "samples/sec" | "samples per second"
-            | "1/s",
+            "hz" | "s/s" | "sa/s" | "sps" | "samples/s" | "samples/sec" | "samples/second"
+            | "samples per second" | "1/s",
             true,
         ) => 1.0,
         ("khz" | "ks/s" | "ksa/s" | "ksps", true) => 1e3,
-        ("mhz" | "ms/s" | "msa/s" | "msps", true) => 1e6,
         ("s" | "sec" | "secs" | "second" | "seconds", false) => 1.0,
         ("ms" | "msec" | "milliseconds", false) => 1e-3,
         ("us" | "µs" | "μs" | "usec" | "microseconds", false) => 1e-6,
@@ -274,28 +282,123 @@ fn factor(unit: &str, rate: bool) -> Option<f64> {
     })
 }
 
-/// The number a value starts with, and the unit after it.
-fn quantity(value: &str, decimal: u8) -> Option<(f64, String)> {
-    let value = value.trim();
-    let end = value
-        .find(|c: char| !(c.is_ascii_digit() || matches!(c, '.' | ',' | '+' | '-' | 'e' | 'E')))
-        .unwrap_or(value.len());
-    let digits = value[..end].trim_end_matches(['e', 'E', ',', '+', '-']);
-    let parsed = [decimal, b'.', b',']
-        .into_iter()
-        .find_map(|mark| cells::number(digits.as_bytes(), mark));
-    let unit = value[digits.len()..].trim_matches([' ', '[', ']', '(', ')', ',', ';']);
-    Some((parsed?, unit.to_lowercase()))
+/// A number as a header states it, and what stands after it.
+struct Figure<'v> {
+    number: f64,
+    /// What the number is where its only mark is the decimal one, if it was taken for that of thousands.
+    smaller: Option<f64>,
+    digits: &'v str,
+    unit: &'v str,
+}
+
+/// The number a value starts with, thousands joined by the file's decimal mark, and its unit; what is wrong with it where it is none.
+fn figure(value: &str, decimal: u8) -> Result<Figure<'_>, String> {
+    let (first, others) = match value.find([';', '\t']).or_else(|| value.find(", ")) {
+        Some(at) => (value[..at].trim(), value[at + 1..].trim()),
+        None => (value.trim(), ""),
+    };
+    let end = digits_end(first);
+    let digits = first[..end].trim_end_matches(['e', 'E', ',', '+', '-']);
+    let unread = || format!("`{first}` is no number that can be read");
+    let (number, smaller) = grouped(digits, decimal).ok_or_else(unread)?;
+    let rest = first[digits.len()..].trim().trim_end_matches([',', ';']);
+    let rest = match rest.split_once(" (").or_else(|| rest.split_once(" [")) {
+        Some((unit, _note)) => unit,
+        None => rest,
+    };
+    let mut unit = rest.trim_matches([' ', '[', ']', '(', ')']);
+    let next = others.split([',', ';', '\t']).next().unwrap_or("").trim();
+    if unit.is_empty() && !next.is_empty() {
+        let same = grouped(next, decimal).is_some_and(|n| n.0 == number);
+        if next.starts_with(|c: char| c.is_ascii_digit()) && !same {
+            return Err(format!("`{value}` may be one number or several"));
+        }
+        let next = next.trim_matches(['[', ']', '(', ')']);
+        if factor(next, true).is_some() || names::is_unit(next) {
+            unit = next;
+        }
+    }
+    Ok(Figure {
+        number,
+        smaller,
+        digits,
+        unit,
+    })
+}
+
+/// Signs that part thousands and are never a decimal mark.
+fn parts_thousands(c: char) -> bool {
+    matches!(c, ' ' | '\u{a0}' | '\u{2009}' | '\u{202f}' | '\'' | '’')
+}
+
+/// Where the number at the beginning of a text ends; blanks and apostrophes belong to it before three digits.
+fn digits_end(text: &str) -> usize {
+    let mut whole = 0;
+    for (at, c) in text.char_indices() {
+        let after = &text[at + c.len_utf8()..];
+        let three = after.bytes().take_while(u8::is_ascii_digit).count() == 3;
+        match c {
+            '0'..='9' => whole += 1,
+            '.' | ',' | '+' | '-' => whole = 0,
+            'e' | 'E' if after.starts_with(|c: char| c.is_ascii_digit() || "+-".contains(c)) => {}
+            c if parts_thousands(c) && three && (1..=3).contains(&whole) => whole = 0,
+            _ => return at,
+        }
+    }
+    text.len()
+}
+
+/// The value of digits whose thousands may be parted, and what it is where a lone mark before three digits is not one of thousands.
+fn grouped(digits: &str, decimal: u8) -> Option<(f64, Option<f64>)> {
+    let parts = |c: char| parts_thousands(c) || c == '.' || c == ',';
+    let joined: String = digits.chars().filter(|c| !parts_thousands(*c)).collect();
+    let (mantissa, exponent) = match joined.find(['e', 'E']) {
+        Some(at) => joined.split_at(at),
+        None => (joined.as_str(), ""),
+    };
+    let marks: Vec<char> = mantissa.chars().filter(|c| parts(*c)).collect();
+    let read = |point: Option<char>| {
+        let plain = |c: char| !parts(c) || Some(c) == point;
+        let text: String = mantissa.chars().filter(|c| plain(*c)).collect();
+        let mark = point.map_or(b'.', |p| p as u8);
+        cells::number(format!("{text}{exponent}").as_bytes(), mark)
+    };
+    let groups = |text: &str| {
+        let text = text.trim_start_matches(['+', '-']);
+        let mut parts = text.split(parts);
+        let first = parts.next().unwrap_or("");
+        (1..=3).contains(&first.len()) && !first.starts_with('0') && parts.all(|p| p.len() == 3)
+    };
+    match marks[..] {
+        [] => Some((read(None)?, None)),
+        [one] if one as u8 == decimal || !groups(mantissa) => Some((read(Some(one))?, None)),
+        // What stands before the last mark is parted by another sign.
+        [one] if joined.len() < digits.len() => Some((read(Some(one))?, None)),
+        [one] => Some((read(None)?, read(Some(one)))),
+        [first, .., last] => {
+            let rest = &marks[..marks.len() - 1];
+            let whole = mantissa.rfind(last).map_or(mantissa, |at| &mantissa[..at]);
+            match (first == last, rest.iter().all(|c| *c == first)) {
+                (true, true) if groups(mantissa) => Some((read(None)?, None)),
+                (false, true) if groups(whole) => Some((read(Some(last))?, None)),
+                _ => None,
+            }
+        }
+    }
 }
 
 impl Preamble {
     /// Takes what a key says of the clock.
-    fn learn(&mut self, key: &str, value: &str, decimal: u8) {
-        if let Some(hertz) = rate_of(key, value, decimal) {
-            self.note_rate(hertz, key);
+    fn learn(&mut self, line: usize, key: &str, value: &str, decimal: u8) {
+        match rate_of(key, value, decimal) {
+            Some(Ok(rate)) => self.note_rate(rate, key),
+            Some(Err(message)) if self.rate.is_none() && self.unread.is_none() => {
+                self.unread = Some(Unread { line, message });
+            }
+            _ => {}
         }
         if stated(key, COUNTS).is_some() && self.samples.is_none() {
-            let count = quantity(value, decimal).map(|q| q.0);
+            let count = figure(value, decimal).map(|f| f.number).ok();
             self.samples = count
                 .filter(|c| *c >= 1.0 && c.fract() == 0.0)
                 .map(|c| c as usize);
@@ -308,12 +411,25 @@ impl Preamble {
         }
     }
 
-    /// Keeps the first rate; another one that differs is a doubt.
-    fn note_rate(&mut self, hertz: f64, key: &str) {
+    /// Keeps the first rate; another one that differs is a doubt, and so is one that is a thousand times another by its mark.
+    fn note_rate(&mut self, rate: Rate, key: &str) {
         // The same tolerance by which stamps and header are compared.
         const SAME: f64 = 1e-3;
+        let hertz = rate.hertz;
         match &self.rate {
-            None => self.rate = Some((hertz, key.to_string())),
+            None => {
+                self.rate = Some((hertz, key.to_string()));
+                self.unread = None;
+                if let Some((digits, other)) = rate.doubt {
+                    self.warnings.push(Warning {
+                        code: "header-rate-mark",
+                        message: format!(
+                            "`{key}` states {digits}: its mark is taken for that of thousands, since it is not the decimal mark of the file, and the rate for {hertz} Hz, not {other} Hz"
+                        ),
+                        hint: Some(format!("say so if it is not: --rate \"{other} Hz\"")),
+                    });
+                }
+            }
             Some((first, name)) if (first - hertz).abs() > SAME * first => {
                 self.warnings.push(Warning {
                     code: "header-rates-differ",
@@ -328,23 +444,65 @@ impl Preamble {
     }
 }
 
-/// The sample rate a key states, Hz.
-fn rate_of(key: &str, value: &str, decimal: u8) -> Option<f64> {
+/// A sample rate as stated.
+struct Rate {
+    hertz: f64,
+    /// The digits as written, and the rate with their mark as the decimal one, where that may be meant.
+    doubt: Option<(String, f64)>,
+}
+
+/// The sample rate a key states, or why it cannot be read; nothing where the key is none of a rate, or no digit stands behind it.
+fn rate_of(key: &str, value: &str, decimal: u8) -> Option<Result<Rate, String>> {
     let by_rate = stated(key, RATES);
     let by_interval = stated(key, INTERVALS);
     let unit_of_key = by_rate.as_ref().or(by_interval.as_ref())?;
-    let (number, unit) = quantity(value, decimal)?;
-    let first_word = unit.split([' ', ',', ';']).next().unwrap_or("").to_string();
-    let units = [unit.as_str(), first_word.as_str(), unit_of_key.as_str()];
-    let find = |rate| units.iter().find_map(|u| factor(u, rate));
-    // The unit decides: a "rate" of 0.2 ms is an interval.
-    let hertz = match (find(true), find(false)) {
-        (Some(hertz), _) => number * hertz,
-        (None, Some(seconds)) => 1.0 / (number * seconds),
-        (None, None) if by_rate.is_some() => number,
-        (None, None) => 1.0 / number,
+    let begins = |c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.' | ',');
+    if !value.trim().starts_with(begins) || !value.contains(|c: char| c.is_ascii_digit()) {
+        return None;
+    }
+    Some(read_rate(
+        key,
+        value,
+        decimal,
+        unit_of_key,
+        by_rate.is_some(),
+    ))
+}
+
+fn read_rate(
+    key: &str,
+    value: &str,
+    decimal: u8,
+    unit_of_key: &str,
+    is_rate: bool,
+) -> Result<Rate, String> {
+    let found = figure(value, decimal)
+        .map_err(|why| format!("`{key}` states the sample rate, but {why}"))?;
+    let unit = match found.unit {
+        "" => unit_of_key,
+        unit => unit,
     };
-    (hertz.is_finite() && hertz > 0.0).then_some(hertz)
+    // The unit decides: a "rate" of 0.2 ms is an interval.
+    let hertz = |number: f64| match (factor(unit, true), factor(unit, false)) {
+        (Some(hertz), _) => Some(number * hertz),
+        (None, Some(seconds)) => Some(1.0 / (number * seconds)),
+        (None, None) if !unit.is_empty() => None,
+        (None, None) if is_rate => Some(number),
+        (None, None) => Some(1.0 / number),
+    };
+    let Some(rate) = hertz(found.number) else {
+        return Err(format!(
+            "`{key}` states {value}, and \"{unit}\" is no unit of a sample rate"
+        ));
+    };
+    if !(rate.is_finite() && rate > 0.0) {
+        return Err(format!("`{key}` states {value}, which no sample rate is"));
+    }
+    let other = found.smaller.and_then(hertz);
+    Ok(Rate {
+        hertz: rate,
+        doubt: other.map(|other| (found.digits.to_string(), other)),
+    })
 }
 
 #[cfg(test)]
@@ -388,8 +546,8 @@ mod tests {
             "C:\\data\\fs\\5000.txt",
             "Rate: none",
             "heart rate: 60",
-            "fs: 0",
         ] {
+            assert_eq!(read(&[(1, line)], COMMA).unread, None, "{line}");
             assert_eq!(read(&[(1, line)], COMMA).rate, None, "{line}");
         }
         assert_eq!(
@@ -398,5 +556,65 @@ mod tests {
                 .len(),
             1
         );
+    }
+
+    /// Thousands by the file's decimal mark; a rate that may be a thousand times another is doubted.
+    #[test]
+    fn exact_thousands_of_rates() {
+        let cases = [
+            ("51,200 Hz", '.', 51200.0, true),
+            ("51.200 Hz", '.', 51.2, false),
+            ("51.200 Hz", ',', 51200.0, true),
+            ("51,200 Hz", ',', 51.2, false),
+            ("51 200 Hz", '.', 51200.0, false),
+            ("51'200 Hz", '.', 51200.0, false),
+            ("1,000,000 Hz", '.', 1e6, false),
+            ("51.200,00 Hz", '.', 51200.0, false),
+            ("51.200,00 Hz", ',', 51200.0, false),
+            ("51,2 kHz", '.', 51200.0, false),
+            ("5 mHz", '.', 5e-3, false),
+            ("5 MHz", '.', 5e6, false),
+            ("0.200 ms", ',', 5000.0, false),
+            ("5000 Hz (nominal)", '.', 5000.0, false),
+            ("5000, 5000", '.', 5000.0, false),
+            ("100 samples per second", '.', 100.0, false),
+        ];
+        for (text, decimal, rate, doubted) in cases {
+            let marks = Marks {
+                decimal: decimal as u8,
+                ..COMMA
+            };
+            let line = format!("Sample rate: {text}");
+            let found = read(&[(1, &line)], marks);
+            let close = |r: f64| (r / rate - 1.0).abs() < 1e-12;
+            let is = found.rate.as_ref().is_some_and(|f| close(f.0));
+            assert!(is, "{text} {decimal}: {:?}", found.rate);
+            assert_eq!(!found.warnings.is_empty(), doubted, "{text} {decimal}");
+        }
+    }
+
+    /// A rate that is there and cannot be read is not passed over.
+    #[test]
+    fn refuses_rates_that_cannot_be_read() {
+        for text in [
+            "5 kHz/ch",
+            "5k",
+            "5 N",
+            "5 rpm",
+            "10 m/s",
+            "1/5000 s",
+            "0 Hz",
+            "-5 Hz",
+            "1e400 Hz",
+            "5000.0.1",
+            "5 mhz",
+            "51, 200, Hz",
+            "12:30:00",
+        ] {
+            let line = format!("Sample rate: {text}");
+            let found = read(&[(7, &line)], COMMA);
+            assert_eq!(found.rate, None, "{text}");
+            assert_eq!(found.unread.map(|u| u.line), Some(7), "{text}");
+        }
     }
 }

@@ -15,8 +15,8 @@ struct Written {
 /// A date as written: its order may be in doubt.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Date {
-    /// Year, month, day.
-    Plain(i64, i64, i64),
+    /// Year, month, day; and whether the day stands first, where it is written with strokes.
+    Plain(i64, i64, i64, Option<bool>),
     /// Two numbers that are day and month, in this order or the other, and the year.
     Either(i64, i64, i64),
 }
@@ -80,7 +80,7 @@ fn written(cell: &[u8]) -> Option<Written> {
         (Some(_), [b'T' | b't' | b' ' | b'_' | b';' | b',', rest @ ..]) => rest.trim_ascii(),
         _ => return None,
     };
-    let (clock, digits) = clock(rest)?;
+    let (clock, digits) = clock(rest, date.is_some())?;
     Some(Written {
         date,
         clock: Some(clock),
@@ -109,25 +109,34 @@ fn date(text: &[u8]) -> Option<(Date, &[u8])> {
         2 => Some(if y < 70 { 2000 + y } else { 1900 + y }),
         _ => None,
     };
-    let is_day = |d: i64| (1..=31).contains(&d);
-    let is_month = |m: i64| (1..=12).contains(&m);
     let found = if a_digits == 4 {
-        (c_digits <= 2 && is_month(b) && is_day(c)).then_some(Date::Plain(a, b, c))
+        (c_digits <= 2 && is_day(a, b, c)).then_some(Date::Plain(a, b, c, None))
     } else {
         let y = year(c, c_digits)?;
-        let (day_first, month_first) = (is_day(a) && is_month(b), is_month(a) && is_day(b));
+        let (day_first, month_first) = (is_day(y, b, a), is_day(y, a, b));
         if named || separator != b'/' {
             // Points and hyphens: the day is first wherever these are written.
-            day_first.then_some(Date::Plain(y, b, a))
+            day_first.then_some(Date::Plain(y, b, a, None))
         } else if day_first && month_first && a != b {
             Some(Date::Either(a, b, y))
+        } else if day_first && month_first {
+            Some(Date::Plain(y, b, a, None))
         } else if day_first {
-            Some(Date::Plain(y, b, a))
+            Some(Date::Plain(y, b, a, Some(true)))
         } else {
-            month_first.then_some(Date::Plain(y, a, b))
+            month_first.then_some(Date::Plain(y, a, b, Some(false)))
         }
     };
     Some((found?, rest))
+}
+
+/// Whether a month of a year has a day.
+fn is_day(year: i64, month: i64, day: i64) -> bool {
+    let next = match month {
+        12 => days(year + 1, 1, 1),
+        _ => days(year, month + 1, 1),
+    };
+    (1..=12).contains(&month) && (1..=next - days(year, month, 1)).contains(&day)
 }
 
 /// An English month at the front.
@@ -138,8 +147,8 @@ fn month(text: &[u8]) -> Option<(i64, &[u8])> {
     Some((at as i64 + 1, &text[3..]))
 }
 
-/// A time of day that fills the text: nanoseconds, and digits of its fraction.
-fn clock(text: &[u8]) -> Option<(i64, u32)> {
+/// A time that fills the text, `of_day` beside a date or since a start: nanoseconds, and digits of its fraction.
+fn clock(text: &[u8], of_day: bool) -> Option<(i64, u32)> {
     let (a, a_digits, rest) = digits(text)?;
     let (b, b_digits, rest) = digits(rest.strip_prefix(b":")?)?;
     if a_digits > 4 || b_digits != 2 || b > 59 {
@@ -167,6 +176,11 @@ fn clock(text: &[u8]) -> Option<(i64, u32)> {
         _ => (0, 0, rest),
     };
     let (half_day, zone) = zone(rest.trim_ascii())?;
+    // A day ends at 24:00:00.
+    let past = 3600 * hours + 60 * minutes + seconds > DAY_S;
+    if of_day && (past || (hours == 24 && fraction > 0)) {
+        return None;
+    }
     let hours = match half_day {
         Some(_) if !(1..=12).contains(&hours) => return None,
         Some(afternoon) => hours % 12 + if afternoon { 12 } else { 0 },
@@ -216,6 +230,8 @@ pub enum Trouble {
     NotAStamp,
     /// Day and month may be either way round.
     DayOrMonth,
+    /// Day and month stand in the other order than is stated or the stamps before have.
+    OtherOrder,
 }
 
 /// Reads the stamps of one column, in the order of the rows.
@@ -280,6 +296,12 @@ impl Reader {
         }
     }
 
+    /// The day and the month of the first stamp may stand either way round, and no other one tells.
+    pub fn is_in_doubt(&self) -> bool {
+        let either = matches!(self.first, Some(First::Clock(Some(Date::Either(..)), _)));
+        either && self.day_first.is_none()
+    }
+
     /// Seconds since the first stamp; `None` for a blank.
     ///
     /// # Errors
@@ -341,6 +363,11 @@ impl Reader {
         };
         self.finest = self.finest.min(digit / self.unit_s);
         let first = *self.first.get_or_insert(First::Clock(written.date, nano));
+        if let (Some(Date::Plain(.., Some(own))), Some(stated)) = (written.date, self.day_first)
+            && own != stated
+        {
+            return Err(Trouble::OtherOrder);
+        }
         let First::Clock(first_date, first_nano) = first else {
             return Err(Trouble::NotAStamp);
         };
@@ -365,7 +392,7 @@ impl Reader {
             return Ok(0);
         }
         let settled = |date: Date, day_first: bool| match date {
-            Date::Plain(y, m, d) => days(y, m, d),
+            Date::Plain(y, m, d, _) => days(y, m, d),
             Date::Either(a, b, y) if day_first => days(y, b, a),
             Date::Either(a, b, y) => days(y, a, b),
         };
@@ -373,7 +400,7 @@ impl Reader {
         let day_first = match (self.day_first, first, now) {
             (Some(day_first), ..) => day_first,
             // A later date that only fits one way settles the first one.
-            (None, Date::Either(a, b, _), Date::Plain(_, m, d))
+            (None, Date::Either(a, b, _), Date::Plain(_, m, d, _))
                 if (a == d || b == m) != (a == m || b == d) =>
             {
                 a == d || b == m

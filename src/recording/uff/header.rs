@@ -108,7 +108,7 @@ pub(super) fn parse(lines: &[String]) -> Result<Header, (usize, String)> {
         }
     };
     let (start, step) = (number(3), number(4));
-    if is_even && !(start.is_finite() && step.is_finite()) {
+    if is_even && !(start + count * step).is_finite() {
         return Err((
             SHAPE,
             format!(

@@ -68,6 +68,10 @@ pub(super) fn text(cursor: &mut Cursor<'_>, header: &Header) -> Result<Values, E
                 let shown: String = cell.chars().take(24).collect();
                 cursor.error_here(format!("`{shown}` is not a number"))
             })?;
+            let is_abscissa = !header.is_even && flat.len() % header.width() == 0;
+            if is_abscissa && !number.is_finite() {
+                return Err(cursor.error_here("the abscissa is not a finite number"));
+            }
             let is_overload = line[0] == b'*' || number.is_infinite();
             overloads += usize::from(is_overload);
             flat.push(if is_overload { f64::NAN } else { number });
@@ -158,7 +162,12 @@ pub(super) fn binary(
         decode(x, abscissa == 8, binary.is_big_endian, &mut flat);
         decode(y, is_double, binary.is_big_endian, &mut flat);
     }
-    Ok(deal(&flat, header, 0))
+    let values = deal(&flat, header, 0);
+    if let Some(at) = values.x.iter().position(|x| !x.is_finite()) {
+        let message = format!("the abscissa of value {} is not a finite number", at + 1);
+        return Err(cursor.error_here(message));
+    }
+    Ok(values)
 }
 
 /// Floats of one kind, appended to `to`.
