@@ -308,6 +308,7 @@ impl Rows {
             multiples: None,
             every: false,
             repair: false,
+            every: false,
             radius: None,
             pressure_angle: None,
         };
