@@ -71,6 +71,8 @@ fn main() {
         multiples: Some(2),
         repair: false,
         named: Named::default(),
+        every: false,
+        input: false,
     };
     let rows = InMemory(&input, &output);
     let (seconds, found) = best(3, || evaluate(&rows, &ask).expect("the record is sound"));

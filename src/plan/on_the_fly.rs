@@ -307,6 +307,7 @@ impl Rows {
             angle_base: false,
             multiples: None,
             repair: false,
+            every: false,
             radius: None,
             pressure_angle: None,
         };
