@@ -73,8 +73,6 @@ fn main() {
         every: false,
         input: false,
         named: Named::default(),
-        every: false,
-        input: false,
     };
     let rows = InMemory(&input, &output);
     let (seconds, found) = best(3, || evaluate(&rows, &ask).expect("the record is sound"));

@@ -308,7 +308,6 @@ impl Rows {
             multiples: None,
             every: false,
             repair: false,
-            every: false,
             radius: None,
             pressure_angle: None,
         };
