@@ -565,11 +565,11 @@ fn exact_family_of_sidebands() {
     let mut rng = fastrand::Rng::with_seed(3);
     let path = log(folder.path(), "acc [g]", 6400.0, 60_000, |t| {
         let swing: f64 = (1..10)
-            .map(|k| f64::from(k))
+            .map(f64::from)
             .map(|k| 0.25 * (TAU * 25.0 * k * t + 0.3 * k).cos())
             .sum();
         let mesh: f64 = (1..4)
-            .map(|h| f64::from(h))
+            .map(f64::from)
             .map(|h| (1.0 + swing) * (TAU * 525.0 * h * t + h).cos() / h)
             .sum();
         vec![mesh + 0.05 * normal(&mut rng)]
@@ -604,7 +604,7 @@ fn exact_high_multiple_of_a_bearing() {
     let outer = 25.0 * 4.5 * (1.0 - 7.94 / 39.04);
     let path = log(folder.path(), "acc [g]", 8000.0, 40_000, |t| {
         let burst: f64 = (1..8)
-            .map(|k| f64::from(k))
+            .map(f64::from)
             .map(|k| 0.1 * (TAU * k * outer * 0.9999 * t).cos())
             .sum();
         vec![(1.0 + burst) * (TAU * 3000.0 * t).cos()]
