@@ -2,8 +2,8 @@
 //!
 //! `cargo bench --bench logs` prints times, errors against the truth and ratios. The peers need `python3` with pandas, Polars, SciPy,
 //! scikit-rf and sdypy-EMA, on one thread as ours are; where one is missing only our side is shown. Rows without a peer are limits:
-//! what the machine needs for the least that has to be done. Times are those on the processor. `-- text`, `-- averages` and `-- poles`
-//! print a part.
+//! what the machine needs for the least that has to be done. Times are those on the processor. `-- text`, `-- averages`, `-- poles` and
+//! `-- fits` print a part.
 
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write as _;
@@ -35,7 +35,12 @@ const WIDTH: usize = 44;
 
 fn main() {
     beside::head(WIDTH, "peer");
-    let parts: [(&str, fn()); 3] = [("text", text), ("averages", averages), ("poles", poles)];
+    let parts: [(&str, fn()); 4] = [
+        ("text", text),
+        ("averages", averages),
+        ("poles", poles),
+        ("fits", fits),
+    ];
     let asked: Vec<String> = std::env::args().collect();
     let is_asked = |name: &str| asked.iter().any(|word| word == name);
     let any = parts.iter().any(|(name, _)| is_asked(name));
@@ -275,10 +280,18 @@ fn truth() -> Vec<Complex> {
 }
 
 /// Receptances of modes as high as each other, with noise of a share of each one's root mean square.
-fn responses(poles: &[Complex], noise: f64) -> (Vec<f64>, Vec<Vec<Complex>>) {
+fn answers(
+    poles: &[Complex],
+    responses: usize,
+    lines: usize,
+    step_hz: f64,
+    noise: f64,
+) -> (Vec<f64>, Vec<Vec<Complex>>) {
     let mut rng = fastrand::Rng::with_seed(4);
-    let f: Vec<f64> = (1..=LINES).map(|k| LINE_HZ * k as f64).collect();
-    let shape = |r: usize, q: usize| ((r + 1) as f64 * PI * (0.11 + 0.017 * q as f64)).cos() + 0.25;
+    let f: Vec<f64> = (1..=lines).map(|k| step_hz * k as f64).collect();
+    let shape = |r: usize, q: usize| {
+        ((r + 1) as f64 * PI * (0.11 + 0.83 * q as f64 / responses as f64)).cos() + 0.25
+    };
     let clean = |q: usize, f: f64| -> Complex {
         let s = Complex::new(0.0, TAU * f);
         let term = |(r, p): (usize, &Complex)| {
@@ -287,7 +300,7 @@ fn responses(poles: &[Complex], noise: f64) -> (Vec<f64>, Vec<Vec<Complex>>) {
         };
         poles.iter().enumerate().map(term).sum()
     };
-    let mut h: Vec<Vec<Complex>> = (0..RESPONSES)
+    let mut h: Vec<Vec<Complex>> = (0..responses)
         .map(|q| f.iter().map(|&f| clean(q, f)).collect())
         .collect();
     for h in &mut h {
@@ -311,7 +324,7 @@ fn worst(truth: &[Complex], found: &[Complex]) -> f64 {
 fn poles() {
     let truth = truth();
     for (noise, name) in [(0.0, "no noise"), (1e-3, "60 dB")] {
-        let (f, h) = responses(&truth, noise);
+        let (f, h) = answers(&truth, RESPONSES, LINES, LINE_HZ, noise);
         // True poles, lines, then responses: the whole problem in one file of numbers.
         let complex = |z: &Complex| [z.re, z.im];
         let numbers = (truth.iter().flat_map(complex))
@@ -373,4 +386,36 @@ fn poles() {
     let a = Matrix::from_fn(1000, 1000, |i, j| ((i * 7 + j * 3) % 11) as f64);
     let (time, _) = best(3, || black_box(&a) * black_box(&a));
     limit(&format!("a product, {:.0} Gflop/s", 2.0 / time), time);
+}
+
+/// Fits without a hint, of five modes in six responses of 2 000 lines and of ten in 42 of 10 000: damping 1 %, noise 40 dB below, its
+/// variance unknown.
+fn fits() {
+    let five = [80.0, 190.0, 330.0, 520.0, 800.0];
+    let ten: Vec<f64> = (0..10).map(|r| 30.0 + 103.0 * f64::from(r)).collect();
+    for (frequencies_hz, responses, lines) in [(&five[..], 6, 2000), (&ten[..], 42, 10_000)] {
+        let truth: Vec<Complex> = frequencies_hz
+            .iter()
+            .map(|f| TAU * f * Complex::new(-0.01, (1.0_f64 - 1e-4).sqrt()))
+            .collect();
+        let step = 1000.0 / lines as f64;
+        let (f, h) = answers(&truth, responses, lines, step, 1e-2);
+        let measured = Measured {
+            frequency_hz: &f,
+            responses: &h,
+            variance: None,
+            variance_trusted: false,
+            line_independence: 1.0,
+            derivative: 0,
+        };
+        let (time, fit) = best(5, || {
+            rational::fit(&measured, &RationalOptions::default()).expect("it fits")
+        });
+        let what = format!(
+            "rational fit, {responses} × {lines}, {} of {} modes",
+            fit.modes.len(),
+            truth.len()
+        );
+        row(&what, time, Some(worst(&truth, &fit.poles)), None);
+    }
 }

@@ -313,7 +313,8 @@ impl<'a> Growth<'a> {
             }
             let near = beside(self.measured, &fitted.model.poles, &start);
             if let (Some(r), None) = (near, self.rules.order) {
-                self.scatter = disagreement(&self.problem()[0], fitted, self.numerators, r, start);
+                self.scatter =
+                    disagreement(&self.problem()[0], fitted, self.numerators, r, start, 0.0);
                 if self.scatter.is_some() {
                     evidence.push(self.step(fitted, fitted.chi2 - gain, 1, false, DISAGREE));
                     return None;

@@ -161,7 +161,14 @@ fn is_double(problem: &[Problem; 1], now: &[Pole], pole: &Pole) -> bool {
     };
     let fitted = fitted(problem, now);
     !is_needed(&problem[0], &fitted, r, *pole)
-        || disagreement(&problem[0], &fitted, NUMERATORS, r, *pole).is_some()
+        || disagreement(&problem[0], &fitted, NUMERATORS, r, *pole, margin(problem)).is_some()
+}
+
+/// By so much two common poles must fit better than one of each response: both emulate a small disagreement equally well, with as many
+/// numbers, and the choice between them would be left to noise.
+fn margin(problem: &[Problem; 1]) -> f64 {
+    let responses = problem[0].y.ncols() as f64;
+    chi_squared_quantile(1.0 - FALSE_ALARM, 2.0 * responses)
 }
 
 /// How often noise alone may keep a second pole beside another.

@@ -2,6 +2,7 @@
 //! beside it would fit that, and would be no modes; instead the lines around it are given the variance the disagreement causes.
 //! Means and spreads are those of random effects (DerSimonian and Laird 1986).
 
+use crate::numeric::statistics::{normal_quantile, student_quantile};
 use crate::numeric::{Complex, Matrix};
 
 use super::basis::{Pole, Problem};
@@ -106,13 +107,15 @@ fn own(local: &Problem, start: Pole, numerators: usize) -> Own {
     own
 }
 
-/// Whether the responses disagree about pole `r` rather than share one more pole at `place`.
+/// Whether the responses disagree about pole `r` rather than share one more pole at `place`. Two common poles must fit better than those of
+/// each response by `margin`, in units of the noise.
 pub(super) fn disagreement(
     problem: &Problem,
     fitted: &Fitted,
     numerators: usize,
     r: usize,
     place: Pole,
+    margin: f64,
 ) -> Option<Scatter> {
     let pole = fitted.model.poles[r];
     let (from, to) = window(&problem.x, &pole, problem.step)?;
@@ -137,7 +140,8 @@ pub(super) fn disagreement(
         .collect();
     shifts.sort_by(f64::total_cmp);
     let shift = shifts[shifts.len() / 2];
-    let better = separate.chi2 < pair.chi2;
+    let noise = (pair.chi2 / freedom).max(1.0);
+    let better = separate.chi2 < pair.chi2 + margin * noise;
     let likely = separate.chi2 < WORSE * pair.chi2
         && pair.chi2 > UNFITTED * freedom
         && shift < SHIFT * pole.sigma;
@@ -288,7 +292,8 @@ fn random_effects(own: &Own, unit: f64) -> Mean {
     }
 }
 
-/// Mean, its variance, and the spread beyond the sampling variances.
+/// Mean, its variance, and the spread beyond the sampling variances. Where there is such a spread the variance is the one for which
+/// 1.96 standard deviations are the 95 % interval of Hartung and Knapp (2001).
 fn pooled(y: &[f64], v: &[f64]) -> (f64, f64, f64) {
     let weighted = |tau2: f64| {
         let weights: Vec<f64> = v.iter().map(|v| 1.0 / (v + tau2)).collect();
@@ -306,8 +311,20 @@ fn pooled(y: &[f64], v: &[f64]) -> (f64, f64, f64) {
     let surplus = q - (y.len() as f64 - 1.0);
     let tau2 = (surplus / (total - squares / total)).max(0.0);
     let tau2 = if tau2.is_finite() { tau2 } else { 0.0 };
-    let (mean, total, _) = weighted(tau2);
-    (mean, 1.0 / total, tau2.sqrt())
+    let (mean, total, weights) = weighted(tau2);
+    if tau2 == 0.0 {
+        return (mean, 1.0 / total, 0.0);
+    }
+    // the spread is itself an estimate from few: the variance is that seen between the responses, for an interval by Student's law
+    let free = y.len() as f64 - 1.0;
+    let seen: f64 = y
+        .iter()
+        .zip(&weights)
+        .map(|(y, w)| w * (y - mean).powi(2))
+        .sum();
+    let widened = student_quantile(0.975, free) / normal_quantile(0.975);
+    let variance = (seen / free).max(1.0) / total * widened * widened;
+    (mean, variance, tau2.sqrt())
 }
 
 /// Variance this causes on a line, over the square of the residue: `(τ_w² + τ_σ²)/|s − p|⁴ + share²/|s − p|²`.
