@@ -562,21 +562,23 @@ fn refuses_what_cannot_be() {
 /// Units that say another kind than the flag are heard.
 #[test]
 fn keeps_units_beside_kind() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    let u = noise(8000, 7);
-    let answer = resonant(&u);
-    written(folder, "log.csv", "f [N],a [m]", &[u, answer]);
-    let call = [
-        "identify",
-        "log.csv",
-        "--input",
-        "f",
-        "--output",
-        "a",
-        "--kind",
-        "accelerance",
-        "--json",
-    ];
-    assert!(words(&document(folder, &call)).contains(&"kind-differs"));
+    use geardyn::plan::logs::doubts::of_stated_kind;
+    use geardyn::recording::responses::{FrequencyResponse, FrequencyResponses, Terminal};
+    let terminal = |name: &str, unit: &str| Terminal {
+        name: name.into(),
+        unit: unit.into(),
+    };
+    let responses = FrequencyResponses {
+        functions: vec![FrequencyResponse {
+            input: Some(terminal("f", "N")),
+            output: terminal("x", "m"),
+            ..FrequencyResponse::default()
+        }],
+        ..FrequencyResponses::default()
+    };
+    assert!(of_stated_kind(&responses, None).is_none());
+    assert!(of_stated_kind(&responses, Some(0)).is_none());
+    let said = of_stated_kind(&responses, Some(2)).unwrap();
+    assert_eq!(said.code, "kind-differs");
+    assert!(said.message.contains("receptance"), "{}", said.message);
 }
