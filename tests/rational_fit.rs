@@ -486,6 +486,45 @@ fn exact_uneven_lines() {
     );
 }
 
+/// Responses known to the digits they are written with, as a computed receptance comes: rounding is no noise of one size, and is
+/// neither taken for more modes nor for a reason to find none.
+#[test]
+fn exact_responses_of_few_digits() {
+    let f: Vec<f64> = (0..1001).map(f64::from).collect();
+    let modes = [
+        (200.0, 0.01, 1e-6),
+        (420.0, 0.02, 0.5e-6),
+        (700.0, 0.005, -0.3e-6),
+    ];
+    let at = |f: f64, count: usize| -> Complex {
+        let of = |&(natural, zeta, r): &(f64, f64, f64)| {
+            r / Complex::new(1.0 - (f / natural).powi(2), 2.0 * zeta * f / natural)
+        };
+        modes[..count].iter().map(of).sum()
+    };
+    for (count, digits, within) in [(1, 16, 1e-11), (1, 12, 1e-9), (3, 5, 1e-6)] {
+        let written = |x: f64| format!("{x:.digits$e}").parse::<f64>().unwrap();
+        let h = f.iter().map(|&f| at(f, count));
+        let h = vec![
+            h.map(|z| Complex::new(written(z.re), written(z.im)))
+                .collect(),
+        ];
+        let found = fit(&measured(&f, &h, None), &RationalOptions::default()).unwrap();
+        let case = format!("{count} {digits}: {}", describe(&found));
+        assert_eq!(found.modes.len(), count, "{case}");
+        for (mode, &(natural, zeta, _)) in found.modes.iter().zip(&modes) {
+            assert!(
+                (mode.frequency_hz() / natural - 1.0).abs() < within,
+                "{case}"
+            );
+            assert!(
+                (mode.damping_ratio() / zeta - 1.0).abs() < 100.0 * within,
+                "{case}"
+            );
+        }
+    }
+}
+
 /// Responses 600 decades apart, one of them zero, and a constant.
 #[test]
 fn survives_extreme_responses() {

@@ -374,3 +374,25 @@ fn law_balance_of_a_closed_pair_is_linear() {
     let ours = point["outputs"][0]["amplitude"].as_f64().unwrap();
     assert!((ours / size - 1.0).abs() < 1e-6, "{ours} for {size}");
 }
+
+/// What all orders make together is no less than what one of them makes at a critical speed between the speeds asked for.
+#[test]
+fn law_run_up_together_is_the_most() {
+    let found = document(&[
+        "response",
+        "models/gear_pair.toml",
+        "--run-up",
+        "0:6000:13",
+        "--json",
+    ]);
+    let critical = found["critical"].as_array().unwrap();
+    let single = critical
+        .iter()
+        .filter_map(|c| c["amplitude"].as_f64())
+        .fold(0.0, f64::max);
+    let most = &found["outputs"][0]["most"];
+    assert!(most["value"].as_f64().unwrap() >= single, "{most} {single}");
+    let total = found["outputs"][0]["total"].as_array().unwrap();
+    let grid = total.iter().filter_map(|t| t.as_f64()).fold(0.0, f64::max);
+    assert!(most["value"].as_f64().unwrap() > grid);
+}

@@ -408,3 +408,49 @@ fn exact_declared_errors_come_back() {
     .concat();
     assert_eq!(refusal(&wrong).0, "unknown-node");
 }
+
+/// A free driver answers the meshes: its angle as recorded tells how far, and the declared profile comes back all the same.
+#[test]
+fn exact_errors_behind_a_free_driver() {
+    let folder = folder("free");
+    put(
+        &folder,
+        "pair.toml",
+        "title = \"pair\"\nsource = \"made up\"\ninertia = [{ name = \"m\", J = \"0.01 kg·m²\" }, { name = \"t\", J = \"0.1 kg·m²\" }]\ngear_pair = [{ name = \"g\", between = [\"m\", \"t\"], teeth = [13, 40], module = \"3 mm\", k = \"200 N/µm\", damping_ratio = 0.02 }]\nerror = [{ on = \"t\", cause = \"eccentricity\", amplitude = \"9 µm\" }, { on = \"t\", cause = \"profile\", amplitude = \"0.4 µm\" }]\n[speed]\nm = \"1200 rpm\"\n",
+    );
+    let scene = put(
+        &folder,
+        "scene.toml",
+        "title = \"turning\"\nmodel = \"pair.toml\"\n[start]\nat = \"steady\"\nmesh_phase = \"speed\"\n[[study]]\nkind = \"simulate\"\nuntil = \"1 s\"\nsamples = 20000\noutputs = [\"m.theta\", \"t.theta\"]\n",
+    );
+    let (scene, csv) = (scene.to_str().unwrap(), folder.join("motion.csv"));
+    let csv = csv.to_str().unwrap();
+    let done = geardyn(&["simulate", scene, "--csv", csv, "--quiet"]);
+    assert_eq!(
+        done.status.code(),
+        Some(0),
+        "{}",
+        String::from_utf8_lossy(&done.stderr)
+    );
+    let arguments = [
+        "te", csv, "--input", "m.theta", "--output", "t.theta", "--teeth", "13:40", "--model",
+        scene, "--at", "m,t", "--json",
+    ];
+    let found = document(&arguments);
+    let orders = found["attribution"]["orders"].as_array().unwrap();
+    let row = orders.iter().find(|o| o["order"] == "40").unwrap();
+    let source = &row["sources"][0];
+    assert!(
+        (source["found"].as_f64().unwrap() - 0.4).abs() < 2e-3,
+        "{row}"
+    );
+    let range = source["found_interval"].as_array().unwrap();
+    let (low, high) = (range[0].as_f64().unwrap(), range[1].as_f64().unwrap());
+    assert!(low < 0.4 && 0.4 < high, "{low} {high}");
+    let warnings = found["warnings"].as_array().unwrap();
+    assert!(
+        warnings.iter().any(|w| w["code"] == "input-uneven"),
+        "{warnings:?}"
+    );
+    std::fs::remove_dir_all(folder).unwrap();
+}

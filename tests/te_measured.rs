@@ -81,6 +81,8 @@ impl Rig {
             multiples: None,
             repair: false,
             named: Named::default(),
+            every: false,
+            input: false,
         }
     }
 
@@ -386,6 +388,153 @@ fn refuses_lost_counts_or_mends_them() {
         "{}",
         one.amplitude / ARCSEC
     );
+}
+
+/// One to five counts lost on either encoder, hidden in 90 arcsec of eccentricity, are found; five of the output make the step of three
+/// of the input to 2.5 %, and both are said.
+#[test]
+fn refuses_single_lost_counts_of_unlike_encoders() {
+    let rig = Rig {
+        teeth: "13:40",
+        errors: vec![
+            (1.0, 33.0 * ARCSEC, 0.7),
+            (40.0 / 13.0, 22.0 * ARCSEC, -1.3),
+            (40.0, 1.5 * ARCSEC, 1.7),
+            (2.0, 0.7 * ARCSEC, 0.2),
+        ],
+        counts: [14_400.0, 72_000.0],
+        noise: 0.15,
+        turns: 8.4,
+        rows_per_tooth: 77.0,
+        ..Rig::default()
+    };
+    let (a, b) = rig.readings();
+    assert!(evaluate(&InMemory(&a, &b), &rig.ask()).is_ok());
+    let third = a.len() / 3;
+    for lost in 1..=5 {
+        for whose in ["input", "output"] {
+            let (mut a, mut b) = (a.clone(), b.clone());
+            let side = if whose == "input" { &mut a } else { &mut b };
+            side[third..].iter_mut().for_each(|x| *x -= f64::from(lost));
+            let words = format!("{lost} ");
+            let on = format!("on the {whose}");
+            let found = evaluate(&InMemory(&a, &b), &rig.ask());
+            refused(found, Code::LostCounts, &["lost", &words, &on]);
+            let ask = Ask {
+                repair: true,
+                ..rig.ask()
+            };
+            let mended = evaluate(&InMemory(&a, &b), &ask).unwrap();
+            let total = mended.flanks[0].of_orders.total / ARCSEC;
+            let clean = rig.measured().unwrap().flanks[0].of_orders.total / ARCSEC;
+            assert!(
+                (total - clean).abs() < 1.5,
+                "{whose} {lost}: {total} {clean}"
+            );
+        }
+    }
+    let mut b = b;
+    b[third..].iter_mut().for_each(|x| *x -= 5.0);
+    let error = evaluate(&InMemory(&a, &b), &rig.ask()).unwrap_err();
+    assert!(
+        error.message.contains("5 lost on the output")
+            || error.message.contains("5 counts lost on the output"),
+        "{error}"
+    );
+    assert!(
+        error.message.contains("3 too many on the input")
+            || error.message.contains("3 counts too many on the input"),
+        "{error}"
+    );
+}
+
+/// What the cells may lose of a line is part of its interval: without noise the truth lies inside.
+#[test]
+fn law_intervals_hold_the_bound_of_the_cells() {
+    let rig = Rig {
+        turns: 5.3,
+        ..Rig::default()
+    };
+    let found = rig.measured().unwrap();
+    for (order, amplitude, _) in &rig.errors {
+        let lines = &found.flanks[0].lines;
+        let line = lines.iter().find(|l| (l.order.value - order).abs() < 1e-9);
+        let (low, high) = line.unwrap().interval.unwrap();
+        assert!(
+            low < *amplitude && *amplitude < high,
+            "{order}: {low} {high}"
+        );
+        assert!(high - low >= 2.0 * found.error * 0.99 * amplitude);
+    }
+}
+
+/// Coarse encoders add their steps to the ranges of the readings; those of the fitted orders are the truth within their deviation.
+#[test]
+fn exact_ranges_of_the_orders() {
+    let fine = Rig {
+        turns: 6.3,
+        ..Rig::default()
+    };
+    let coarse = Rig {
+        counts: [20_000.0, 20_000.0],
+        noise: 0.3,
+        ..Rig {
+            turns: 6.3,
+            ..Rig::default()
+        }
+    };
+    let (truth, found) = (fine.measured().unwrap(), coarse.measured().unwrap());
+    let (truth, found) = (&truth.flanks[0], &found.flanks[0]);
+    for (exact, raw, orders) in [
+        (
+            truth.composite.total,
+            found.composite.total,
+            found.of_orders.total,
+        ),
+        (
+            truth.composite.by_pitch.sliding,
+            found.composite.by_pitch.sliding,
+            found.of_orders.by_pitch,
+        ),
+    ] {
+        assert!(raw > 1.1 * exact, "{raw} {exact}");
+        let deviation = found.of_orders.deviation;
+        assert!(
+            (orders - exact).abs() < 4.0 * deviation,
+            "{orders} {exact} {deviation}"
+        );
+        assert!(deviation < 0.1 * exact);
+    }
+}
+
+/// A line that is not explained says which multiple of a shaft or mesh lies there; fitted with the others it has its name.
+#[test]
+fn keeps_names_near_unexplained_lines() {
+    let mut rig = Rig {
+        teeth: "1:90",
+        turns: 4.0,
+        ..Rig::default()
+    };
+    rig.errors = vec![(1.0, 12.0 * ARCSEC, 0.3), (53.0, 4.0 * ARCSEC, 1.0)];
+    let found = rig.measured().unwrap();
+    let line = &found.flanks[0].unexplained[0];
+    assert_eq!(line.nearest.as_deref(), Some("53 × output"), "{line:?}");
+    let mut rig = Rig {
+        teeth: "21:64",
+        turns: 3.3,
+        ..Rig::default()
+    };
+    rig.errors.push((6.0, 0.2 * ARCSEC, 1.0));
+    let (a, b) = rig.readings();
+    let ask = Ask {
+        every: true,
+        ..rig.ask()
+    };
+    let found = evaluate(&InMemory(&a, &b), &ask).unwrap();
+    let lines = &found.flanks[0].lines;
+    let six = lines.iter().find(|l| l.order.value == 6.0).unwrap();
+    assert_eq!(six.order.names, ["6 × output"]);
+    assert!((six.amplitude / ARCSEC - 0.2).abs() < 0.02);
 }
 
 #[test]

@@ -717,3 +717,73 @@ fn exact_grades() {
         assert!(found.to_string().contains("grade"), "{wrong}: {found}");
     }
 }
+
+/// Between the speeds asked for lines are told at their resonances: twice as many speeds about the peak find no more.
+#[test]
+fn exact_largest_between_speeds() {
+    use geardyn::scene::study::SpeedRange;
+    let prepared = shipped("examples/y2250_te.toml");
+    let scene = geardyn::scene::read(std::path::Path::new("examples/y2250_te.toml")).unwrap();
+    let listed = scene.studies.iter().find_map(|s| match &s.kind {
+        geardyn::scene::study::StudyKind::Transmission(study) => Some(study.clone()),
+        _ => None,
+    });
+    let over = |text: &str| {
+        let study = TransmissionStudy {
+            speeds: Some(SpeedRange::parse(text, "--speeds").unwrap()),
+            ..listed.clone().unwrap()
+        };
+        traced(&prepared, &study).map.unwrap()
+    };
+    let (coarse, fine) = (over("100:1500:11"), over("1235:1250:301"));
+    let most = |largest: &[(f64, f64)]| {
+        let all = largest.iter().enumerate();
+        let best = all.max_by(|a, b| a.1.1.total_cmp(&b.1.1)).unwrap();
+        (best.0, best.1.0, best.1.1)
+    };
+    let (row, speed, amplitude) = most(&coarse.largest);
+    let grid = coarse.amplitudes[row].iter().copied().fold(0.0, f64::max);
+    assert!(amplitude > 1.5 * grid, "{amplitude} {grid}");
+    let near = fine.amplitudes[row].iter().copied().fold(0.0, f64::max);
+    assert!(
+        amplitude > near * (1.0 - 1e-4) && amplitude < near * 1.05,
+        "{amplitude} {near} at {speed}"
+    );
+}
+
+/// At speed another line leads: it is shown, counted in the budget there, and not among what could be left out there.
+#[test]
+fn keeps_what_is_large_at_speed() {
+    let prepared = shipped("examples/y2250_te.toml");
+    let scene = geardyn::scene::read(std::path::Path::new("examples/y2250_te.toml")).unwrap();
+    let listed = scene.studies.iter().find_map(|s| match &s.kind {
+        geardyn::scene::study::StudyKind::Transmission(study) => Some(study.clone()),
+        _ => None,
+    });
+    let study = TransmissionStudy {
+        speed: Some(1242.0 * std::f64::consts::TAU / 60.0),
+        ..listed.unwrap()
+    };
+    let answer = traced(&prepared, &study);
+    let all = answer.rows.iter();
+    let largest = all
+        .max_by(|a, b| {
+            a.dynamic
+                .unwrap()
+                .norm()
+                .total_cmp(&b.dynamic.unwrap().norm())
+        })
+        .unwrap();
+    let machine = &prepared.machine;
+    let name = source(machine, largest);
+    assert_eq!(name, "roll_gear_1");
+    let text = geardyn::report::transmission_table::table(machine, &answer, false);
+    let order = largest.line.order.to_string();
+    let shown = |line: &str| line.trim_start().starts_with(&order) && line.contains(&name);
+    assert!(text.lines().any(shown), "{text}");
+    let fast = answer.at_speed.as_ref().unwrap();
+    assert!(fast.budget.rss > largest.dynamic.unwrap().norm());
+    let out = |list: &[usize]| list.iter().any(|&e| answer.elements[e] == name);
+    assert!(out(&answer.negligible.0) && !out(&fast.negligible.0));
+    assert!(text.contains("at speed: worst case"), "{text}");
+}

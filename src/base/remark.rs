@@ -234,6 +234,16 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "A resonance is narrower than three lines, so the block it was measured in broadens it. Take longer blocks: --resolution.",
     ),
     (
+        "kind-differs",
+        Warning,
+        "The units make the response another kind than --kind says, and --kind was taken: what modes outside the band leave is then fitted in another form.",
+    ),
+    (
+        "order-limit",
+        Warning,
+        "The criterion still falls at the highest order that was tried: the search ended, not the evidence. State a higher --order, or narrow the band.",
+    ),
+    (
         "not-a-pole",
         Warning,
         "A resonance lacks the skirts of a pole: leakage, or a structure whose frequency depends on amplitude.",
@@ -291,7 +301,7 @@ pub const ALL: &[(&str, Sort, &str)] = &[
     (
         "poor-fit",
         Warning,
-        "The fit is farther from a response than nothing would be: what it says of that response is no answer.",
+        "The fit misses a response by half its size or more: modes and intervals rest on what it does not describe.",
     ),
     // Machines.
     (
@@ -333,6 +343,16 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "contact-open",
         Warning,
         "A contact with play stands open under the mean torques and has no stiffness.",
+    ),
+    (
+        "track-coarse",
+        Warning,
+        "Some windows of an order track held too few samples, or the shaft turned less than one window. Ask for more --samples.",
+    ),
+    (
+        "te-latest",
+        Warning,
+        "A transmission error found while a motion runs is that of its last million samples: no more are kept.",
     ),
     (
         "rayleigh-brakes",

@@ -60,7 +60,8 @@ pub enum Command {
     #[command(after_help = "Examples:
   geardyn simulate examples/linear_chain.toml
   geardyn simulate examples/y2250_step.toml --svg step.svg
-  geardyn simulate examples/backlash_pair.toml --method radau5 --tolerance 1e-6")]
+  geardyn simulate examples/backlash_pair.toml --method radau5 --tolerance 1e-6
+  geardyn simulate examples/linear_chain.toml --until 50 --samples 10000 --spectrum 2048 --no-history")]
     Simulate(SimulateArgs),
     /// Error against run time, of a motion, natural frequencies or responses: every method that applies, against one reference
     #[command(after_help = "Examples:
@@ -602,6 +603,9 @@ pub struct SimulateArgs {
     /// Also the energy balance: stored, put in, lost
     #[arg(long)]
     pub energy: bool,
+    /// Found while it runs.
+    #[command(flatten)]
+    pub running: RunningArgs,
     /// One JSON document on standard output, nothing else there
     #[arg(long)]
     pub json: bool,
@@ -614,6 +618,29 @@ pub struct SimulateArgs {
     /// No word about what was done and left out
     #[arg(long)]
     pub quiet: bool,
+}
+
+/// What is found of a motion while it runs.
+#[derive(Debug, Args)]
+pub struct RunningArgs {
+    /// Keep no history of the outputs: however long the motion, memory goes by what is found
+    #[arg(long, conflicts_with_all = ["csv", "svg"])]
+    pub no_history: bool,
+    /// Spectra of the outputs while they run, averaged over blocks of N samples
+    #[arg(long, value_name = "N")]
+    pub spectrum: Option<u32>,
+    /// Orders of the outputs over the angle of a node, such as motor:1,21 or motor:37/12
+    #[arg(long, value_name = "NODE:ORDERS")]
+    pub track: Option<String>,
+    /// Over so many turns each point of the orders is a mean; 8 where left out
+    #[arg(long, value_name = "N", requires = "track")]
+    pub turns: Option<u32>,
+    /// Transmission error of one node against another, as `te` finds it in a log; of the last million samples
+    #[arg(long, value_name = "INPUT:OUTPUT")]
+    pub te: Option<String>,
+    /// Teeth between both, driver first: 21:63 or 21:63,17:40
+    #[arg(long, value_name = "PAIRS", requires = "te")]
+    pub teeth: Option<String>,
 }
 
 /// Arguments of `accuracy`.

@@ -26,6 +26,9 @@ use crate::report;
 use crate::spectrum::frf::Estimator;
 use crate::spectrum::window::Window;
 
+/// Modes that may be asked for.
+const MOST_MODES: usize = 500;
+
 /// Identifies and prints.
 ///
 /// # Errors
@@ -145,6 +148,13 @@ fn study(args: &IdentifyArgs) -> Result<IdentifyStudy, Error> {
     if args.order == Some(0) {
         return Err(Error::new(Code::OutOfRange, "--order 0 asks for no mode")
             .hint("leave it out: as many modes as are significant"));
+    }
+    if let Some(order) = args.order.filter(|order| *order > MOST_MODES) {
+        return Err(Error::new(
+            Code::OutOfRange,
+            format!("--order {order} asks for more modes than any band holds; up to {MOST_MODES}"),
+        )
+        .hint("leave it out: as many modes as are significant"));
     }
     Ok(IdentifyStudy {
         inputs: args.input.clone(),

@@ -68,5 +68,6 @@ pub fn study(args: &MotionArgs, listed: SimulateStudy) -> Result<SimulateStudy, 
         samples: args.samples.or(listed.samples),
         energy: listed.energy,
         speed: listed.speed,
+        running: listed.running,
     })
 }

@@ -4,18 +4,20 @@ use std::path::PathBuf;
 
 use serde_json::Value;
 
-use super::args::SimulateArgs;
+use super::args::{RunningArgs, SimulateArgs};
 use super::{epilogue, interrupt, motion_flags, output};
+use crate::base::code::Code;
 use crate::base::error::{Error, Errors, Warning};
 use crate::base::stop::Stop;
 use crate::plan::motion::choice::{self, Choice};
 use crate::plan::motion::run::{self, Motion};
 use crate::plan::motion::scene::MotionScene;
+use crate::plan::on_the_fly::{Found, OnTheFly};
 use crate::plan::prepared::Prepared;
 use crate::plan::stages::Verdict;
 use crate::report;
 use crate::scene::laws::History;
-use crate::scene::study::{SimulateStudy, StudyKind};
+use crate::scene::study::{self, BLOCKS, RunningStudy, SimulateStudy, StudyKind, TrackStudy};
 use crate::scene::{self, Scene};
 
 /// Integrates and prints.
@@ -32,8 +34,18 @@ pub fn run(args: &SimulateArgs) -> Result<u8, Errors> {
     let study = motion_flags::study(&args.motion, listed.unwrap_or_default())?;
     let study = SimulateStudy {
         energy: study.energy || args.energy,
+        running: running(&args.running, study.running)?,
         ..study
     };
+    if !study.running.history && (args.csv.is_some() || args.svg.is_some()) {
+        let error = Error::new(
+            Code::Conflict,
+            "the study keeps no history, and --csv and --svg are of it",
+        );
+        return Err(error
+            .hint("leave history = \"none\" out of the study, or the flags")
+            .into());
+    }
     let outputs: Vec<PathBuf> = args.csv.iter().chain(&args.svg).cloned().collect();
     let inputs: Vec<PathBuf> = scene.files();
     output::check(&outputs, &inputs)?;
@@ -68,11 +80,43 @@ pub fn run(args: &SimulateArgs) -> Result<u8, Errors> {
     Ok(moved.exit())
 }
 
+/// What is found while the motion runs: that of the study with what the flags say put in its place.
+fn running(args: &RunningArgs, listed: RunningStudy) -> Result<RunningStudy, Error> {
+    if args.spectrum.is_some_and(|n| !BLOCKS.contains(&n)) {
+        let message = format!(
+            "--spectrum takes a block of {} to {} samples",
+            BLOCKS.start(),
+            BLOCKS.end()
+        );
+        return Err(Error::new(Code::OutOfRange, message).hint("4096 is usual"));
+    }
+    if args.turns == Some(0) {
+        return Err(
+            Error::new(Code::OutOfRange, "--turns takes a count of at least 1")
+                .hint("8 parts orders a quarter apart"),
+        );
+    }
+    let track = args
+        .track
+        .as_deref()
+        .map(|t| TrackStudy::parse(t, "--track"));
+    let te = args.te.as_deref().map(|t| study::shafts(t, "--te"));
+    Ok(RunningStudy {
+        history: listed.history && !args.no_history,
+        spectrum: args.spectrum.or(listed.spectrum),
+        track: track.transpose()?.or(listed.track),
+        turns: args.turns.unwrap_or(listed.turns),
+        te: te.transpose()?.or(listed.te),
+        teeth: args.teeth.clone().or(listed.teeth),
+    })
+}
+
 /// A motion with all that is said of it.
 pub struct Moved {
     scene: MotionScene,
     choice: Choice,
     motion: Motion,
+    found: Found,
     plan: Vec<(&'static str, Verdict)>,
     step_at: Option<f64>,
     warnings: Vec<Warning>,
@@ -88,8 +132,16 @@ impl Moved {
         let ready = MotionScene::new(&prepared, &scene.start, study)?;
         let mut choice = choice::choose(&ready.moving.train, study)?;
         let mut handed_over = None;
-        let motion = match run::run(&ready, &choice, study.energy, stop) {
-            Ok(motion) => motion,
+        let run = |choice: &Choice| {
+            let mut seen = OnTheFly::new(&prepared, &ready, &study.running)?;
+            let mut watch = |at: (f64, &[f64]), values: &[f64]| seen.watch(&ready, at, values);
+            let kept = (study.running.history, &mut watch as &mut run::Watch);
+            let motion = run::watched(&ready, choice, study.energy, stop, kept)?;
+            let found = seen.finish(motion.interrupted)?;
+            Ok::<_, Error>((motion, found))
+        };
+        let (motion, found) = match run(&choice) {
+            Ok(done) => done,
             Err(error) => {
                 let next = choice::successor(&ready.moving.train, study, &choice, &error);
                 let Some(next) = next else { return Err(error) };
@@ -103,7 +155,7 @@ impl Moved {
                     hint: error.hint,
                 });
                 choice = next;
-                run::run(&ready, &choice, study.energy, stop)?
+                run(&choice)?
             }
         };
         let plan = choice::plan(&ready, &choice, study);
@@ -113,11 +165,13 @@ impl Moved {
             .warnings()
             .into_iter()
             .filter(|w| !["no-load", "contact-open", "loads-accelerate"].contains(&w.code))
-            .chain(handed_over);
+            .chain(handed_over)
+            .chain(found.warnings.clone());
         Ok(Moved {
             scene: ready,
             choice,
             motion,
+            found,
             plan,
             step_at,
             warnings: warnings.collect(),
@@ -127,7 +181,8 @@ impl Moved {
     /// The tables.
     pub fn text(&self) -> String {
         let mut text = report::motion_table::readings(&self.scene, &self.motion);
-        if let Some(at) = self.step_at {
+        text += &report::on_the_fly::text(&self.scene, &self.found);
+        if let Some(at) = self.step_at.filter(|_| !self.motion.time.is_empty()) {
             text += &report::motion_table::steps(&self.scene, &self.motion, at);
         }
         text
@@ -135,14 +190,16 @@ impl Moved {
 
     /// The document.
     pub fn json(&self, scene: &Scene) -> Value {
-        report::motion::json(
+        let mut document = report::motion::json(
             &scene.sources,
             &self.scene,
             &self.choice,
             &self.motion,
             self.step_at,
             &self.warnings,
-        )
+        );
+        report::on_the_fly::extend(&mut document, &self.scene, &self.found);
+        document
     }
 
     /// What was done and left out, what it cost, doubts.
@@ -155,7 +212,7 @@ impl Moved {
         }
         text += &epilogue::warnings(&self.warnings);
         if self.motion.interrupted {
-            let end = self.motion.time.last().copied().unwrap_or(0.0);
+            let end = self.motion.reached;
             text += &format!("interrupted at {end} s: what is shown ends there\n");
         }
         text

@@ -42,7 +42,7 @@ pub struct TeArgs {
     /// Write the error over the angle; unknown phases are drawn, the same at every call
     #[arg(long = "record", value_name = "FILE")]
     pub written: Option<PathBuf>,
-    /// Every line of the table, not only the largest
+    /// Every line of the table, not only the largest; of a log every multiple of the shafts is fitted as well
     #[arg(long)]
     pub all: bool,
     /// One JSON document on standard output, nothing else there

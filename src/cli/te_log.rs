@@ -276,6 +276,7 @@ fn study(args: &TeArgs) -> Result<EncoderStudy, Error> {
         angle_base: args.record.angle_base,
         multiples: args.record.harmonics,
         repair: args.record.repair,
+        every: args.all,
         radius,
         pressure_angle,
     })

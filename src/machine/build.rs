@@ -7,7 +7,7 @@ use super::elements::{
     bearing, belt, body, chain, coupling, damper, form_error, gear_pair, planetary, screw, shaft,
     worm_pair,
 };
-use super::parts::{Brake, Machine, Motor};
+use super::parts::{Brake, Grip, Machine, Motor};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::scene::model::{self, Axis, End, Model};
@@ -228,7 +228,10 @@ fn excite(builder: &mut Builder, model: &Model) -> Result<(), Error> {
             element,
             direction: twist(ends),
             friction: part.friction,
-            grip: part.grip.clone(),
+            grip: match &part.grip {
+                Some(points) => Grip::Timed(points.clone()),
+                None => Grip::Constant,
+            },
         });
     }
     for part in &model.errors {

@@ -2,6 +2,7 @@
 
 use super::direction::Direction;
 use crate::base::place::Place;
+use crate::gear::path::Piece;
 use crate::scene::laws::{Characteristic, Drive, Friction, History, Losses, Shape};
 use crate::scene::model::{Axis, Cause, GlobalDamping, Loss, StiffnessWave};
 
@@ -125,10 +126,45 @@ pub struct Brake {
     pub element: usize,
     /// Its direction.
     pub direction: Direction,
-    /// Its law, of a clutch at its largest capacity.
+    /// Its law: of a clutch at its largest capacity, of what is pressed for a capacity of one.
     pub friction: Friction,
-    /// The share of that capacity over time, s; always all of it where left out.
-    pub grip: Option<Vec<(f64, f64)>>,
+    /// What its capacity goes by.
+    pub grip: Grip,
+}
+
+/// What the capacity of dry friction goes by.
+#[derive(Debug, Clone)]
+pub enum Grip {
+    /// Nothing: it is the same always.
+    Constant,
+    /// Time: shares of the largest, s.
+    Timed(Vec<(f64, f64)>),
+    /// Forces of the machine itself.
+    Pressed(Pressed),
+}
+
+/// A capacity `C₀ + μ l |N|`.
+#[derive(Debug, Clone)]
+pub struct Pressed {
+    /// C₀, N·m.
+    pub constant: f64,
+    /// μ times a lever, m; of teeth μ alone, their lever being that of the path.
+    pub coefficient: f64,
+    /// Components of N: forces of branches, so much of each.
+    pub by: Vec<Vec<(usize, f64)>>,
+    /// Where teeth touch.
+    pub path: Option<ToothPath>,
+}
+
+/// Where teeth touch, and what their friction does beside turning the gears against each other.
+#[derive(Debug, Clone)]
+pub struct ToothPath {
+    /// What sliding at the pitch point would be, for drive flanks and for coast flanks.
+    pub aside: [Direction; 2],
+    /// Levers over the mesh cycle.
+    pub pieces: Vec<Piece>,
+    /// The freedom and the teeth that the cycle goes by, and where it stands at zero, rad; absent: levers are the same always.
+    pub cycle: Option<(usize, u32, f64)>,
 }
 
 /// An error that repeats with every turn of a gear, a coupling, a belt or a screw, in some branches.

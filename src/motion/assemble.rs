@@ -5,6 +5,7 @@ use super::contact::{Contact, Flanks, Losses};
 use super::curve::Curve;
 use super::cutting;
 use super::moving::Moving;
+use super::rubbing::{self, Pressed};
 use super::signal::Signal;
 use super::train::{Branch, Drive, Law, Mass, Train};
 use super::wave::{Phase, Shape, Wave};
@@ -14,11 +15,11 @@ use crate::machine::direction::Direction;
 use crate::machine::kinematics::Kinematics;
 use crate::machine::linear::{Linear, LinearBranch};
 use crate::machine::operating::Operating;
-use crate::machine::parts::{self, Machine};
+use crate::machine::parts::{self, Grip, Machine};
 use crate::modes::basis::{self, Solver};
 use crate::modes::equations::{Case, Equations};
 use crate::numeric::{Matrix, definite};
-use crate::scene::laws::{self, Course, History, PhaseOf};
+use crate::scene::laws::{self, Course, Friction, History, PhaseOf};
 
 /// What all parts of the assembly look at.
 struct Site<'a> {
@@ -65,7 +66,7 @@ pub fn assemble(
             branches.push(branch);
         }
     }
-    branches.extend(site.brakes()?);
+    branches.extend(site.brakes(&of)?);
     branches.extend(site.locked());
     let mut known: Vec<(String, usize, Signal)> = Vec::new();
     for motor in &machine.motors {
@@ -232,10 +233,6 @@ impl Site<'_> {
                 followed,
             }
         };
-        let reduce = |d: &Direction| Direction {
-            scale: d.scale,
-            terms: self.kinematics.reduced(&d.terms),
-        };
         if let Some(characteristic) = part.characteristic.clone() {
             let law = Law::Nonlinear {
                 characteristic,
@@ -264,7 +261,7 @@ impl Site<'_> {
             Some(coast) if part.play > 0.0 => {
                 vec![
                     make(lb.direction.clone(), contact(Flanks::Drive), 0),
-                    make(reduce(coast), contact(Flanks::Coast), 1),
+                    make(self.reduced(coast), contact(Flanks::Coast), 1),
                 ]
             }
             _ => vec![make(lb.direction.clone(), contact(Flanks::Both), 0)],
@@ -317,21 +314,31 @@ impl Site<'_> {
         cycles: f64,
         lead: f64,
     ) -> Result<Wave, Error> {
+        Ok(match self.phase(freedom, carrier, cycles, lead)? {
+            Phase::Imposed { omega, start } => Wave::imposed(shape, omega, start),
+            phase => Wave { shape, phase },
+        })
+    }
+
+    /// What passes `cycles` times a turn of a freedom against its carrier.
+    fn phase(
+        &self,
+        freedom: usize,
+        carrier: Option<usize>,
+        cycles: f64,
+        start: f64,
+    ) -> Result<Phase, Error> {
         if self.phase == PhaseOf::Angle {
             let own = self.linear.transform[freedom].iter().copied();
             let carried = carrier.map(|c| self.linear.transform[c].iter().map(|&(j, a)| (j, -a)));
-            let angle = Direction::new(cycles, own.chain(carried.into_iter().flatten()));
-            return Ok(Wave {
-                shape,
-                phase: Phase::Followed {
-                    angle,
-                    start: lead,
-                    known: None,
-                },
+            return Ok(Phase::Followed {
+                angle: Direction::new(cycles, own.chain(carried.into_iter().flatten())),
+                start,
+                known: None,
             });
         }
         let omega = cycles * (self.speed(freedom)? - carrier.map_or(Ok(0.0), |c| self.speed(c))?);
-        Ok(Wave::imposed(shape, omega, lead))
+        Ok(Phase::Imposed { omega, start })
     }
 
     fn is_prescribed(&self, freedom: usize) -> bool {
@@ -381,23 +388,93 @@ impl Site<'_> {
         Ok((imposed, followed))
     }
 
-    fn brakes(&self) -> Result<Vec<Branch>, Error> {
-        let brake = |brake: &parts::Brake| {
-            let direction = Direction {
-                scale: brake.direction.scale,
-                terms: self.kinematics.reduced(&brake.direction.terms),
-            };
-            let law = match &brake.grip {
-                None => Law::Friction(brake.friction),
-                Some(points) => Law::Clutch {
-                    friction: brake.friction,
-                    grip: Signal::table(points)?,
-                },
-            };
-            let name = self.machine.elements[brake.element].name.clone();
-            Ok(plain(name, direction, law))
+    /// Dry friction; `of` are the branches of the train that each branch of the machine is.
+    fn brakes(&self, of: &[Vec<usize>]) -> Result<Vec<Branch>, Error> {
+        let mut branches = Vec::new();
+        for brake in &self.machine.brakes {
+            let direction = self.reduced(&brake.direction);
+            let element = &self.machine.elements[brake.element];
+            let name = element.name.clone();
+            match &brake.grip {
+                Grip::Constant => {
+                    branches.push(plain(name, direction, Law::Friction(brake.friction)));
+                }
+                Grip::Timed(points) => {
+                    let law = Law::Clutch {
+                        friction: brake.friction,
+                        grip: Signal::table(points)?,
+                    };
+                    branches.push(plain(name, direction, law));
+                }
+                Grip::Pressed(pressed) if pressed.coefficient == 0.0 => {
+                    let law = Law::Friction(brake.friction.gripped(pressed.constant));
+                    branches.push(plain(format!("{name} friction"), direction, law));
+                }
+                Grip::Pressed(pressed) => {
+                    let name = format!("{name} friction");
+                    for law in self.pressed(brake.friction, pressed, of)? {
+                        branches.push(plain(name.clone(), direction.clone(), law));
+                    }
+                }
+            }
+        }
+        Ok(branches)
+    }
+
+    fn reduced(&self, direction: &Direction) -> Direction {
+        Direction {
+            scale: direction.scale,
+            terms: self.kinematics.reduced(&direction.terms),
+        }
+    }
+
+    /// Friction that goes by forces of branches; one law a flank where these are branches of their own.
+    fn pressed(
+        &self,
+        friction: Friction,
+        pressed: &parts::Pressed,
+        of: &[Vec<usize>],
+    ) -> Result<Vec<Law>, Error> {
+        let law = |by: Vec<Vec<(usize, f64)>>, path: Option<rubbing::Path>| {
+            Law::Pressed(Box::new(Pressed {
+                friction,
+                constant: pressed.constant,
+                coefficient: pressed.coefficient,
+                by,
+                path,
+            }))
         };
-        self.machine.brakes.iter().map(brake).collect()
+        let component = |forces: &Vec<(usize, f64)>| {
+            let each = forces
+                .iter()
+                .flat_map(|&(b, share)| of[b].iter().map(move |&at| (at, share)));
+            each.collect()
+        };
+        let Some(path) = &pressed.path else {
+            return Ok(vec![law(pressed.by.iter().map(component).collect(), None)]);
+        };
+        let phase = match path.cycle {
+            Some((freedom, teeth, start)) => {
+                Some(self.phase(freedom, None, f64::from(teeth), start)?)
+            }
+            None => None,
+        };
+        let flanks = pressed.by.iter().flatten().flat_map(|f| &of[f.0]);
+        let flanks: Vec<usize> = flanks.copied().collect();
+        let own = |(flank, &at): (usize, &usize)| {
+            // A branch of its own for coast flanks pulls with a force below zero as well.
+            let aside = match flanks.len() {
+                1 => [&path.aside[0]; 2],
+                _ => [&path.aside[flank]; 2],
+            };
+            let path = rubbing::Path {
+                aside: aside.map(|d| self.reduced(d)),
+                pieces: path.pieces.clone(),
+                phase: phase.clone(),
+            };
+            law(vec![vec![(at, 1.0)]], Some(path))
+        };
+        Ok(flanks.iter().enumerate().map(own).collect())
     }
 
     /// Loads whose orders are locked to the angle of their node.

@@ -2,8 +2,9 @@
 
 use super::contact::{Affine, Stand};
 use super::friction::Slip;
+use super::rubbing::Path;
 use super::train::{Branch, BranchStand, Law, Regime, Train};
-use super::wave::{Phase, Shape, Wave};
+use super::wave::{Phase, Shape};
 use crate::machine::direction::Direction;
 
 /// A border of the present regime. Above zero the regime holds.
@@ -24,27 +25,86 @@ pub enum Border {
 pub struct Span {
     /// Whose wave.
     pub branch: usize,
-    /// Which wave of e it is; none: of the stiffness.
-    pub of_error: Option<usize>,
+    /// Of what.
+    pub of: Of,
     turn: f64,
     piece: usize,
 }
 
-impl Span {
-    fn wave<'a>(&self, train: &'a Train) -> Option<&'a Wave> {
-        let branch = &train.branches[self.branch];
-        match self.of_error {
-            Some(at) => branch.followed.get(at),
-            None => branch.variation.as_ref(),
+/// What goes by pieces over an angle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Of {
+    /// The stiffness.
+    Stiffness,
+    /// A wave of e.
+    Error(usize),
+    /// Friction along the path of contact.
+    Path,
+}
+
+/// A period in pieces.
+struct Periodic<'a> {
+    phase: &'a Phase,
+    edges: Edges<'a>,
+}
+
+enum Edges<'a> {
+    Shape(&'a Shape),
+    Path(&'a Path),
+}
+
+impl Periodic<'_> {
+    fn pieces(&self) -> usize {
+        match self.edges {
+            Edges::Shape(shape) => pieces(shape),
+            Edges::Path(path) => path.pieces.len(),
         }
     }
 
+    fn edge(&self, at: usize) -> f64 {
+        match self.edges {
+            Edges::Shape(shape) => edge(shape, at),
+            Edges::Path(path) => path.edge(at),
+        }
+    }
+
+    fn piece(&self, psi: f64) -> usize {
+        match self.edges {
+            Edges::Shape(shape) => shape.piece(psi),
+            Edges::Path(path) => path.piece(psi),
+        }
+    }
+}
+
+/// What of a branch goes by pieces.
+fn periodic(branch: &Branch, of: Of) -> Option<Periodic<'_>> {
+    let wave = match of {
+        Of::Stiffness => branch.variation.as_ref()?,
+        Of::Error(at) => branch.followed.get(at)?,
+        Of::Path => {
+            let Law::Pressed(pressed) = &branch.law else {
+                return None;
+            };
+            let path = pressed.path.as_ref()?;
+            return Some(Periodic {
+                phase: path.phase.as_ref()?,
+                edges: Edges::Path(path),
+            });
+        }
+    };
+    Some(Periodic {
+        phase: &wave.phase,
+        edges: Edges::Shape(&wave.shape),
+    })
+}
+
+impl Span {
     /// The piece before or after.
     pub fn step(&mut self, train: &Train, up: bool) {
-        let Some(wave) = self.wave(train) else {
+        let Some(wave) = periodic(&train.branches[self.branch], self.of) else {
             return;
         };
-        let last = pieces(&wave.shape) - 1;
+        let last = wave.pieces() - 1;
         match (up, self.piece) {
             (true, piece) if piece == last => (self.turn, self.piece) = (self.turn + 1.0, 0),
             (true, _) => self.piece += 1,
@@ -82,17 +142,18 @@ pub fn spans(train: &Train, t: f64, y: &[f64]) -> Vec<Span> {
     let q = &y[..train.n()];
     let mut spans = Vec::new();
     for (at, branch) in train.branches.iter().enumerate() {
-        let stiffness = branch.variation.iter().map(|wave| (None, wave));
-        let errors = branch.followed.iter().enumerate();
-        for (of_error, wave) in stiffness.chain(errors.map(|(at, wave)| (Some(at), wave))) {
-            let Wave { shape, phase } = wave;
-            if matches!(phase, Phase::Followed { .. }) && pieces(shape) > 1 {
-                let psi = phase.at(t, q);
+        let errors = (0..branch.followed.len()).map(Of::Error);
+        for of in [Of::Stiffness, Of::Path].into_iter().chain(errors) {
+            let Some(wave) = periodic(branch, of) else {
+                continue;
+            };
+            if matches!(wave.phase, Phase::Followed { .. }) && wave.pieces() > 1 {
+                let psi = wave.phase.at(t, q);
                 spans.push(Span {
                     branch: at,
-                    of_error,
+                    of,
                     turn: psi.floor(),
-                    piece: shape.piece(psi),
+                    piece: wave.piece(psi),
                 });
             }
         }
@@ -169,7 +230,7 @@ impl Border {
                 (sign * rate, spread(&train.branches[branch].direction, v))
             }
             Border::Loose(branch, slip) => {
-                let dry = train.branches[branch].law.dry(t);
+                let dry = train.dry(branch, Some(regime), t, y);
                 let breakaway = dry.map_or(f64::INFINITY, |friction| friction.breakaway);
                 let held = train.held(regime, t, y, branch);
                 (
@@ -179,13 +240,13 @@ impl Border {
             }
             Border::Piece(at, up) => {
                 let span = &spans[at];
-                let Some(Wave { shape, phase }) = span.wave(train) else {
+                let Some(wave) = periodic(&train.branches[span.branch], span.of) else {
                     return (f64::INFINITY, 0.0);
                 };
-                let psi = phase.at(t, q);
+                let psi = wave.phase.at(t, q);
                 let left = match up {
-                    true => span.turn + edge(shape, span.piece + 1) - psi,
-                    false => psi - span.turn - edge(shape, span.piece),
+                    true => span.turn + wave.edge(span.piece + 1) - psi,
+                    false => psi - span.turn - wave.edge(span.piece),
                 };
                 (left, psi.abs() + span.turn.abs() + 1.0)
             }

@@ -7,7 +7,7 @@
 
 use super::problem::Effort;
 
-/// A polynomial in x, `|x| ≤ 1` or so, and what is known of its value.
+/// A polynomial in x, `|x| ≤ 1`, and what is known of its value.
 #[derive(Debug, Clone, Copy)]
 pub struct Border<'a> {
     /// By rising powers.
@@ -23,7 +23,7 @@ pub struct Border<'a> {
 /// A border touched within its noise and not crossed is passed by a step that cannot lose more than that noise, and counted as grazed.
 pub fn first_root(border: Border, [from, to]: [f64; 2], effort: &mut Effort) -> Option<f64> {
     let p = border.coefficients;
-    let (swing, curvature) = bounds(p, from.abs().max(to.abs()));
+    let (swing, curvature) = bounds(p);
     if !border.fresh && p.first().is_some_and(|&middle| middle > swing) {
         return None;
     }
@@ -57,24 +57,37 @@ pub fn first_root(border: Border, [from, to]: [f64; 2], effort: &mut Effort) -> 
     }
 }
 
-/// Bounds over `|x| ≤ reach` of `|p(x) − p(0)|` and of `|p″|`.
-fn bounds(p: &[f64], reach: f64) -> (f64, f64) {
-    let (mut swing, mut curvature) = (0.0, 0.0);
-    for (k, a) in p.iter().enumerate().skip(1).rev() {
-        let k = k as f64;
-        swing = (swing + a.abs()) * reach;
-        if k > 1.0 {
-            curvature = curvature * reach + k * (k - 1.0) * a.abs();
+/// Bounds over `|x| ≤ 1` of `|p(x) − p(0)|` and of `|p″|`.
+fn bounds(p: &[f64]) -> (f64, f64) {
+    const LANES: usize = 4;
+    let (mut swing, mut curvature) = ([0.0; LANES], [0.0; LANES]);
+    let mut power = [0.0, 1.0, 2.0, 3.0];
+    for four in p.chunks(LANES) {
+        for (lane, a) in four.iter().enumerate() {
+            let k: f64 = power[lane];
+            swing[lane] += a.abs();
+            curvature[lane] += k * (k - 1.0) * a.abs();
+            power[lane] += LANES as f64;
         }
     }
-    (swing, curvature)
+    let constant = p.first().map_or(0.0, |a| a.abs());
+    (swing.iter().sum::<f64>() - constant, curvature.iter().sum())
 }
 
-/// p and p′, by Horner's rule.
+/// p and p′, by Horner's rule over the even and the odd powers: `p = E(x²) + x O(x²)`.
 pub fn value_and_slope(p: &[f64], x: f64) -> (f64, f64) {
-    p.iter().rev().fold((0.0, 0.0), |(value, slope), a| {
-        (value * x + a, slope * x + value)
-    })
+    let square = x * x;
+    let pairs = p.chunks_exact(2);
+    let (mut even, mut odd) = (pairs.remainder().first().copied().unwrap_or(0.0), 0.0);
+    let (mut even_slope, mut odd_slope) = (0.0, 0.0);
+    for pair in pairs.rev() {
+        even_slope = even_slope * square + even;
+        odd_slope = odd_slope * square + odd;
+        even = even * square + pair[0];
+        odd = odd * square + pair[1];
+    }
+    let slope = odd + 2.0 * x * (even_slope + x * odd_slope);
+    (even + x * odd, slope)
 }
 
 /// The only root between `from` and `limit`, where p falls throughout.

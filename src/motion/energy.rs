@@ -47,6 +47,16 @@ impl Train {
         kinetic + potential + general
     }
 
+    /// What a branch of dry friction loses at an instant, W.
+    pub fn rubbed_away(&self, regime: &Regime, t: f64, y: &[f64], branch: usize) -> f64 {
+        let n = self.n();
+        let b = &self.branches[branch];
+        let (_, rate) = b.deflection(t, &y[..n], &y[n..2 * n], self.imposed_piece(regime, branch));
+        let aside = self.aside(branch, Some(regime), t, y);
+        let beside = aside.map_or(0.0, |(force, along)| force * along.dot(&y[n..2 * n]));
+        self.held(regime, t, y, branch) * rate + beside
+    }
+
     /// What is put in and lost at an instant.
     pub fn powers(&self, regime: &Regime, t: f64, y: &[f64]) -> Powers {
         let n = self.n();
@@ -63,7 +73,9 @@ impl Train {
             let piece = self.imposed_piece(regime, at);
             let (delta, rate) = b.deflection(t, q, v, piece);
             let force = match b.law {
-                Law::Friction(_) | Law::Clutch { .. } => self.held(regime, t, y, at),
+                Law::Friction(_) | Law::Clutch { .. } | Law::Pressed(_) => {
+                    self.held(regime, t, y, at)
+                }
                 _ => self.force(at, Some(regime), t, y, z).0,
             };
             // Where the force does not act along w, the difference is put in; so is what an imposed e pushes.
@@ -93,7 +105,9 @@ impl Train {
                     }
                 }
                 Law::Nonlinear { damping, .. } => powers.lost += damping * rate * rate,
-                Law::Friction(_) | Law::Clutch { .. } => powers.lost += force * rate,
+                Law::Friction(_) | Law::Clutch { .. } | Law::Pressed(_) => {
+                    powers.lost += self.rubbed_away(regime, t, y, at);
+                }
                 Law::Curve(_) | Law::Lagged { .. } | Law::Orders { .. } => {
                     powers.put_in -= force * rate;
                 }

@@ -4,7 +4,7 @@
 //! polynomial of the step; where it crosses zero, the step is taken again with h ← h − p/ṗ until it ends on the border.
 
 use super::bernstein::{Basis, Course, Nine, course};
-use super::borders::{Border, Span, borders, of_contact, spans};
+use super::borders::{Border, Of, Span, borders, of_contact, spans};
 use super::friction::Slip;
 use super::problem::{Ask, Effort, Problem, Sink};
 use super::progress::{Samples, check, next_stop, within_budget};
@@ -117,6 +117,10 @@ impl Way<'_> {
                 let piece = wave.shape.piece(wave.phase.at(middle, &[])) as u32;
                 jumps |= piece != old;
                 self.regime.stands[at] = BranchStand::Contact(stand, piece);
+            }
+            if let Some(Phase::Imposed { .. }) = branch.law.phase() {
+                let piece = train.path_piece(at, middle, &[]);
+                self.regime.pieces[train.path_at(at)] = piece;
             }
             if jumps {
                 self.stand_anew(at);
@@ -257,11 +261,16 @@ impl Way<'_> {
                 self.effort.events -= 1;
                 self.spans[span].step(self.train, up);
                 let span = self.spans[span];
-                if let (None, BranchStand::Contact(stand, _)) =
-                    (span.of_error, self.regime.stands[branch])
-                {
-                    self.regime.stands[branch] = BranchStand::Contact(stand, span.piece());
-                    self.stand_anew(branch);
+                match (span.of, self.regime.stands[branch]) {
+                    (Of::Stiffness, BranchStand::Contact(stand, _)) => {
+                        self.regime.stands[branch] = BranchStand::Contact(stand, span.piece());
+                        self.stand_anew(branch);
+                    }
+                    (Of::Path, _) => {
+                        let at = self.train.path_at(branch);
+                        self.regime.pieces[at] = span.piece();
+                    }
+                    _ => {}
                 }
             }
         }

@@ -6,6 +6,7 @@
 //! springs, one spring and damper in series, `1/ΣK` and `ΣC/ΣK²` along `Σ (Kᵢ − Cᵢ ΣK/ΣC) xᵢ`. No step subtracts stiffness.
 
 use super::combination::Combination;
+use super::pressing::unpressed;
 use super::signal::Signal;
 use super::train::{Branch, Drive, Law, Mass, Train};
 use super::wave::{Phase, Wave};
@@ -87,7 +88,7 @@ pub fn condense(
         let mesh = star.mesh(&left).map_err(|e| e.at(&where_is(z)))?;
         branches.extend(mesh.into_iter().map(|b| (None, b)));
     }
-    Ok(finished(whole, massless, branches, drives, &followers))
+    finished(whole, massless, branches, drives, &followers)
 }
 
 /// The one share of dampers on springs at a coordinate, s; none where there is not one, or something else joins it.
@@ -109,7 +110,13 @@ fn share(branches: &[(Option<usize>, Branch)], z: usize) -> Option<f64> {
 fn touches(b: &Branch, z: usize) -> bool {
     let along = |d: &Direction| d.terms.iter().any(|t| t.0 == z);
     let waves = b.variation.iter().chain(&b.followed);
-    along(&b.direction) || along(b.acts()) || waves.filter_map(|w| w.phase.angle()).any(along)
+    let rubs = match &b.law {
+        Law::Pressed(pressed) => pressed.along().any(along),
+        _ => false,
+    };
+    rubs || along(&b.direction)
+        || along(b.acts())
+        || waves.filter_map(|w| w.phase.angle()).any(along)
 }
 
 fn hindered(name: &str, what: &str) -> Error {
@@ -317,7 +324,7 @@ fn finished(
     branches: Vec<(Option<usize>, Branch)>,
     drives: Vec<Drive>,
     followers: &[Follower],
-) -> Condensed {
+) -> Result<Condensed, Error> {
     let n = whole.n();
     let kept: Vec<usize> = (0..n).filter(|j| !massless.contains(j)).collect();
     let place = |i: usize| kept.binary_search(&i).unwrap_or_default();
@@ -331,19 +338,36 @@ fn finished(
             numbers[*number] = Some(at);
         }
     }
-    let moved_wave = |mut wave: Wave| {
-        if let Phase::Followed { angle, .. } = &mut wave.phase {
+    let moved_phase = |phase: &Phase| {
+        let mut phase = phase.clone();
+        if let Phase::Followed { angle, .. } = &mut phase {
             *angle = moved(angle);
         }
-        wave
+        phase
     };
-    let branches = branches.into_iter().map(|(_, b)| Branch {
-        direction: moved(&b.direction),
-        force: b.force.as_ref().map(moved),
-        variation: b.variation.map(moved_wave),
-        followed: b.followed.into_iter().map(moved_wave).collect(),
-        ..b
+    let moved_wave = |wave: Wave| Wave {
+        phase: moved_phase(&wave.phase),
+        ..wave
+    };
+    let moved_law = |name: &str, law: Law| match law {
+        Law::Pressed(pressed) => {
+            let pressed = pressed.moved(moved, moved_phase, &numbers);
+            let pressed = pressed.map_err(|by| unpressed(&whole, name, by))?;
+            Ok(Law::Pressed(Box::new(pressed)))
+        }
+        law => Ok(law),
+    };
+    let branches = branches.into_iter().map(|(_, b)| {
+        Ok(Branch {
+            direction: moved(&b.direction),
+            force: b.force.as_ref().map(moved),
+            law: moved_law(&b.name, b.law)?,
+            variation: b.variation.map(moved_wave),
+            followed: b.followed.into_iter().map(moved_wave).collect(),
+            ..b
+        })
     });
+    let branches = branches.collect::<Result<_, Error>>()?;
     let block = |a: &Matrix| Matrix::from_fn(kept.len(), kept.len(), |i, j| a[(kept[i], kept[j])]);
     let train = Train {
         coordinates: kept.iter().map(|&i| whole.coordinates[i].clone()).collect(),
@@ -354,7 +378,7 @@ fn finished(
                 inverse: block(inverse),
             },
         },
-        branches: branches.collect(),
+        branches,
         drives: drives
             .into_iter()
             .map(|d| Drive {
@@ -381,10 +405,10 @@ fn finished(
             false => own.over(&places),
         };
     }
-    Condensed {
+    Ok(Condensed {
         train,
         kept,
         branches: numbers,
         places,
-    }
+    })
 }

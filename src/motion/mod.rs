@@ -15,11 +15,17 @@ pub mod friction;
 /// Torque over speed.
 pub mod curve;
 
+/// Dry friction pressed by forces of the machine.
+pub mod rubbing;
+
 /// What methods take and give.
 pub mod problem;
 
 /// A machine in motion.
 pub mod train;
+
+/// What presses friction pairs at a state.
+pub mod pressing;
 
 /// What follows from coordinates.
 pub mod combination;

@@ -20,6 +20,8 @@ pub enum Quantity {
     Force(usize),
     /// −F of a branch: what a motor gives the machine.
     Given(usize),
+    /// What dry friction of branches loses, W: from this one on, so many of them; of the machine with its prescribed coordinates.
+    Loss(usize, usize),
     /// `k δ + c δ̇` of a row δ: what a spring carries that became part of others.
     Spring {
         /// δ.
@@ -93,6 +95,17 @@ impl Outputs {
                 }
                 Quantity::Force(branch) => force(train, branch, t, y),
                 Quantity::Given(branch) => -force(train, branch, t, y),
+                Quantity::Loss(first, count) => {
+                    let all = first..first + count;
+                    let lost = |train: &Train, y: &[f64]| {
+                        let regime = train.regime(t, y);
+                        all.map(|at| train.rubbed_away(&regime, t, y, at)).sum()
+                    };
+                    match &self.prescribed {
+                        Some(known) => lost(&known.whole, &known.state(t, y)),
+                        None => lost(train, y),
+                    }
+                }
                 Quantity::Drive(at) => {
                     let known = self.prescribed.as_ref();
                     known.map_or(0.0, |known| known.torques(train, t, y)[at])

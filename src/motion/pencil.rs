@@ -1,7 +1,7 @@
 //! The linear systems of implicit methods, `(s I − ∂f/∂y) x = b`, with positions eliminated where the problem is a machine.
 
 use super::problem::Problem;
-use super::train::{Branch, Frozen};
+use super::train::{Branch, Frozen, Law};
 use crate::base::error::Error;
 use crate::machine::direction::Direction;
 use crate::motion::problem::Effort;
@@ -68,7 +68,7 @@ impl Linearised for Frozen<'_> {
             return plain(self, t, y, effort);
         }
         effort.jacobians += 1;
-        match self.train.branches.iter().any(follows) {
+        match self.train.branches.iter().any(leans) {
             true => differences(self, t, y, effort),
             false => exact(self, t, y),
         }
@@ -82,6 +82,11 @@ pub fn follows(branch: &Branch) -> bool {
             .variation
             .as_ref()
             .is_some_and(|w| w.phase.angle().is_some())
+}
+
+/// Whether the force of a branch goes by what others do.
+fn leans(branch: &Branch) -> bool {
+    follows(branch) || matches!(branch.law, Law::Pressed(_))
 }
 
 /// By differences.

@@ -5,8 +5,9 @@
 //! its motion is imposed on the branches that join it.
 
 use super::combination::Combination;
+use super::pressing::unpressed;
 use super::signal::Signal;
-use super::train::{Branch, Drive, Mass, Regime, Train};
+use super::train::{Branch, Drive, Law, Mass, Regime, Train};
 use super::wave::{Phase, Wave};
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -107,6 +108,16 @@ pub fn take_out(
         })
     });
     let numbers: Vec<Option<usize>> = numbers.collect();
+    for branch in &mut branches {
+        if let Law::Pressed(pressed) = &mut branch.law {
+            let moved = pressed.moved(
+                |d| restricted(d, &kept),
+                |phase| of_phase(phase, &kept, &motions),
+                &numbers,
+            );
+            **pressed = moved.map_err(|by| unpressed(&whole, &branch.name, by))?;
+        }
+    }
     let drives = whole.drives.iter().map(|drive| Drive {
         direction: restricted(&drive.direction, &kept),
         ..drive.clone()
@@ -361,13 +372,26 @@ fn of_branch(branch: &Branch, kept: &[usize], motions: &[Motion]) -> Branch {
 
 /// A wave whose angle is in part, or wholly, known.
 fn of_wave(wave: &Wave, kept: &[usize], motions: &[Motion]) -> Wave {
+    match (of_phase(&wave.phase, kept, motions), &wave.phase) {
+        (Phase::Imposed { omega, start }, Phase::Followed { .. }) => {
+            Wave::imposed(wave.shape.clone(), omega, start)
+        }
+        (phase, _) => Wave {
+            shape: wave.shape.clone(),
+            phase,
+        },
+    }
+}
+
+/// A phase that is in part, or wholly, known.
+fn of_phase(phase: &Phase, kept: &[usize], motions: &[Motion]) -> Phase {
     let Phase::Followed {
         angle,
         start,
         known,
-    } = &wave.phase
+    } = phase
     else {
-        return wave.clone();
+        return phase.clone();
     };
     let mut known = known.clone();
     for motion in motions {
@@ -382,15 +406,15 @@ fn of_wave(wave: &Wave, kept: &[usize], motions: &[Motion]) -> Wave {
     match &known {
         Some(x) if angle.terms.is_empty() && steady(x) => {
             let knot = x.knots[0];
-            Wave::imposed(wave.shape.clone(), knot.slope, start + knot.line(0.0))
+            Phase::Imposed {
+                omega: knot.slope,
+                start: start + knot.line(0.0),
+            }
         }
-        _ => Wave {
-            shape: wave.shape.clone(),
-            phase: Phase::Followed {
-                angle,
-                start: *start,
-                known,
-            },
+        _ => Phase::Followed {
+            angle,
+            start: *start,
+            known,
         },
     }
 }

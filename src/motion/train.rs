@@ -8,6 +8,7 @@ use super::contact::{Contact, Stand};
 use super::curve::Curve;
 use super::friction::{Friction, Slip};
 use super::problem::Problem;
+use super::rubbing::Pressed;
 use super::signal::Signal;
 use super::wave::{Phase, Shape, Wave};
 use crate::machine::characteristic::Characteristic;
@@ -115,6 +116,8 @@ pub enum Law {
         /// The share of it, from 0 to 1.
         grip: Signal,
     },
+    /// Dry friction that goes by forces of the machine: of bearings, of teeth.
+    Pressed(Box<Pressed>),
     /// `F = −(mean + Σ a cos(n δ + φ))`: a load whose orders are locked to the angle it acts on.
     Orders {
         /// N·m.
@@ -150,7 +153,8 @@ pub enum Law {
 /// Everything that jumps, frozen: in one regime the right-hand side is smooth.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Regime {
-    /// Of every drive, then of every branch's imposed e: which line carries it.
+    /// Of every drive, then of every branch's imposed e: which line carries it; where friction of teeth goes along their path of
+    /// contact, then of every branch: which piece of the path holds it.
     pub pieces: Vec<u32>,
     /// Of every branch: how it stands.
     pub stands: Vec<BranchStand>,
@@ -178,23 +182,25 @@ impl Regime {
 }
 
 impl Law {
-    /// Its dry friction at `t`, where it is that.
-    pub fn dry(&self, t: f64) -> Option<Friction> {
+    /// What carries its path of contact on, where it has one.
+    pub fn phase(&self) -> Option<&Phase> {
         match self {
-            Law::Friction(friction) => Some(*friction),
-            Law::Clutch { friction, grip } => Some(friction.gripped(grip.value(t, grip.piece(t)))),
+            Law::Pressed(pressed) => pressed.path.as_ref()?.phase.as_ref(),
             _ => None,
         }
     }
 
     /// It is dry friction.
     pub fn is_dry(&self) -> bool {
-        matches!(self, Law::Friction(_) | Law::Clutch { .. })
+        matches!(
+            self,
+            Law::Friction(_) | Law::Clutch { .. } | Law::Pressed(_)
+        )
     }
 }
 
 /// The force of dry friction as it stands, 0, and d/dδ̇; where nothing says how it stands, its step is spread over the creep speed.
-fn rubbed(friction: &Friction, stand: Option<BranchStand>, rate: f64) -> (f64, f64, f64) {
+pub fn rubbed(friction: &Friction, stand: Option<BranchStand>, rate: f64) -> (f64, f64, f64) {
     match stand {
         Some(BranchStand::Friction(Slip::Stick)) => (0.0, 0.0, 0.0),
         Some(BranchStand::Friction(slip)) => (
@@ -274,6 +280,7 @@ impl Train {
                     }
                     Law::Friction(_)
                     | Law::Clutch { .. }
+                    | Law::Pressed(_)
                     | Law::Orders { .. }
                     | Law::Nonlinear { .. } => false,
                 };
@@ -301,7 +308,10 @@ impl Train {
                     Law::Curve(curve) | Law::Lagged { curve, .. } => {
                         matches!(curve, Curve::Straight { .. })
                     }
-                    Law::Clutch { .. } | Law::Orders { .. } | Law::Nonlinear { .. } => false,
+                    Law::Clutch { .. }
+                    | Law::Pressed(_)
+                    | Law::Orders { .. }
+                    | Law::Nonlinear { .. } => false,
                 };
                 let steps = b
                     .variation
@@ -320,8 +330,7 @@ impl Train {
                         w.phase.angle().is_some() && !matches!(w.shape, Shape::Fourier { .. })
                     })
             }
-            Law::Friction(_) | Law::Clutch { .. } => true,
-            _ => false,
+            law => law.is_dry(),
         })
     }
 
@@ -338,7 +347,7 @@ impl Train {
     /// The regime at a state.
     pub fn regime(&self, t: f64, y: &[f64]) -> Regime {
         let (q, v) = (&y[..self.n()], &y[self.n()..2 * self.n()]);
-        let pieces = self.pieces(t);
+        let mut pieces = self.pieces(t);
         let stands = self.branches.iter().enumerate().map(|(at, b)| {
             let piece = pieces[self.drives.len() + at];
             match &b.law {
@@ -353,7 +362,7 @@ impl Train {
                         of_wave,
                     )
                 }
-                Law::Friction(_) | Law::Clutch { .. } => {
+                law if law.is_dry() => {
                     let (_, rate) = b.deflection(t, q, v, piece);
                     BranchStand::Friction(match rate {
                         r if r > 0.0 => Slip::Forward,
@@ -365,6 +374,9 @@ impl Train {
             }
         });
         let stands = stands.collect();
+        if self.has_paths() {
+            pieces.extend((0..self.branches.len()).map(|at| self.path_piece(at, t, q)));
+        }
         let mut regime = Regime { pieces, stands };
         self.let_slip(&mut regime, t, y);
         regime
@@ -380,7 +392,7 @@ impl Train {
             }
             let held = self.holding(regime, t, &self.pushed(Some(regime), t, y), &y[n..2 * n]);
             let over = |(&at, &held): (&usize, &f64)| {
-                let breakaway = self.branches[at].law.dry(t)?.breakaway;
+                let breakaway = self.dry(at, Some(regime), t, y)?.breakaway;
                 (held.abs() > breakaway).then(|| (at, held, held.abs() / breakaway))
             };
             let worst = sticking
@@ -427,9 +439,11 @@ impl Train {
                 (force.at(delta, rate), force.deflection, force.rate)
             }
             Law::Friction(friction) => rubbed(friction, regime.map(|r| r.stands[branch]), rate),
-            Law::Clutch { friction, grip } => {
-                let friction = friction.gripped(grip.value(t, grip.piece(t)));
-                rubbed(&friction, regime.map(|r| r.stands[branch]), rate)
+            Law::Clutch { .. } | Law::Pressed(_) => {
+                let dry = self.dry(branch, regime, t, y);
+                dry.map_or((0.0, 0.0, 0.0), |dry| {
+                    rubbed(&dry, regime.map(|r| r.stands[branch]), rate)
+                })
             }
             Law::Orders { mean, terms } => {
                 let sum = |(value, slope): (f64, f64), &(n, a, phase): &(f64, f64, f64)| {
@@ -534,6 +548,9 @@ impl Train {
             inner += b.inner();
             let (force, _, _) = self.force(at, regime, t, y, z);
             b.acts().scaled().for_each(|(i, a)| g[i] -= a * force);
+            if let Some((force, direction)) = self.aside(at, regime, t, y) {
+                direction.scaled().for_each(|(i, a)| g[i] -= a * force);
+            }
             self.follow(at, regime, t, y, force, &mut g);
         }
         if let Some((k, c)) = &self.general {
@@ -702,7 +719,8 @@ impl Problem for Train {
             });
         let followed = self.branches.iter().flat_map(|b| {
             let waves = b.variation.iter().chain(&b.followed);
-            waves.filter_map(|w| match &w.phase {
+            let phases = waves.map(|w| &w.phase).chain(b.law.phase());
+            phases.filter_map(|phase| match phase {
                 Phase::Followed { known, .. } => known.as_ref().map(|x| x.next_knot(t)),
                 Phase::Imposed { .. } => None,
             })
@@ -711,8 +729,13 @@ impl Problem for Train {
             Law::Clutch { grip, .. } => Some(grip.next_knot(t)),
             _ => None,
         });
+        let paths = self.branches.iter().filter_map(|b| match &b.law {
+            Law::Pressed(pressed) => pressed.path.as_ref().map(|path| path.next_edge(t)),
+            _ => None,
+        });
         drives
             .chain(imposed)
+            .chain(paths)
             .chain(waves)
             .chain(followed)
             .chain(grips)

@@ -30,6 +30,7 @@ pub fn nearest<'t>(train: &'t Train, t: f64, y: &[f64]) -> Option<&'t str> {
             Law::Friction(friction) | Law::Clutch { friction, .. } => {
                 Some(rate.abs() / friction.creep)
             }
+            Law::Pressed(pressed) => Some(rate.abs() / pressed.friction.creep),
             _ => None,
         }
     };

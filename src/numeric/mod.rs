@@ -54,6 +54,9 @@ pub mod collinearity;
 /// Vector registers as they should be left.
 pub mod registers;
 
+/// Products in place.
+pub mod products;
+
 /// Symmetric eigenproblems, Cholesky factors, linear systems.
 pub mod definite;
 

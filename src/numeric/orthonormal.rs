@@ -1,5 +1,8 @@
 //! Orthonormal bases of column spaces: `A = Q R` by Householder reflections (Householder 1958).
 
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Par};
+
 use super::Matrix;
 
 /// `A = Q R` with as many columns of Q as of A.
@@ -58,6 +61,15 @@ impl ThinQr {
 /// `Aᵀ B`.
 pub fn transposed_product(a: &Matrix, b: &Matrix) -> Matrix {
     a.transpose() * b
+}
+
+/// `A − B C`.
+pub fn without_product(a: &Matrix, b: &Matrix, c: &Matrix) -> Matrix {
+    let mut left = a.clone();
+    if b.ncols() > 0 {
+        matmul(&mut left, Accum::Add, b, c, -1.0, Par::Seq);
+    }
+    left
 }
 
 /// Rows `from..to` of a matrix.

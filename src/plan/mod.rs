@@ -21,5 +21,8 @@ pub mod transmission;
 /// Analyses of logs.
 pub mod logs;
 
+/// What is found while a motion runs.
+pub mod on_the_fly;
+
 /// A gear's charts and readings.
 pub mod measure;

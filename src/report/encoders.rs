@@ -71,6 +71,7 @@ pub fn json(found: &EncoderRecord, teeth: &Teeth, done: &[Repair]) -> Value {
         "limits": found.limits,
         "repaired": measured.repaired.iter().map(|j| json!({
             "row": j.row + 1, "counts": j.counts, "encoder": j.whose, "step_arcsec": arcsec(j.step),
+            "or": j.or.map(|(counts, encoder)| json!({ "counts": counts, "encoder": encoder })),
         })).collect::<Vec<_>>(),
         "effort": found.trace.iter().map(|t| json!({ "stage": t.0, "time_s": t.1 })).collect::<Vec<_>>(),
         "repairs": repairs(done),
@@ -108,6 +109,12 @@ fn flank(flank: &Flank, found: &EncoderRecord) -> Value {
         "short_wave_arcsec": arcsec(composite.short.0.sliding),
         "short_wave_by_pitch_mean_arcsec": arcsec(composite.short.1.sliding),
         "noise_rms_arcsec": arcsec(flank.noise),
+        "of_orders": {
+            "total_arcsec": arcsec(flank.of_orders.total),
+            "one_turn_arcsec": arcsec(flank.of_orders.by_turn),
+            "tooth_to_tooth_arcsec": arcsec(flank.of_orders.by_pitch),
+            "std_arcsec": arcsec(flank.of_orders.deviation),
+        },
         "turn_average": flank.average.as_ref().map(|a| json!({
             "turns": a.turns,
             "standard_error_arcsec": arcsec(a.standard_error),
@@ -118,6 +125,7 @@ fn flank(flank: &Flank, found: &EncoderRecord) -> Value {
             "order_value": u.order,
             "order_known_to": u.known_to,
             "amplitude_arcsec": arcsec(u.amplitude),
+            "nearest": u.nearest,
         })).collect::<Vec<_>>(),
     })
 }
@@ -139,6 +147,7 @@ fn attribution(all: &Attribution) -> Value {
             "order": r.order.to_string(),
             "order_value": r.order.value(),
             "amplitude_arcsec": arcsec(r.amplitude),
+            "even_input_arcsec": arcsec(r.even),
             "sources": r.sources.iter().map(source).collect::<Vec<_>>(),
         })
     };

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::encoders::{arcsec, degrees, micrometres, way};
-use super::number::{brief, significant};
+use super::number::{brief, interval, significant};
 use super::table::{finish, plain, right_but_first, right_but_last};
 use crate::base::words::counted;
 use crate::plan::logs::attribution::Attribution;
@@ -103,13 +103,27 @@ fn one(flank: &Flank, found: &EncoderRecord, all: bool) -> String {
         cells.push(note);
         table.add_row(cells);
     };
-    row("F_i′, whole record", composite.total, String::new());
+    row(
+        "F_i′, whole record",
+        composite.total,
+        "of the readings, with steps and noise".into(),
+    );
     row("F_i′, one turn", composite.by_turn.sliding, String::new());
     row(
         "f_i′, one pitch",
         composite.by_pitch.sliding,
         format!("end to end {}", brief(arcsec(composite.by_pitch.fixed))),
     );
+    let deviation = format!(
+        "± {}: what the fitted orders make, without steps of the encoders and noise",
+        brief(arcsec(flank.of_orders.deviation))
+    );
+    row(
+        "F_i′ of the orders",
+        flank.of_orders.total,
+        deviation.clone(),
+    );
+    row("f_i′ of the orders", flank.of_orders.by_pitch, deviation);
     row(
         "long wave",
         composite.long.0,
@@ -151,8 +165,11 @@ fn one(flank: &Flank, found: &EncoderRecord, all: bool) -> String {
     text += &finish(&whole);
     text += &lines(flank, with_um, found, all);
     for u in &flank.unexplained {
+        let near = u.nearest.as_ref().map_or(String::new(), |what| {
+            format!("; {what} lies there, --all fits multiples of the shafts")
+        });
         text += &format!(
-            "unexplained: order {} ± {}, {} arcsec\n",
+            "unexplained: order {} ± {}, {} arcsec{near}\n",
             significant(u.order),
             brief(u.known_to),
             brief(arcsec(u.amplitude))
@@ -168,9 +185,9 @@ fn attribution(all: &Attribution) -> String {
     }
     let mut table = plain();
     table.add_row(vec![
-        "order", "declared", "", "arrives", "measured", "so it is", "95 %", "of",
+        "order", "declared", "", "arrives", "measured", "evenly", "so it is", "95 %", "of",
     ]);
-    table.add_row(vec!["", "", "", "arcsec", "arcsec", "", "", ""]);
+    table.add_row(vec!["", "", "", "arcsec", "arcsec", "arcsec", "", "", ""]);
     for row in &all.rows {
         for source in &row.sources {
             let shown = |x: f64| brief(source.shown(x));
@@ -180,9 +197,10 @@ fn attribution(all: &Attribution) -> String {
                 source.unit().to_string(),
                 brief(arcsec(source.arrives)),
                 brief(arcsec(row.amplitude)),
+                brief(arcsec(row.even)),
                 source.found.map_or("–".to_string(), |f| shown(f.0)),
                 source.found.map_or("–".to_string(), |f| {
-                    format!("{} … {}", shown(f.1.0), shown(f.1.1))
+                    interval(source.shown(f.1.0), source.shown(f.1.1))
                 }),
                 source.name.clone(),
             ]);
@@ -190,7 +208,7 @@ fn attribution(all: &Attribution) -> String {
     }
     right_but_last(&mut table);
     let mut text = format!(
-        "\n{}\nthe record tells {} numbers of {} declared errors; where orders are shared no source has a size of its own\n",
+        "\n{}\nevenly: as it would be measured if the input turned evenly, which is how errors arrive\nthe record tells {} numbers of {} declared errors; where orders are shared no source has a size of its own\n",
         finish(&table),
         all.rank,
         all.sources
@@ -242,7 +260,7 @@ fn lines(flank: &Flank, with_um: bool, found: &EncoderRecord, all: bool) -> Stri
                 },
                 brief(arcsec(line.amplitude)),
                 line.interval.map_or("–".to_string(), |(low, high)| {
-                    format!("{} … {}", brief(arcsec(low)), brief(arcsec(high)))
+                    interval(arcsec(low), arcsec(high))
                 }),
             ];
             if let Some(um) = micrometres(found, line.amplitude) {

@@ -8,6 +8,7 @@ use super::lines_picture::Lines;
 use super::poles_picture::{Stabilisation, Steadiness};
 use super::recording::repairs;
 use crate::base::error::Error;
+use crate::identify::compare;
 use crate::identify::modal::stabilisation::Stability;
 use crate::identify::transfer::function::TransferFunction;
 use crate::numeric::Complex;
@@ -29,6 +30,13 @@ pub fn json(found: &Identification, done: &[Repair]) -> Result<Value, Error> {
     let fit = found.fit();
     let hits = found.hits.iter().map(|h| json!({ "time_s": h.time_s, "peak": h.peak, "used": h.fault.is_none(), "fault": h.fault.map(|f| f.words()) }));
     let omitted = fit.map_or(&[][..], |f| &f.omitted).iter();
+    let roots = match &found.evidence {
+        Evidence::Orders(orders) => orders.omitted.as_slice(),
+        _ => &[],
+    };
+    let roots = roots
+        .iter()
+        .map(|(m, reason)| json!({ "pole_rad_s": complex(m.pole), "reason": reason }));
     let spread = fit.map_or(&[][..], |f| &f.spread).iter();
     Ok(json!({
         "geardyn": log_header(&trace),
@@ -40,7 +48,7 @@ pub fn json(found: &Identification, done: &[Repair]) -> Result<Value, Error> {
         "averages": found.responses.as_ref().and_then(|r| r.averages),
         "window_decay_1_s": found.window_decay(),
         "modes": found.modes.iter().enumerate().map(|(k, m)| mode(found, k, m)).collect::<Vec<_>>(),
-        "omitted": omitted.map(|o| json!({ "pole_rad_s": complex(o.pole), "reason": o.reason })).collect::<Vec<_>>(),
+        "omitted": omitted.map(|o| json!({ "pole_rad_s": complex(o.pole), "reason": o.reason })).chain(roots).collect::<Vec<_>>(),
         "spread": spread.map(|s| json!({ "frequency_hz": s.frequency_hz, "frequency_spread_hz": s.frequency_spread_hz, "damping_spread": s.damping_spread })).collect::<Vec<_>>(),
         "evidence": evidence(&found.evidence),
         "tests": tests(&found.evidence),
@@ -48,6 +56,8 @@ pub fn json(found: &Identification, done: &[Repair]) -> Result<Value, Error> {
         "degrees_of_freedom": fit.map(|f| f.dof),
         "delay_s": fit.map_or(&[][..], |f| &f.delay_s),
         "fit_error": found.fit_error,
+        "frac": synthesis(found).iter().map(|s| s.0).collect::<Vec<_>>(),
+        "auto_mac": auto_mac(found),
         "transfer_functions": functions,
         "effort": found.trace.iter().map(|t| json!({ "stage": t.0, "time_s": t.1 })).collect::<Vec<_>>(),
         "repairs": repairs(done),
@@ -63,6 +73,8 @@ fn mode(found: &Identification, k: usize, mode: &FoundMode) -> Value {
     };
     let several = !mode.participation.is_empty();
     let decay = found.window_decay();
+    let shape = mode.mode.shape.as_slice();
+    let shaped = shape.len() > 1;
     let harmonic = mode.harmonic.as_ref().map(|h| json!({ "is_harmonic": h.is_harmonic(), "order": h.order, "envelope_kurtosis": h.envelope_kurtosis }));
     json!({
         "mode": k + 1,
@@ -77,9 +89,38 @@ fn mode(found: &Identification, k: usize, mode: &FoundMode) -> Value {
         "presence": mode.presence,
         "scatter_hz": mode.scatter_hz,
         "harmonic": harmonic,
+        "phase_collinearity": shaped.then(|| compare::phase_collinearity(shape)),
+        "mean_phase_rad": shaped.then(|| compare::mean_phase(shape)),
+        "mean_phase_deviation_rad": shaped.then(|| compare::mean_phase_deviation(shape)),
+        "complexity": shaped.then(|| compare::complexity(shape)),
         "shape": over(&found.outputs, &mode.mode.shape),
         "participation": several.then(|| over(&found.inputs, &mode.participation)),
     })
+}
+
+/// MAC of the shapes with each other, row by row; empty where there are no shapes over several outputs.
+pub fn auto_mac(found: &Identification) -> Vec<Vec<f64>> {
+    let shapes: Vec<Vec<Complex>> = found.modes.iter().map(|m| m.mode.shape.clone()).collect();
+    if shapes.iter().any(|s| s.len() < 2) {
+        return Vec::new();
+    }
+    let mac = compare::auto_mac(&shapes);
+    let row = |i: usize| (0..shapes.len()).map(|j| mac[(i, j)]).collect();
+    (0..shapes.len()).map(row).collect()
+}
+
+/// FRAC of measured and fitted, and their difference over the measured, for each response inside the band.
+pub fn synthesis(found: &Identification) -> Vec<(f64, Option<f64>)> {
+    let Some(shown) = curves(found, "") else {
+        return Vec::new();
+    };
+    let of = |c: &Curve| {
+        let fitted = c.fitted.as_ref()?;
+        let known: (Vec<Complex>, Vec<Complex>) = (c.measured.iter().zip(fitted)).unzip();
+        let error = compare::synthesis_error(&known.0, &known.1);
+        Some((compare::frac(&known.0, &known.1), error))
+    };
+    shown.curves.iter().filter_map(of).collect()
 }
 
 /// What the modes rest on, one entry for each thing that was tried.

@@ -5,7 +5,8 @@ use super::recording::note;
 use super::table::{finish, plain};
 use crate::base::words::{counted, wrapped};
 use crate::identify::modal::stabilisation::Stability;
-use crate::identify::rational::{Omitted, RationalFit};
+use crate::identify::rational::RationalFit;
+use crate::numeric::Complex;
 use crate::plan::logs::doubts::{coherence_at, window_damping};
 use crate::plan::logs::found::{Evidence, FoundMode, Identification, Orders, Peak};
 use crate::plan::logs::method::family;
@@ -177,6 +178,11 @@ pub fn identified(found: &Identification) -> String {
     if let Some(error) = super::identified::worst_error(found) {
         text += &format!("fit error {} %\n", super::number::percent(error));
     }
+    if let Some(fit) = found.fit().filter(|f| f.delay_s.iter().any(|d| *d > 0.0)) {
+        let delays: Vec<String> = fit.delay_s.iter().map(|d| brief(1e3 * d)).collect();
+        text += &format!("delay {} ms\n", delays.join(", "));
+    }
+    text += &alike(found);
     text += &evidence(found);
     let decay = found.window_decay();
     if decay > 0.0
@@ -196,6 +202,30 @@ pub fn identified(found: &Identification) -> String {
         );
     }
     text
+}
+
+/// Modes whose shapes the outputs hardly tell apart.
+fn alike(found: &Identification) -> String {
+    /// MAC above which two shapes pass for one.
+    const ALIKE: f64 = 0.9;
+    let mac = super::identified::auto_mac(found);
+    let mut pairs = Vec::new();
+    for (i, row) in mac.iter().enumerate() {
+        for (j, value) in row.iter().enumerate().skip(i + 1) {
+            if *value > ALIKE {
+                pairs.push(format!("{} and {} (MAC {value:.3})", i + 1, j + 1));
+            }
+        }
+    }
+    match pairs.is_empty() {
+        true => String::new(),
+        false => {
+            wrapped(&format!(
+                "the outputs hardly tell the shapes of modes {} apart",
+                pairs.join(", ")
+            )) + "\n"
+        }
+    }
 }
 
 /// What decided, in a few lines.
@@ -218,20 +248,33 @@ fn evidence(found: &Identification) -> String {
             )
         }
         Evidence::Peaks(peaks) => peaks.peaks.iter().filter_map(peak).collect(),
-        Evidence::Orders(orders) => order_table(orders),
+        Evidence::Orders(orders) => {
+            let roots: Vec<_> = orders.omitted.iter().map(|(m, r)| (m.pole, *r)).collect();
+            order_table(orders) + &no_modes(&roots)
+        }
     }
 }
 
 /// Poles of the fit that are no modes, those of one reason together.
 fn left_out(found: &Identification, fit: &RationalFit) -> String {
-    let hertz = |o: &Omitted| brief((o.pole + found.window_decay()).norm() / std::f64::consts::TAU);
-    let mut reasons: Vec<&str> = fit.omitted.iter().map(|o| o.reason).collect();
+    let decay = found.window_decay();
+    let all: Vec<_> = (fit.omitted.iter())
+        .map(|o| (o.pole + decay, o.reason))
+        .collect();
+    no_modes(&all)
+}
+
+/// Poles that are no modes, with the reason.
+fn no_modes(all: &[(Complex, &str)]) -> String {
+    let mut reasons: Vec<&str> = all.iter().map(|o| o.1).collect();
     reasons.sort_unstable();
     reasons.dedup();
     let of = |reason: &str| {
-        let same = fit.omitted.iter().filter(|o| o.reason == reason);
-        let places: Vec<String> = same.map(hertz).collect();
-        format!("no mode at {} Hz: {reason}\n", places.join(", "))
+        let same = all.iter().filter(|o| o.1 == reason);
+        let places: Vec<String> = same
+            .map(|o| brief(o.0.norm() / std::f64::consts::TAU))
+            .collect();
+        wrapped(&format!("no mode at {} Hz: {reason}", places.join(", "))) + "\n"
     };
     reasons.into_iter().map(of).collect()
 }
@@ -282,9 +325,17 @@ fn order_table(orders: &Orders) -> String {
         text = finish(&table);
     }
     for (what, test) in &orders.tests {
-        text += &format!("residuals {what}: p = {:.3}\n", test.probability);
+        text += &format!("residuals {what}: {}\n", chance(test.probability));
     }
     text
+}
+
+/// A probability in words.
+fn chance(p: f64) -> String {
+    match p < 0.001 {
+        true => "p below 0.001".to_string(),
+        false => format!("p = {p:.3}"),
+    }
 }
 
 /// Orders shown on either side of the chosen one.
@@ -301,7 +352,7 @@ fn note_of(found: &Identification, mode: &FoundMode) -> String {
     let near = |f: f64| (f - mode.frequency_hz()).abs() < 1e-3 * mode.frequency_hz();
     let spread = found.fit().map_or(&[][..], |f| &f.spread);
     match (spread.iter().find(|s| near(s.frequency_hz)), mode.presence) {
-        (Some(s), _) => format!("responses differ by {} Hz", brief(s.frequency_spread_hz)),
+        (Some(s), _) => format!("responses differ by {:.1e} Hz", s.frequency_spread_hz),
         (None, Some(presence)) => format!("in {:.0} % of the orders", 100.0 * presence),
         (None, None) => String::new(),
     }

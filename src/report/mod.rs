@@ -139,6 +139,9 @@ pub mod spectrum_table;
 #[cfg(feature = "cli")]
 pub mod encoders_table;
 
+/// What was found while a motion ran.
+pub mod on_the_fly;
+
 /// Tables of state-space forms and reduced machines.
 #[cfg(feature = "cli")]
 pub mod system_tables;

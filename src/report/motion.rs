@@ -13,7 +13,7 @@ use crate::motion::energy::Balance;
 use crate::motion::outputs::Output;
 use crate::motion::problem::Effort;
 use crate::plan::motion::choice::Choice;
-use crate::plan::motion::reading::{read, step};
+use crate::plan::motion::reading::step;
 use crate::plan::motion::run::Motion;
 use crate::plan::motion::scene::MotionScene;
 
@@ -42,7 +42,9 @@ pub fn json(
 ) -> Value {
     let mut outputs = Map::new();
     let mut readings = Map::new();
-    for (output, values) in scene.outputs.list.iter().zip(&motion.values) {
+    let kept = !motion.time.is_empty();
+    let lists = scene.outputs.list.iter().zip(&motion.values);
+    for ((output, values), reading) in lists.zip(&motion.readings) {
         outputs.insert(key(output), json!(values));
         let answer = step_at.and_then(|at| step(&motion.time, values, at)).map(|a| {
             json!({
@@ -50,7 +52,7 @@ pub fn json(
                 "rise_s": a.rise_s, "settling_s": a.settling_s, "oscillations": a.oscillations,
             })
         });
-        let reading = read(&motion.time, values).map(|r| {
+        let reading = reading.map(|r| {
             json!({
                 "end": r.end, "least": r.least.0, "least_at_s": r.least.1, "greatest": r.greatest.0, "greatest_at_s": r.greatest.1,
                 "mean": r.mean, "rms_about_mean": r.rms, "step": answer,
@@ -63,8 +65,8 @@ pub fn json(
         "method": choice.method.name,
         "reason": choice.reason,
         "interrupted": motion.interrupted,
-        "time_s": motion.time,
-        "outputs": outputs,
+        "time_s": kept.then_some(&motion.time),
+        "outputs": kept.then_some(outputs),
         "readings": readings,
         "effort": effort(&motion.effort, motion.seconds),
         "energy_balance": motion.balance.as_ref().map(|[fine, coarse]| balance(fine, coarse)),

@@ -3,7 +3,7 @@
 use super::number::{brief, percent};
 use super::table::{finish, plain, right_but_first};
 use crate::motion::energy::Balance;
-use crate::plan::motion::reading::{read, step};
+use crate::plan::motion::reading::step;
 use crate::plan::motion::run::Motion;
 use crate::plan::motion::scene::MotionScene;
 
@@ -21,8 +21,8 @@ pub fn readings(scene: &MotionScene, motion: &Motion) -> String {
         "mean",
         "rms about it",
     ]);
-    for (output, values) in scene.outputs.list.iter().zip(&motion.values) {
-        let Some(r) = read(&motion.time, values) else {
+    for (output, reading) in scene.outputs.list.iter().zip(&motion.readings) {
+        let Some(r) = reading else {
             continue;
         };
         let numbers = [

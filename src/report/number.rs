@@ -63,6 +63,23 @@ pub fn significant(x: f64) -> String {
     }
 }
 
+/// Both ends of an interval with two digits of its width, four of themselves at least.
+pub fn interval(low: f64, high: f64) -> String {
+    /// No width is meant finer than this share of an end.
+    const DIGITS: i32 = 9;
+    let width = (high - low).abs();
+    let size = high.abs().max(low.abs());
+    let fine = width > 0.0 && width.is_finite() && (1e-4..1e7).contains(&size);
+    if !fine {
+        return format!("{} … {}", brief(low), brief(high));
+    }
+    let whole = size.log10().floor() as i32;
+    let decimals = (1 - width.log10().floor() as i32)
+        .max(3 - whole)
+        .clamp(0, DIGITS - whole) as usize;
+    format!("{low:.decimals$} … {high:.decimals$}")
+}
+
 /// One number as short as four significant digits allow: `2000`, `0.03125`, `−1.500e-7`.
 pub fn brief(x: f64) -> String {
     if x == 0.0 || !x.is_finite() {

@@ -25,6 +25,7 @@ pub fn json(sources: &[Arc<Source>], machine: &Machine, answer: &Answer) -> Valu
         json!({
             "name": name,
             "unit": unit,
+            "most": { "speed_rpm": rpm(answer.most[at].0), "value": answer.most[at].1 },
             "total": (0..answer.speeds.len()).map(|s| answer.total(at, s)).collect::<Vec<_>>(),
             "by_excitation": answer.amplitudes[at],
         })

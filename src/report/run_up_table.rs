@@ -19,16 +19,12 @@ pub fn table(machine: &Machine, answer: &Answer) -> String {
         .first()
         .map_or(("", ""), |(n, u)| (n.as_str(), *u));
     let mut text = String::new();
-    for (output, (name, unit)) in answer.outputs.iter().enumerate() {
-        let largest = (0..answer.speeds.len())
-            .max_by(|&a, &b| answer.total(output, a).total_cmp(&answer.total(output, b)));
-        let Some(at) = largest else { continue };
-        let total = answer.total(output, at);
+    for ((name, unit), &(speed, total)) in answer.outputs.iter().zip(&answer.most) {
         let (factor, unit) = scaled(total, unit);
         text += &format!(
             "{name}: all orders together at most {} {unit}, at {} rpm\n",
             brief(factor * total),
-            brief(rpm(answer.speeds[at]))
+            brief(rpm(speed))
         );
     }
     if answer.critical.is_empty() {

@@ -16,7 +16,7 @@ use crate::numeric::Complex;
 use crate::plan::stages::Verdict;
 use crate::plan::transmission::recorded::Recorded;
 use crate::plan::transmission::run::{Answer, Row};
-use crate::transmission::budget::Sensitivity;
+use crate::transmission::budget::{Budget, Sensitivity};
 use crate::transmission::coincidence::Test;
 use crate::transmission::indexing::Mark;
 use crate::transmission::lines::Origin;
@@ -135,9 +135,11 @@ pub fn json(sources: &[Arc<Source>], machine: &Machine, answer: &Answer) -> Valu
         "radius_m": answer.radius,
         "output_speed_rad_s": answer.speed,
         "orders": (0..answer.rows.len()).map(|k| order(machine, answer, k, unit)).collect::<Vec<_>>(),
-        "budget": budget(answer, unit),
+        "budget": budget(answer, &answer.budget, &answer.negligible, unit),
+        "budget_at_speed": answer.at_speed.as_ref().map(|fast| budget(answer, &fast.budget, &fast.negligible, unit)),
         "map": answer.map.as_ref().map(|map| json!({
             "speed_rad_s": map.speeds,
+            "largest": map.largest.iter().map(|l| unit.object(&[("amplitude", Some(l.1))], json!({ "speed_rad_s": l.0 }))).collect::<Vec<_>>(),
             (format!("amplitude_{}", unit.key)): map.amplitudes.iter().map(|row| row.iter().map(|a| a * unit.times).collect()).collect::<Vec<Vec<f64>>>(),
         })),
         "record": answer.record.as_ref().map(|made| recorded(made, unit)),
@@ -170,8 +172,12 @@ fn recorded(made: &Recorded, unit: Unit) -> Value {
     unit.object(&ranges, others)
 }
 
-fn budget(answer: &Answer, unit: Unit) -> Value {
-    let budget = &answer.budget;
+fn budget(
+    answer: &Answer,
+    budget: &Budget,
+    (out, off, worst): &(Vec<usize>, f64, f64),
+    unit: Unit,
+) -> Value {
     let element = |(name, e): (&String, &Sensitivity)| {
         json!({
             "element": name,
@@ -185,7 +191,6 @@ fn budget(answer: &Answer, unit: Unit) -> Value {
         let values = [("range", Some(value)), ("std", Some(error))];
         unit.object(&values, json!({ "percent": p }))
     };
-    let (out, off, worst) = &answer.negligible;
     let others = json!({
         "window_turns": budget.range.window,
         "samples": budget.range.samples,

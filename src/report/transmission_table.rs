@@ -5,6 +5,7 @@ use super::table::{finish, plain};
 use super::transmission::{Unit, cause, phase, source, test};
 use crate::machine::parts::Machine;
 use crate::plan::transmission::run::Answer;
+use crate::transmission::budget::Budget;
 use crate::transmission::indexing::Mark;
 
 /// Lines shown unless all are wanted: the largest.
@@ -84,12 +85,9 @@ pub fn table(machine: &Machine, answer: &Answer, all: bool) -> String {
             ));
         }
         if let Some(map) = &answer.map {
-            let row = &map.amplitudes[k];
-            let at = (0..row.len())
-                .max_by(|&a, &b| row[a].total_cmp(&row[b]))
-                .unwrap_or(0);
-            cells.push(brief(row[at] * unit.times));
-            cells.push(brief(map.speeds[at] * 30.0 / std::f64::consts::PI));
+            let (speed, most) = map.largest[k];
+            cells.push(brief(most * unit.times));
+            cells.push(brief(speed * 30.0 / std::f64::consts::PI));
         }
         if let Some(marks) = &answer.marks {
             cells.push(match &marks[k] {
@@ -112,14 +110,27 @@ pub fn table(machine: &Machine, answer: &Answer, all: bool) -> String {
     align(&mut table);
     text += &finish(&table);
     if shown.len() < answer.rows.len() {
-        let hidden: f64 = (0..answer.rows.len())
-            .filter(|k| !shown.contains(k))
-            .map(|k| answer.rows[k].share)
-            .sum();
+        let hidden = |size: &dyn Fn(usize) -> f64| {
+            let all = 0..answer.rows.len();
+            let (mut out, mut sum) = (0.0, 0.0);
+            for k in all {
+                let square = size(k).powi(2);
+                sum += square;
+                out += if shown.contains(&k) { 0.0 } else { square };
+            }
+            percent(if sum > 0.0 { out / sum } else { 0.0 })
+        };
+        let slow = hidden(&|k| answer.slow(&answer.rows[k]).norm());
+        let fast = match at_speed {
+            true => format!(
+                ", {} % of those at speed",
+                hidden(&|k| answer.rows[k].dynamic.map_or(0.0, |z| z.norm()))
+            ),
+            false => String::new(),
+        };
         text += &format!(
-            "{} smaller lines are not shown, {} % of the squares; --all shows them\n",
+            "{} smaller lines are not shown, {slow} % of the squares{fast}; --all shows them\n",
             answer.rows.len() - shown.len(),
-            percent(hidden)
         );
     }
     text += &assumed(machine);
@@ -151,7 +162,7 @@ fn shown(answer: &Answer, all: bool) -> Vec<usize> {
     };
     let mut shown: Vec<usize> = (0..answer.rows.len()).filter(moves).collect();
     if !all && shown.len() > ROWS {
-        shown.sort_by(|&a, &b| answer.rows[b].share.total_cmp(&answer.rows[a].share));
+        shown.sort_by(|&a, &b| answer.most(b).total_cmp(&answer.most(a)));
         shown.truncate(ROWS);
         shown.sort_unstable();
     }
@@ -212,27 +223,32 @@ fn sums(answer: &Answer, unit: Unit) -> String {
         let um = (answer.radius).map_or(String::new(), |r| format!(", {} µm", brief(1e6 * r * x)));
         format!("{} {}{um}", brief(x * unit.times), unit.name)
     };
-    let budget = &answer.budget;
-    let mut text = format!(
-        "\nworst case {} (all crests together), root of sum of squares {}\n",
-        arc(budget.worst_case),
-        arc(budget.rss)
-    );
-    let range = &budget.range;
-    let turns = if range.window == 1.0 {
-        "one turn".to_string()
-    } else {
-        format!("{} turns", range.window)
+    let both = |budget: &Budget, when: &str| {
+        let text = format!(
+            "\n{when}worst case {} (all crests together), root of sum of squares {}\n",
+            arc(budget.worst_case),
+            arc(budget.rss)
+        );
+        let range = &budget.range;
+        let turns = if range.window == 1.0 {
+            "one turn".to_string()
+        } else {
+            format!("{} turns", range.window)
+        };
+        let each = range.percentiles.iter().map(|(p, value, error)| {
+            let value = super::number::with_deviation(value * unit.times, error * unit.times);
+            format!("{p} % {value}")
+        });
+        text + &format!(
+            "range over {turns}, over unknown phases and tolerances, {}: {}\n",
+            unit.name,
+            each.collect::<Vec<_>>().join(", ")
+        )
     };
-    let each = range.percentiles.iter().map(|(p, value, error)| {
-        let value = super::number::with_deviation(value * unit.times, error * unit.times);
-        format!("{p} % {value}")
-    });
-    text += &format!(
-        "range over {turns}, over unknown phases and tolerances, {}: {}\n",
-        unit.name,
-        each.collect::<Vec<_>>().join(", ")
-    );
+    let mut text = match &answer.at_speed {
+        Some(fast) => both(&answer.budget, "slowly: ") + &both(&fast.budget, "at speed: "),
+        None => both(&answer.budget, ""),
+    };
     if answer.wind_up != 0.0 {
         text += &format!("wind-up under the mean loads {}\n", arc(answer.wind_up));
     }
@@ -256,44 +272,58 @@ fn sums(answer: &Answer, unit: Unit) -> String {
     text
 }
 
-/// What each element counts for, and what could be left out.
+/// What each element counts for, and what could be left out; at speed beside it where one is asked for.
 fn elements(answer: &Answer) -> String {
+    let fast = answer.at_speed.as_ref();
+    let share = |e: usize| {
+        let fast = fast.map_or(0.0, |f| f.budget.elements[e].share);
+        answer.budget.elements[e].share.max(fast)
+    };
     let mut order: Vec<usize> = (0..answer.elements.len()).collect();
-    order.sort_by(|&a, &b| {
-        answer.budget.elements[b]
-            .share
-            .total_cmp(&answer.budget.elements[a].share)
-    });
+    order.sort_by(|&a, &b| share(b).total_cmp(&share(a)));
     order.truncate(ELEMENTS);
     let mut table = plain();
-    table.add_row(vec!["element", "share", "one grade better", "without it"]);
-    table.add_row(vec!["", "%", "% off", "% off"]);
-    for &e in order
-        .iter()
-        .filter(|&&e| answer.budget.elements[e].share > 0.0)
-    {
-        let found = &answer.budget.elements[e];
-        table.add_row(vec![
-            answer.elements[e].clone(),
-            percent(found.share),
-            percent(found.one_grade),
-            percent(found.without),
-        ]);
+    let mut head = vec!["element", "share", "one grade better", "without it"];
+    let mut units = vec!["", "%", "% off", "% off"];
+    if fast.is_some() {
+        head.extend(["at speed: share", "one grade better", "without it"]);
+        units.extend(["%", "% off", "% off"]);
+    }
+    table.add_row(head);
+    table.add_row(units);
+    for &e in order.iter().filter(|&&e| share(e) > 0.0) {
+        let mut cells = vec![answer.elements[e].clone()];
+        for budget in [Some(&answer.budget), fast.map(|f| &f.budget)] {
+            cells.extend(budget.into_iter().flat_map(|b| {
+                let found = &b.elements[e];
+                [found.share, found.one_grade, found.without].map(percent)
+            }));
+        }
+        table.add_row(cells);
     }
     super::table::right_but_first(&mut table);
     let mut text = format!(
         "\nOff the root of the sum of squares (one grade: amplitudes 1/√2 of what they are):\n{}",
         finish(&table)
     );
-    let (out, off, worst) = &answer.negligible;
-    if !out.is_empty() {
+    let out = |when: &str, (out, off, worst): &(Vec<usize>, f64, f64)| {
+        if out.is_empty() {
+            return String::new();
+        }
         let names: Vec<&str> = out.iter().map(|&e| answer.elements[e].as_str()).collect();
-        text += &format!(
-            "could be left out: {}; together {} % of the root of the sum of squares, {} % of the worst case\n",
+        format!(
+            "could be left out{when}: {}; together {} % of the root of the sum of squares, {} % of the worst case\n",
             names.join(", "),
             percent(*off),
             percent(*worst)
-        );
+        )
+    };
+    match fast {
+        Some(fast) => {
+            text += &out(" slowly", &answer.negligible);
+            text += &out(" at speed", &fast.negligible);
+        }
+        None => text += &out("", &answer.negligible),
     }
     text
 }

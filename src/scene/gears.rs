@@ -3,6 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use super::common::{self, HELIX, MOST, PRESSURE, USUAL_PRESSURE};
+use super::friction;
 use super::model::{Belt, GearPair, WormPair};
 use crate::base::code::Code;
 use crate::base::fields::Fields;
@@ -61,7 +62,10 @@ pub fn gear_pair(f: &mut Fields) -> GearPair {
             "leave the cone angles out",
         );
     }
+    let bevel = cone_angles != [0.0; 2];
+    let friction = friction::of_teeth(f, spiral_angles != [0.0; 2], bevel);
     GearPair {
+        friction,
         name,
         between,
         teeth,

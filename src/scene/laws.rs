@@ -77,6 +77,20 @@ pub struct Friction {
     pub creep: f64,
 }
 
+/// Friction along the teeth of a pair.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ToothFriction {
+    /// For a capacity of one N·m.
+    pub law: Friction,
+    /// μ.
+    pub coefficient: f64,
+    /// Radii of the tip circles, m; of one module of addendum where absent.
+    pub tips: Option<[f64; 2]>,
+    /// Where in the mesh cycle the pair stands when its gears stand at zero, rad, where friction goes along the path of contact;
+    /// absent: its mean over the cycle.
+    pub path: Option<f64>,
+}
+
 /// A torque as a function of speed. It is what the machine receives: positive drives forward.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Curve {

@@ -27,6 +27,9 @@ mod bodies;
 /// Shafts and couplings.
 mod shafts;
 
+/// Friction of bearings and teeth.
+mod friction;
+
 /// Screws and slides.
 pub mod screws;
 

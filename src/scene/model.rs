@@ -1,6 +1,6 @@
 //! A machine as its file describes it: parameters in SI units, each with the place it was written at.
 
-use super::laws::{Characteristic, Drive, Friction, History, Losses, Shape};
+use super::laws::{Characteristic, Drive, Friction, History, Losses, Shape, ToothFriction};
 use crate::base::place::Place;
 
 /// A whole model file, read and checked value by value. Nothing is assembled yet.
@@ -221,6 +221,8 @@ pub struct GearPair {
     pub mesh_angles: [f64; 2],
     /// The contact.
     pub contact: Contact,
+    /// Dry friction along the teeth.
+    pub friction: Option<ToothFriction>,
 }
 
 /// A worm and its wheel on crossed axes at right angles.
@@ -415,6 +417,21 @@ pub struct Bearing {
     pub stiffness: Vec<(Axis, Axis, f64)>,
     /// Damping in the same form.
     pub damping: Vec<(Axis, Axis, f64)>,
+    /// Dry friction on the rotation.
+    pub friction: Option<BearingFriction>,
+}
+
+/// Friction of a bearing: `T = T₀ + μ r F`, F its radial load.
+#[derive(Debug, Clone)]
+pub struct BearingFriction {
+    /// For a capacity of one N·m.
+    pub law: Friction,
+    /// T₀ with what constant loads add, N·m.
+    pub constant: f64,
+    /// μ r, m; zero where nothing of the machine's own forces loads it.
+    pub coefficient: f64,
+    /// The pair whose tooth force loads it, and the share it takes; its own forces where absent.
+    pub carries: Option<(Name, f64)>,
 }
 
 /// A viscous damper on the rotation of a node against ground, or of two nodes against each other.

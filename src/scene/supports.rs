@@ -1,6 +1,7 @@
 //! `[[bearing]]`, `[[damper]]`, `[speed]` and `[damping]`.
 
 use super::common;
+use super::friction;
 use super::laws::Losses;
 use super::model::{Axis, Bearing, Damper, GlobalDamping, MeanSpeed, Name};
 use crate::base::code::Code;
@@ -15,15 +16,17 @@ pub fn bearing(f: &mut Fields) -> Bearing {
     let between = common::ends_or_at(f);
     let stiffness = terms(f, "k", stiffness_kind);
     let damping = terms(f, "c", damping_kind);
-    let any = f.has_any("k_") || f.has_any("c_");
+    let any = f.has_any("k_") || f.has_any("c_") || f.has_any("friction");
     if !any {
-        f.missing("k_radial", " nor any other stiffness or damping");
+        f.missing("k_radial", " nor any other stiffness, damping or friction");
     }
+    let friction = friction::of_bearing(f);
     Bearing {
         name,
         between,
         stiffness,
         damping,
+        friction,
     }
 }
 

@@ -25,6 +25,9 @@ pub mod multitaper;
 /// Peaks of a spectrum.
 pub mod peaks;
 
+/// Frequency responses by local polynomials.
+pub mod local;
+
 /// Spectra of one record by neighbouring lines.
 pub mod sweep;
 

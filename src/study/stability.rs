@@ -437,6 +437,7 @@ fn stiffness(train: &mut Train, factor: f64) {
             Law::Contact(contact) => contact.stiffness *= factor,
             Law::Friction(_)
             | Law::Clutch { .. }
+            | Law::Pressed(_)
             | Law::Orders { .. }
             | Law::Curve(_)
             | Law::Lagged { .. } => {}

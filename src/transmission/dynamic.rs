@@ -14,6 +14,7 @@ use crate::response::system::Setting;
 /// From the displacement of every branch that carries an error to the end of the chain.
 pub struct Transfer {
     solver: Solver,
+    ports: Ports,
     branches: Vec<usize>,
     sense: f64,
 }
@@ -53,9 +54,15 @@ impl Transfer {
         };
         Ok(Transfer {
             solver: Solver::new(setting, &ports, way)?,
+            ports,
             branches,
             sense: chain.sense(),
         })
+    }
+
+    /// The displaced branches, the end, and what is held.
+    pub fn ports(&self) -> &Ports {
+        &self.ports
     }
 
     /// A and ψ of every line at the end, rad, where all lines stand at ω, rad/s.
@@ -95,5 +102,47 @@ impl Transfer {
             rest = after;
         }
         Ok(all)
+    }
+}
+
+/// From the motion of the driver to the end of the chain: `G(ω) = θ_out/θ_driver`.
+pub struct Passing {
+    solver: Solver,
+    slow: Complex,
+}
+
+impl Passing {
+    /// Sets up the equations.
+    ///
+    /// # Errors
+    /// Those of the equations.
+    pub fn new(setting: &Setting, chain: &Chain) -> Result<Passing, Error> {
+        let driver = chain.ends.driver;
+        let ports = Ports {
+            inputs: vec![Port {
+                name: setting.machine.freedom_name(driver),
+                unit: "",
+                what: Input::Motion(driver),
+            }],
+            outputs: vec![Port {
+                name: setting.machine.freedom_name(chain.ends.output),
+                unit: "",
+                what: Output::Sum(chain.combination.clone(), 0),
+            }],
+            held: (chain.held.iter().copied())
+                .filter(|&freedom| freedom != driver)
+                .collect(),
+        };
+        let solver = Solver::new(setting, &ports, Way::Direct)?;
+        let slow = solver.at(0.0)?[(0, 0)];
+        Ok(Passing { solver, slow })
+    }
+
+    /// `G(ω)/G(0) − 1`: what the end turns beyond what the ratio says, of what the driver runs ahead, both in angles of the end.
+    ///
+    /// # Errors
+    /// An undamped resonance.
+    pub fn beyond(&self, omega: f64) -> Result<Complex, Error> {
+        Ok(self.solver.at(omega)?[(0, 0)] / self.slow - 1.0)
     }
 }

@@ -7,6 +7,10 @@ use crate::numeric::definite::cholesky;
 /// Added to the diagonal, relative to its mean: above the rounding of the sums, below any noise worth fitting.
 const RIDGE: f64 = 1e-13;
 
+/// Where a factor fails, the ridge grows by this, so many times: to 1e-7, which moves poles by less than noise ever does.
+const STEP: f64 = 100.0;
+const STIFFER: usize = 3;
+
 /// Adds `RIDGE` to the diagonal, so that what is singular but for rounding has a factor.
 pub fn stiffen(m: &mut Matrix) {
     let n = m.nrows();
@@ -26,6 +30,18 @@ impl Nested {
     /// `Indefinite` where rounding leaves no positive pivot; `Overflow` where an entry is not finite.
     pub fn new(mut m: Matrix) -> Result<Nested, Error> {
         stiffen(&mut m);
+        let mut scale = 1.0;
+        // Responses without noise are singular at every order above their own, and the sums round by more than the least ridge.
+        for _ in 0..STIFFER {
+            if let Ok(factor) = cholesky(&m) {
+                return Ok(Nested { factor });
+            }
+            let n = m.nrows();
+            let mean = (0..n).map(|i| m[(i, i)].abs()).sum::<f64>() / n as f64;
+            let next = RIDGE * n as f64 * mean;
+            scale *= STEP;
+            (0..n).for_each(|i| m[(i, i)] += next * scale);
+        }
         Ok(Nested {
             factor: cholesky(&m).map_err(|error| {
                 error.hint(

@@ -125,7 +125,7 @@ fn is_certain(mode: &IdentifiedMode, spacing_hz: f64) -> bool {
 }
 
 /// Half width of the band about a mode whose distribution is looked at, in half-power half-bandwidths…
-const HALF_BANDS: f64 = 3.0;
+pub const HALF_BANDS: f64 = 3.0;
 
 /// … and in lines of the whole record.
-const LINES: f64 = 20.0;
+pub const LINES: f64 = 20.0;

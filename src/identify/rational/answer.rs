@@ -4,7 +4,6 @@ use crate::base::error::Warning;
 use crate::identify::mode::IdentifiedMode;
 use crate::numeric::Complex;
 
-use super::covariance::covariance;
 use super::lines::Lines;
 use super::reported::{Candidate, objection};
 use super::search::Found;
@@ -27,7 +26,7 @@ pub(super) fn answer(measured: &Measured, lines: &Lines, found: Found) -> Ration
         1.0
     };
     let numerators = found.structure.numerators();
-    let certain = covariance(&found.problems, &found.fitted, numerators, scale);
+    let certain = &found.covariance;
     let poles = &found.fitted.model.poles;
     let mut order: Vec<usize> = (0..poles.len()).collect();
     order.sort_by(|&a, &b| {
@@ -51,7 +50,7 @@ pub(super) fn answer(measured: &Measured, lines: &Lines, found: Found) -> Ration
             .collect(),
         delay_std_s: by_measured(&certain.delays, lines, responses)
             .iter()
-            .map(|v| v.map(|v| v.max(0.0).sqrt() / lines.top))
+            .map(|v| v.map(|v| (scale * v.max(0.0)).sqrt() / lines.top))
             .collect(),
         derivative: lines.derivative,
         fit_error: vec![0.0; responses],
@@ -91,7 +90,7 @@ pub(super) fn answer(measured: &Measured, lines: &Lines, found: Found) -> Ration
         let square = lines.top * lines.top;
         let mut mode = IdentifiedMode {
             pole: fit.poles[place],
-            pole_covariance: certain.poles[r].map(|c| c.map(|v| v * square)),
+            pole_covariance: certain.poles[r].map(|c| c.map(|v| scale * v * square)),
             shape: shape(
                 &scaled.iter().map(|row| row[place]).collect::<Vec<_>>(),
                 lines,
@@ -198,7 +197,7 @@ fn shape(residues: &[Complex], lines: &Lines) -> Vec<Complex> {
 
 /// Power of a pole pair over that measured, within its half-power band (at least the nearest lines).
 fn visibility(lines: &Lines, p: &Complex, scaled: &[Vec<Complex>], place: usize) -> f64 {
-    let step = super::scan::spacing(&lines.x);
+    let step = lines.step;
     let half = p.re.abs().max(step);
     let (mut own, mut all) = (0.0, 0.0);
     for k in 0..lines.x.len() {
@@ -220,15 +219,15 @@ fn visibility(lines: &Lines, p: &Complex, scaled: &[Vec<Complex>], place: usize)
 /// Root mean square misfit over that of the response, unweighted.
 fn fit_error(found: &Found, lines: &Lines, response: usize) -> f64 {
     let n = lines.x.len();
-    let Some((problem, fit)) = found
+    let Some((problem, left)) = found
         .problems
         .iter()
-        .zip(&found.fitted.fits)
-        .find(|(p, f)| (p.first..p.first + f.c.ncols()).contains(&response))
+        .zip(&found.left)
+        .find(|(p, left)| (p.first..p.first + left.ncols()).contains(&response))
     else {
         return 0.0;
     };
-    let e = fit.e.col_as_slice(response - problem.first);
+    let e = left.col_as_slice(response - problem.first);
     let (mut left, mut all) = (0.0, 0.0);
     for k in 0..n {
         let weight = problem.factor[k].norm() / lines.x[k].powi(i32::from(lines.derivative));

@@ -71,6 +71,10 @@ pub(super) struct Problem {
     pub y: Matrix,
     /// Place of the first column of `y` among the responses of the fit.
     pub first: usize,
+    /// Median spacing of the measured lines, of which these may be fewer.
+    pub step: f64,
+    /// `Σ y²` of the measured lines beyond that of these.
+    pub left_out: f64,
 }
 
 impl Problem {

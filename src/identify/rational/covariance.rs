@@ -1,5 +1,7 @@
 //! Covariance of the poles: the inverse of the Fisher information with the residues eliminated, `(JᵀJ)⁻¹`.
 
+use std::borrow::Borrow;
+
 use crate::numeric::Matrix;
 use crate::numeric::definite::{cholesky, solve_lower, solve_lower_transposed};
 
@@ -15,12 +17,11 @@ pub(super) struct Covariance {
     pub delays: Vec<Option<f64>>,
 }
 
-/// At the end of a fit; `None` for all where the information is singular.
+/// For data of unit variance; `None` for all where the information is singular.
 pub(super) fn covariance(
-    problems: &[Problem],
+    problems: &[impl Borrow<Problem>],
     fitted: &Fitted,
     numerators: usize,
-    scale: f64,
 ) -> Covariance {
     let np = fitted.model.poles.len();
     let nothing = Covariance {
@@ -39,7 +40,7 @@ pub(super) fn covariance(
     };
     let identity = Matrix::from_fn(n, n, |i, j| f64::from(u8::from(i == j)));
     let inverse = solve_lower_transposed(&l, &solve_lower(&l, &identity));
-    let entry = |i: usize, j: usize| scale * inverse[(i, j)] / unit[i] / unit[j];
+    let entry = |i: usize, j: usize| inverse[(i, j)] / unit[i] / unit[j];
     Covariance {
         poles: (0..np)
             .map(|r| {

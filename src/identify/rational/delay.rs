@@ -27,7 +27,7 @@ const STRONG: f64 = 0.01;
 /// alike delays the shortest wins.
 pub(super) fn start(problem: &Problem, per_response: bool) -> Vec<f64> {
     let empty = at(std::slice::from_ref(problem), &Model::default(), 2);
-    let peaks = scan(problem, &empty.fits[0], &[]);
+    let peaks = scan(problem, &empty.fits[0].e, &[]);
     let mut strong: Vec<Placed> = Vec::new();
     for peak in &peaks {
         if strong.len() == MODES {

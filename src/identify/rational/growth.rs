@@ -6,10 +6,11 @@ use crate::numeric::statistics::{chi_squared_above, chi_squared_quantile};
 
 use super::Step;
 use super::basis::{Pole, Problem};
+use super::condensed::{Condensed, Condenser};
 use super::covariance::covariance;
 use super::local::{Placed, place};
-use super::projection::{Fitted, Model, Stop, at, refine};
-use super::scan::{Peak, scan, spacing};
+use super::projection::{Fitted, Model, Stop, at, left, refine};
+use super::scan::{Peak, scan};
 use super::spread::{Scatter, beside, disagreement};
 
 /// What growth is told.
@@ -34,7 +35,7 @@ const FALSE_ALARM: f64 = 1e-4;
 const PLACES_PER_LINE: f64 = 4.0;
 
 /// Poles added at once, and places tried one by one.
-const BATCH: usize = 8;
+const BATCH: usize = 12;
 const TRIALS: usize = 4;
 
 /// Steps of all poles together after one was added. No precision is bought before all are in.
@@ -58,7 +59,7 @@ const WITHOUT: Stop = Stop {
 };
 
 /// Poles added at once share less than this with any other, and are farther from it than so many lines.
-const CLEAR: (f64, f64) = (0.03, 6.0);
+const CLEAR: (f64, f64) = (0.1, 6.0);
 
 /// A local fit sees most of what a pole gains; below this share of the threshold it is not worth a fit of all lines.
 const NEAR_THRESHOLD: f64 = 0.7;
@@ -68,7 +69,11 @@ const WORTH_TRYING: f64 = 0.3;
 
 /// Searches at one weighting and one structure.
 pub(super) struct Growth<'a> {
-    problem: &'a [Problem],
+    /// All lines.
+    measured: &'a Problem,
+    condenser: Condenser<'a>,
+    /// As many as the poles at hand need.
+    lines: Condensed<'a>,
     numerators: usize,
     rules: Rules,
     /// Fall of χ² a pole must bring.
@@ -87,20 +92,15 @@ pub(super) struct Growth<'a> {
 }
 
 impl<'a> Growth<'a> {
-    /// `problem` holds one problem with all responses.
-    pub fn new(
-        problem: &'a [Problem],
-        numerators: usize,
-        rules: Rules,
-        allowed: f64,
-    ) -> Growth<'a> {
-        let places = PLACES_PER_LINE * problem[0].lines() as f64;
-        let threshold = chi_squared_quantile(
-            1.0 - FALSE_ALARM / places,
-            freedoms(&problem[0], numerators),
-        );
+    /// `measured` holds all responses.
+    pub fn new(measured: &'a Problem, numerators: usize, rules: Rules, allowed: f64) -> Growth<'a> {
+        let places = PLACES_PER_LINE * measured.lines() as f64;
+        let threshold =
+            chi_squared_quantile(1.0 - FALSE_ALARM / places, freedoms(measured, numerators));
         Growth {
-            problem,
+            measured,
+            condenser: Condenser::new(measured),
+            lines: Condensed::whole(measured),
             numerators,
             rules,
             threshold,
@@ -120,16 +120,51 @@ impl<'a> Growth<'a> {
 
     /// Operations of one step of all poles together: a QR factorisation of the basis and its derivatives projected on it.
     fn step_work(&self, poles: usize) -> f64 {
-        let (lines, responses) = (
-            self.problem[0].lines() as f64,
-            self.problem[0].y.ncols() as f64,
-        );
+        let (lines, responses) = (self.measured.lines() as f64, self.measured.y.ncols() as f64);
         let columns = (self.numerators * poles + 2) as f64;
         20.0 * lines * columns * columns + 8.0 * lines * columns * responses
     }
 
+    /// From poles at hand to those that are worth it, with the lines they were fitted on.
+    pub fn grown(mut self, model: &Model, evidence: &mut Vec<Step>) -> Grown {
+        let start = self.fitted(model, &[]);
+        let start = self.prune(start);
+        let mut fitted = self.grow(start, evidence);
+        // A disagreement names its pole by place: poles go only where there is none.
+        if self.scatter.is_none() {
+            fitted = self.drop_uncertain(fitted);
+        }
+        let fitted = self.served(fitted);
+        Grown {
+            fitted,
+            fewer: (!self.lines.is_whole()).then(|| self.lines.problem.into_owned()),
+            scatter: self.scatter,
+            steps: self.steps,
+            scans: self.scans,
+            work: self.work,
+        }
+    }
+
+    fn problem(&self) -> &[Problem] {
+        std::slice::from_ref(&*self.lines.problem)
+    }
+
+    /// A fit on the lines that poles and candidates need.
+    fn fitted(&mut self, model: &Model, candidates: &[Peak]) -> Fitted {
+        self.lines = self.condenser.condensed(model, candidates);
+        at(self.problem(), model, self.numerators)
+    }
+
+    /// The same fit on the lines its poles need now.
+    fn served(&mut self, fitted: Fitted) -> Fitted {
+        if self.lines.serves(&fitted.model.poles) {
+            return fitted;
+        }
+        self.fitted(&fitted.model, &[])
+    }
+
     /// Adds poles until none is worth it.
-    pub fn grow(&mut self, mut fitted: Fitted, evidence: &mut Vec<Step>) -> Fitted {
+    fn grow(&mut self, mut fitted: Fitted, evidence: &mut Vec<Step>) -> Fitted {
         let mut settled = false;
         loop {
             let count = fitted.model.poles.len();
@@ -139,8 +174,13 @@ impl<'a> Growth<'a> {
             }
             // The scan of all places costs about a step.
             self.work += self.step_work(count);
+            fitted = self.served(fitted);
             let peaks = self.worth_trying(&fitted);
             let best = peaks.first().map_or(0.0, |p| p.gain);
+            let candidates = apart(&peaks, self.measured.step, BATCH.max(TRIALS));
+            if !candidates.is_empty() {
+                fitted = self.fitted(&fitted.model, &candidates);
+            }
             if let Some(next) = self.several(&fitted, &peaks, limit - count, evidence) {
                 (fitted, settled) = (next, false);
                 continue;
@@ -148,7 +188,7 @@ impl<'a> Growth<'a> {
             // what poles not yet at their place leave beside them is not taken for others
             if !settled && !peaks.is_empty() {
                 let before = fitted.chi2;
-                fitted = refine(self.problem, fitted, self.numerators, SETTLE);
+                fitted = refine(self.problem(), fitted, self.numerators, SETTLE);
                 self.took(fitted.steps, count);
                 settled = true;
                 if before - fitted.chi2 > self.threshold {
@@ -180,7 +220,17 @@ impl<'a> Growth<'a> {
         } else {
             WORTH_TRYING * self.threshold
         };
-        let mut peaks = scan(&self.problem[0], &fitted.fits[0], &fitted.model.poles);
+        let mut peaks = if self.lines.is_whole() {
+            scan(self.measured, &fitted.fits[0].e, &fitted.model.poles)
+        } else {
+            let left = left(
+                self.measured,
+                &fitted.model,
+                self.numerators,
+                &fitted.fits[0],
+            );
+            scan(self.measured, &left, &fitted.model.poles)
+        };
         peaks.retain(|p| p.gain > least && !self.refused.iter().any(|q| same(q, &p.pole)));
         peaks
     }
@@ -194,8 +244,8 @@ impl<'a> Growth<'a> {
         evidence: &mut Vec<Step>,
     ) -> Option<Fitted> {
         let least = self.threshold;
-        let step = spacing(&self.problem[0].x);
-        let placed: Vec<Placed> = apart(peaks, spacing(&self.problem[0].x), BATCH.min(most))
+        let step = self.measured.step;
+        let placed: Vec<Placed> = apart(peaks, step, BATCH.min(most))
             .iter()
             .filter(|p| p.gain > least)
             .filter_map(|p| self.place(fitted, p))
@@ -237,7 +287,7 @@ impl<'a> Growth<'a> {
         peaks: &[Peak],
         evidence: &mut Vec<Step>,
     ) -> Option<Fitted> {
-        let step = spacing(&self.problem[0].x);
+        let step = self.measured.step;
         let mut tries: Vec<(f64, Model)> = Vec::new();
         for peak in apart(peaks, step, TRIALS) {
             let placed = self.place(fitted, &peak);
@@ -261,9 +311,9 @@ impl<'a> Growth<'a> {
                 self.refused.push(start);
                 continue;
             }
-            let near = beside(&self.problem[0], &fitted.model.poles, &start);
+            let near = beside(self.measured, &fitted.model.poles, &start);
             if let (Some(r), None) = (near, self.rules.order) {
-                self.scatter = disagreement(&self.problem[0], fitted, self.numerators, r, start);
+                self.scatter = disagreement(&self.problem()[0], fitted, self.numerators, r, start);
                 if self.scatter.is_some() {
                     evidence.push(self.step(fitted, fitted.chi2 - gain, 1, false, DISAGREE));
                     return None;
@@ -305,7 +355,7 @@ impl<'a> Growth<'a> {
 
     fn place(&self, fitted: &Fitted, peak: &Peak) -> Option<Placed> {
         place(
-            &self.problem[0],
+            &self.problem()[0],
             fitted,
             self.numerators,
             peak,
@@ -315,20 +365,20 @@ impl<'a> Growth<'a> {
 
     /// All poles together, roughly.
     fn polish(&mut self, model: &Model) -> Fitted {
-        let start = at(self.problem, model, self.numerators);
+        let start = at(self.problem(), model, self.numerators);
         let fall = 0.02 * self.threshold * (start.chi2 / self.rules.data).max(1.0);
         let stop = Stop {
             steps: STEPS,
             fall: fall.max(1.0),
             share: 0.0,
         };
-        let fitted = refine(self.problem, start, self.numerators, stop);
+        let fitted = refine(self.problem(), start, self.numerators, stop);
         self.took(fitted.steps, fitted.model.poles.len());
         fitted
     }
 
     /// Takes poles out whose numerators are not significant, the weakest first (Wald 1943), if a new fit confirms it.
-    pub fn prune(&mut self, mut fitted: Fitted) -> Fitted {
+    fn prune(&mut self, mut fitted: Fitted) -> Fitted {
         if self.rules.order.is_some() {
             return fitted;
         }
@@ -346,8 +396,8 @@ impl<'a> Growth<'a> {
             };
             let mut model = fitted.model.clone();
             let gone = model.poles.remove(r);
-            let start = at(self.problem, &model, self.numerators);
-            let without = refine(self.problem, start, self.numerators, SETTLE);
+            let start = at(self.problem(), &model, self.numerators);
+            let without = refine(self.problem(), start, self.numerators, SETTLE);
             self.took(without.steps, without.model.poles.len());
             if without.chi2 - fitted.chi2 < self.threshold {
                 fitted = without;
@@ -359,17 +409,19 @@ impl<'a> Growth<'a> {
 
     /// Takes out poles that hardly have a place of their own, the least certain first, if the others, moved again, explain as much. Beside
     /// a heavily damped pole a second one may share what is its, at a place that does not matter; held still, both look significant.
-    pub fn drop_uncertain(&mut self, mut fitted: Fitted) -> Fitted {
+    fn drop_uncertain(&mut self, mut fitted: Fitted) -> Fitted {
         if self.rules.order.is_some() {
             return fitted;
         }
         let mut kept: Vec<Pole> = Vec::new();
         loop {
             let unit = (fitted.chi2 / self.rules.data).max(1.0);
-            let certain = covariance(self.problem, &fitted, self.numerators, unit);
+            let certain = covariance(self.problem(), &fitted, self.numerators);
             let share = |r: usize| -> f64 {
                 let sigma = fitted.model.poles[r].sigma;
-                certain.poles[r].map_or(f64::INFINITY, |[re, im, _]| re.max(im).sqrt() / sigma)
+                certain.poles[r].map_or(f64::INFINITY, |[re, im, _]| {
+                    (unit * re.max(im)).sqrt() / sigma
+                })
             };
             let worst = (0..fitted.model.poles.len())
                 .map(|r| (r, share(r)))
@@ -382,8 +434,8 @@ impl<'a> Growth<'a> {
             };
             let mut model = fitted.model.clone();
             let gone = model.poles.remove(r);
-            let start = at(self.problem, &model, self.numerators);
-            let without = refine(self.problem, start, self.numerators, WITHOUT);
+            let start = at(self.problem(), &model, self.numerators);
+            let without = refine(self.problem(), start, self.numerators, WITHOUT);
             self.took(without.steps, without.model.poles.len());
             if without.chi2 - fitted.chi2 < self.threshold * unit {
                 fitted = without;
@@ -414,7 +466,7 @@ impl<'a> Growth<'a> {
         else {
             return false;
         };
-        let freedoms = freedoms(&self.problem[0], self.numerators);
+        let freedoms = freedoms(self.measured, self.numerators);
         if largest < 0.5 * total || total - largest > chi_squared_quantile(1.0 - OF_LAW, freedoms) {
             return false;
         }
@@ -432,8 +484,8 @@ impl<'a> Growth<'a> {
 
     fn step(&self, before: &Fitted, chi2: f64, added: usize, accepted: bool, why: &str) -> Step {
         let fall = (before.chi2 - chi2).max(0.0) / added as f64;
-        let places = PLACES_PER_LINE * self.problem[0].lines() as f64;
-        let alone = chi_squared_above(fall, freedoms(&self.problem[0], self.numerators));
+        let places = PLACES_PER_LINE * self.measured.lines() as f64;
+        let alone = chi_squared_above(fall, freedoms(self.measured, self.numerators));
         Step {
             poles_before: before.model.poles.len(),
             poles_after: before.model.poles.len() + added,
@@ -444,6 +496,22 @@ impl<'a> Growth<'a> {
             reason: why.to_string(),
         }
     }
+}
+
+/// What a growth came to.
+pub(super) struct Grown {
+    /// The fit, on `fewer` lines.
+    pub fitted: Fitted,
+    /// As many lines as its poles need; `None` for all.
+    pub fewer: Option<Problem>,
+    /// A disagreement that ended it: the lines want other weights.
+    pub scatter: Option<Scatter>,
+    /// Steps of all poles together.
+    pub steps: usize,
+    /// Scans made.
+    pub scans: usize,
+    /// Operations made, about.
+    pub work: f64,
 }
 
 /// Why a pole is refused.

@@ -7,6 +7,7 @@ use crate::base::error::Error;
 use crate::numeric::{Complex, Matrix};
 
 use super::basis::{Problem, Structure, put};
+use super::scan::spacing;
 use super::{Measured, RationalOptions};
 
 /// Lines within the band, responses that are not zero throughout.
@@ -14,6 +15,8 @@ use super::{Measured, RationalOptions};
 pub(super) struct Lines {
     /// Frequency over the highest.
     pub x: Vec<f64>,
+    /// Median spacing of `x`.
+    pub step: f64,
     /// Angular frequency of the highest line, rad/s.
     pub top: f64,
     /// Which of the measured responses these are.
@@ -56,11 +59,13 @@ impl Lines {
             .hint("widen the band, or measure with a finer frequency step"));
         }
         let highest = measured.frequency_hz[taken[taken.len() - 1]];
+        let x: Vec<f64> = taken
+            .iter()
+            .map(|&k| measured.frequency_hz[k] / highest)
+            .collect();
         let mut lines = Lines {
-            x: taken
-                .iter()
-                .map(|&k| measured.frequency_hz[k] / highest)
-                .collect(),
+            step: spacing(&x),
+            x,
             top: TAU * highest,
             kept: Vec::new(),
             size: Vec::new(),
@@ -101,10 +106,10 @@ impl Lines {
         let slope = [line.saturating_sub(1), (line + 1).min(h.len() - 1)]
             .into_iter()
             .filter(|&k| k != line)
-            .map(|k| (h[k] - h[line]).norm() / (self.x[k] - self.x[line]).abs())
+            .map(|k| (h[k] - h[line]).norm_sqr().sqrt() / (self.x[k] - self.x[line]).abs())
             .fold(0.0, f64::max);
         let of_frequency = ROUNDING.2 * self.x[line] * slope;
-        ROUNDING.0.powi(2) + (ROUNDING.1 * h[line].norm()).powi(2) + of_frequency.powi(2)
+        ROUNDING.0.powi(2) + ROUNDING.1.powi(2) * h[line].norm_sqr() + of_frequency.powi(2)
     }
 
     /// A variance over the scaled responses, nowhere below what rounding makes it.
@@ -179,6 +184,8 @@ impl Lines {
             factor,
             y,
             first: responses[0],
+            step: self.step,
+            left_out: 0.0,
         }
     }
 }
@@ -202,6 +209,13 @@ impl Weights {
     pub fn new(variance: &[Vec<f64>]) -> Weights {
         let mean = |values: &mut dyn Iterator<Item = f64>, n: usize| values.sum::<f64>() / n as f64;
         let lines = variance[0].len();
+        if variance.iter().all(|v| v.iter().all(|x| *x == v[0])) {
+            return Weights {
+                by_response: variance.iter().map(|v| v[0]).collect(),
+                by_line: vec![1.0; lines],
+                exact: true,
+            };
+        }
         let of_response: Vec<f64> = variance
             .iter()
             .map(|v| mean(&mut v.iter().map(|v| v.ln()), lines))

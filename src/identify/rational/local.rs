@@ -5,7 +5,7 @@ use crate::numeric::{Complex, Matrix};
 
 use super::basis::{Pole, Problem, put};
 use super::projection::{Fitted, Model, Stop, at, refine};
-use super::scan::{Peak, spacing};
+use super::scan::Peak;
 
 /// Half a window: so many half-widths of the pole, and at least so many lines.
 const REACH: f64 = 12.0;
@@ -54,7 +54,7 @@ pub(super) fn place(
     peak: &Peak,
     unstable: bool,
 ) -> Option<Placed> {
-    let step = spacing(&problem.x);
+    let step = problem.step;
     let (from, to) = window(&problem.x, &peak.pole, step)?;
     let poles = &fitted.model.poles;
     let near: Vec<usize> = (0..poles.len())
@@ -143,6 +143,8 @@ pub(super) fn cut(
         factor,
         fixed: Matrix::zeros(2 * m, 0),
         first: problem.first,
+        step: problem.step,
+        left_out: 0.0,
     };
     if !near.is_empty() {
         let poles: Vec<Pole> = near.iter().map(|&r| fitted.model.poles[r]).collect();

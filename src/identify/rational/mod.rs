@@ -16,6 +16,9 @@ use super::mode::IdentifiedMode;
 /// The functions a fit is made of.
 pub mod basis;
 
+/// Fewer lines for the same fit.
+mod condensed;
+
 /// The least squares of a fit.
 mod projection;
 

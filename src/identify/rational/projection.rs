@@ -2,9 +2,11 @@
 //! `χ² = Σ |Y − Q Qᵀ Y|²` over the poles alone, by Levenberg–Marquardt with the Jacobian of Kaufman (1975), `−P⊥ (∂X) C`.
 //! All responses share one QR and one Gram matrix of the derivatives.
 
+use std::borrow::Borrow;
+
 use crate::numeric::definite::{cholesky, solve_lower, solve_lower_transposed};
-use crate::numeric::orthonormal::{ThinQr, thin_qr, transposed_product};
-use crate::numeric::{Complex, Matrix};
+use crate::numeric::orthonormal::{ThinQr, thin_qr, transposed_product, without_product};
+use crate::numeric::{Complex, Matrix, registers};
 
 use super::basis::{Pole, Problem};
 
@@ -28,9 +30,12 @@ pub(super) struct Projection {
     pub c: Matrix,
     /// What is left.
     pub e: Matrix,
-    /// `Σ e²`.
+    /// `Σ e²`, and what the problem leaves out.
     pub chi2: f64,
 }
+
+/// What is left below this share of the data is projected twice: rounding of the first time would be seen.
+const AGAIN: f64 = 1e-8;
 
 /// Projects the data of a problem on the basis of a model.
 pub(super) fn project(problem: &Problem, model: &Model, numerators: usize) -> Projection {
@@ -48,13 +53,17 @@ pub(super) fn project(problem: &Problem, model: &Model, numerators: usize) -> Pr
     let y = undelayed(problem, model);
     let y = y.as_ref().unwrap_or(&problem.y);
     let first = transposed_product(&qr.q, y);
-    let e = y - &qr.q * &first;
-    let again = transposed_product(&qr.q, &e);
-    let e = e - &qr.q * &again;
-    let c = qr.solve(&(first + again));
-    let chi2 = (0..e.ncols())
-        .map(|i| e.col_as_slice(i).iter().map(|v| v * v).sum::<f64>())
-        .sum();
+    let mut e = without_product(y, &qr.q, &first);
+    let mut inner = first;
+    let mut squares = sum_of_squares(&e);
+    if squares < AGAIN * sum_of_squares(&inner) {
+        let again = transposed_product(&qr.q, &e);
+        e = without_product(&e, &qr.q, &again);
+        inner += again;
+        squares = sum_of_squares(&e);
+    }
+    let c = qr.solve(&inner);
+    let chi2 = problem.left_out + squares;
     Projection {
         qr,
         length,
@@ -62,6 +71,30 @@ pub(super) fn project(problem: &Problem, model: &Model, numerators: usize) -> Pr
         e,
         chi2,
     }
+}
+
+/// `Σ a²`.
+pub(super) fn sum_of_squares(a: &Matrix) -> f64 {
+    (0..a.ncols())
+        .map(|i| a.col_as_slice(i).iter().map(|v| v * v).sum::<f64>())
+        .sum()
+}
+
+/// What a fit leaves of the data of a problem, its coefficients found on fewer lines.
+pub(super) fn left(
+    problem: &Problem,
+    model: &Model,
+    numerators: usize,
+    fit: &Projection,
+) -> Matrix {
+    let basis = problem.basis(&model.poles, numerators);
+    let c = Matrix::from_fn(fit.c.nrows(), fit.c.ncols(), |row, i| {
+        fit.c[(row, i)] / fit.length[row]
+    });
+    let y = undelayed(problem, model);
+    let left = without_product(y.as_ref().unwrap_or(&problem.y), &basis, &c);
+    registers::clear();
+    left
 }
 
 /// Data turned back by the delays, `Y e^{jxτ}`; `None` without delays.
@@ -94,7 +127,7 @@ pub(super) struct Normal {
 
 /// Adds what every problem says of the parameters.
 pub(super) fn normal(
-    problems: &[Problem],
+    problems: &[impl Borrow<Problem>],
     model: &Model,
     numerators: usize,
     fits: &[Projection],
@@ -105,7 +138,7 @@ pub(super) fn normal(
         g: vec![0.0; size],
     };
     for (problem, fit) in problems.iter().zip(fits) {
-        add_poles(problem, model, numerators, fit, &mut sum);
+        add_poles(problem.borrow(), model, numerators, fit, &mut sum);
     }
     sum
 }
@@ -163,7 +196,8 @@ fn add_delays(
             super::basis::put(column, k, n, z);
         }
     }
-    let turned = &turned - &fit.qr.q * transposed_product(&fit.qr.q, &turned);
+    let shared = transposed_product(&fit.qr.q, &turned);
+    let turned = without_product(&turned, &fit.qr.q, &shared);
     let cross = transposed_product(d, &turned);
     for i in 0..turned.ncols() {
         let at = 2 * np + (problem.first + i).min(model.delays.len() - 1);
@@ -206,10 +240,10 @@ pub(super) struct Fitted {
 }
 
 /// Fits at a model as it stands.
-pub(super) fn at(problems: &[Problem], model: &Model, numerators: usize) -> Fitted {
+pub(super) fn at(problems: &[impl Borrow<Problem>], model: &Model, numerators: usize) -> Fitted {
     let fits: Vec<Projection> = problems
         .iter()
-        .map(|p| project(p, model, numerators))
+        .map(|p| project(p.borrow(), model, numerators))
         .collect();
     Fitted {
         model: model.clone(),
@@ -226,7 +260,12 @@ const DAMPING: (f64, f64, f64) = (1e-3, 0.1, 8.0);
 const MOST_DAMPING: f64 = 1e10;
 
 /// Moves poles and delays to the least χ² nearby.
-pub(super) fn refine(problems: &[Problem], start: Fitted, numerators: usize, stop: Stop) -> Fitted {
+pub(super) fn refine(
+    problems: &[impl Borrow<Problem>],
+    start: Fitted,
+    numerators: usize,
+    stop: Stop,
+) -> Fitted {
     let mut best = start;
     if best.model.poles.is_empty() && best.model.delays.is_empty() {
         return best;

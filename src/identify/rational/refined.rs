@@ -12,7 +12,6 @@ use super::basis::{Pole, Problem, Structure};
 use super::lines::{Lines, Weights};
 use super::local::{cut, window};
 use super::projection::{Fitted, Model, Stop, at, refine};
-use super::scan::spacing;
 use super::spread::{Mean, beside, disagreement, mean};
 use super::variance::from_differences;
 use super::{Measured, RationalOptions, Spread};
@@ -178,7 +177,7 @@ const STOP: Stop = Stop {
 fn is_needed(problem: &Problem, fitted: &Fitted, r: usize, place: Pole) -> bool {
     let numerators = NUMERATORS;
     let pole = fitted.model.poles[r];
-    let Some((from, to)) = window(&problem.x, &pole, spacing(&problem.x)) else {
+    let Some((from, to)) = window(&problem.x, &pole, problem.step) else {
         return true;
     };
     let local = [cut(problem, fitted, numerators, &[r], from, to)];

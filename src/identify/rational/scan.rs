@@ -1,12 +1,12 @@
 //! Where one more pole would explain most: `Σ_i |φᴴ E_i|² / |φ|²` for Lorentzians `φ = W/(s − p)` of many widths at every place.
 //!
 //! Wide Lorentzians are correlated with decimated residuals and cut off at a few widths, so that every width costs about the same
-//! few operations per line. Near a pole that is already there, what a new one can explain is judged by what is not shared.
+//! few operations per line; the correlations of a run of places with all responses are one product of matrices. Near a pole that
+//! is already there, what a new one can explain is judged by what is not shared.
 
-use crate::numeric::Complex;
+use crate::numeric::{Complex, Matrix, registers};
 
 use super::basis::{Pole, Problem};
-use super::projection::Projection;
 
 /// A place for a new pole, with the fall of χ² it promises.
 #[derive(Debug, Clone, Copy)]
@@ -24,8 +24,15 @@ const WIDTHS: [f64; 10] = [0.12, 0.5, 1.2, 3.0, 7.5, 18.0, 45.0, 110.0, 270.0, 6
 const GROUP: f64 = 0.5;
 const REACH: f64 = 6.0;
 
-/// A Lorentzian that shares more than this with a pole at hand is judged as if it shared this much.
+/// Groups to either side of a Lorentzian at most: the widest that is not grouped has three lines to its half-width.
+const MOST_REACH: usize = 20;
+
+/// Fewest and most places of a run.
+const RUN: (usize, usize) = (16, 64);
+
+/// A Lorentzian that shares more than this with a pole at hand is judged as if it shared this much, and less than that as if nothing.
 const MOST_SHARED: f64 = 0.98;
+const LEAST_SHARED: f64 = 0.01;
 
 /// Spacings that differ by less than this share of their median are uniform; printed frequencies are rounded.
 const UNIFORM: f64 = 1e-2;
@@ -42,19 +49,23 @@ fn is_uniform(x: &[f64], step: f64) -> bool {
         .all(|x| (x[1] - x[0] - step).abs() < UNIFORM * step)
 }
 
-/// Local maxima over place, for every width, largest first.
-pub(super) fn scan(problem: &Problem, fit: &Projection, poles: &[Pole]) -> Vec<Peak> {
+/// Local maxima over place, for every width, largest first; `left` is what the poles leave of the problem's data.
+pub(super) fn scan(problem: &Problem, left: &Matrix, poles: &[Pole]) -> Vec<Peak> {
     let n = problem.lines();
-    let step = spacing(&problem.x);
+    let step = problem.step;
     let uniform = is_uniform(&problem.x, step);
     let band = problem.x[n - 1] - problem.x[0];
+    registers::clear();
+    let single = Groups::single(problem, left);
     let mut peaks = Vec::new();
     for width in WIDTHS {
         let sigma = width * step;
         if sigma > 0.6 * band {
             break;
         }
-        let groups = Groups::new(problem, fit, (width * GROUP).floor().max(1.0) as usize);
+        let size = (width * GROUP).floor().max(1.0) as usize;
+        let grouped = (size > 1).then(|| single.grouped(size));
+        let groups = grouped.as_ref().unwrap_or(&single);
         let offsets: &[f64] = if width < 0.8 { &[0.0, 0.5] } else { &[0.0] };
         for &offset in offsets {
             let gain = groups.gains(sigma, offset, uniform);
@@ -67,15 +78,19 @@ pub(super) fn scan(problem: &Problem, fit: &Projection, poles: &[Pole]) -> Vec<P
 
 /// Adds the local maxima of one width.
 fn pick(gain: &[Peak], poles: &[Pole], peaks: &mut Vec<Peak>) {
+    let mut shared = vec![0.0_f64; gain.len()];
+    for pole in poles {
+        let reach = (4.0 * pole.sigma * gain[0].pole.sigma / LEAST_SHARED).sqrt();
+        let from = gain.partition_point(|p| p.pole.w < pole.w - reach);
+        let to = gain.partition_point(|p| p.pole.w <= pole.w + reach);
+        for c in from..to {
+            shared[c] = shared[c].max(pole.overlap(&gain[c].pole));
+        }
+    }
     let free: Vec<f64> = gain
         .iter()
-        .map(|peak| {
-            let shared = poles
-                .iter()
-                .map(|p| p.overlap(&peak.pole))
-                .fold(0.0, f64::max);
-            peak.gain / (1.0 - shared.min(MOST_SHARED))
-        })
+        .zip(&shared)
+        .map(|(peak, shared)| peak.gain / (1.0 - shared.min(MOST_SHARED)))
         .collect();
     for c in 0..gain.len() {
         let left = c == 0 || free[c] >= free[c - 1];
@@ -93,155 +108,142 @@ fn pick(gain: &[Peak], poles: &[Pole], peaks: &mut Vec<Peak>) {
 struct Groups {
     /// Mean frequency of each.
     x: Vec<f64>,
-    /// `Σ |factor|²`.
+    /// Spacing.
+    step: f64,
+    /// `Σ |factor|²`, with zeros before and after as in `sums`.
     weight: Vec<f64>,
-    /// `Σ factor* E`, by response: real and imaginary parts.
-    re: Vec<Vec<f64>>,
-    im: Vec<Vec<f64>>,
+    /// `Σ |factor| E`: real parts by response, then imaginary parts; rows of zeros before ([`MOST_REACH`]) and after.
+    sums: Matrix,
 }
 
+/// Rows of zeros after the last group.
+const AFTER: usize = MOST_REACH + RUN.1;
+
 impl Groups {
-    fn new(problem: &Problem, fit: &Projection, size: usize) -> Groups {
-        let n = problem.lines();
-        let starts: Vec<usize> = (0..n).step_by(size).collect();
-        let end = |from: usize| (from + size).min(n);
-        let sum = |f: &dyn Fn(usize) -> f64| -> Vec<f64> {
-            starts
-                .iter()
-                .map(|&from| (from..end(from)).map(f).sum())
-                .collect()
-        };
-        let (mut re, mut im) = (Vec::new(), Vec::new());
-        for i in 0..fit.e.ncols() {
-            let e = fit.e.col_as_slice(i);
-            let f = &problem.factor;
-            re.push(sum(&|k| f[k].re * e[k] + f[k].im * e[n + k]));
-            im.push(sum(&|k| f[k].re * e[n + k] - f[k].im * e[k]));
+    /// Every line by itself.
+    fn single(problem: &Problem, left: &Matrix) -> Groups {
+        let (n, responses) = (problem.lines(), left.ncols());
+        let size: Vec<f64> = problem.factor.iter().map(|f| f.norm_sqr().sqrt()).collect();
+        let mut sums = Matrix::zeros(MOST_REACH + n + AFTER, 2 * responses);
+        for column in 0..2 * responses {
+            let half = if column < responses { 0 } else { n };
+            let from = &left.col_as_slice(column % responses)[half..half + n];
+            let to = &mut sums.col_as_slice_mut(column)[MOST_REACH..MOST_REACH + n];
+            for k in 0..n {
+                to[k] = size[k] * from[k];
+            }
+        }
+        let mut weight = vec![0.0; MOST_REACH + n + AFTER];
+        for k in 0..n {
+            weight[MOST_REACH + k] = size[k] * size[k];
         }
         Groups {
-            x: starts
-                .iter()
-                .map(|&from| {
-                    problem.x[from..end(from)].iter().sum::<f64>() / (end(from) - from) as f64
-                })
+            x: problem.x.clone(),
+            step: problem.step,
+            weight,
+            sums,
+        }
+    }
+
+    /// So many lines at a time.
+    fn grouped(&self, size: usize) -> Groups {
+        let lines = self.x.len();
+        let n = lines.div_ceil(size);
+        let into = |from: &[f64], to: &mut [f64]| {
+            let groups = from[MOST_REACH..MOST_REACH + lines].chunks(size);
+            for (to, group) in to[MOST_REACH..].iter_mut().zip(groups) {
+                *to = group.iter().sum();
+            }
+        };
+        let mut weight = vec![0.0; MOST_REACH + n + AFTER];
+        into(&self.weight, &mut weight);
+        let mut sums = Matrix::zeros(MOST_REACH + n + AFTER, self.sums.ncols());
+        for j in 0..sums.ncols() {
+            into(self.sums.col_as_slice(j), sums.col_as_slice_mut(j));
+        }
+        Groups {
+            x: self
+                .x
+                .chunks(size)
+                .map(|x| x.iter().sum::<f64>() / x.len() as f64)
                 .collect(),
-            weight: sum(&|k| problem.factor[k].norm_sqr()),
-            re,
-            im,
+            step: self.step * size as f64,
+            weight,
+            sums,
         }
     }
 
     /// Gain with a pole of real part `−sigma` at every group, `offset` of a group further up.
     fn gains(&self, sigma: f64, offset: f64, uniform: bool) -> Vec<Peak> {
         let n = self.x.len();
-        let step = if n > 1 { self.x[1] - self.x[0] } else { sigma };
-        let reach = (REACH * sigma / step).ceil() as usize + 2;
-        let place: Vec<f64> = self.x.iter().map(|x| x + offset * step).collect();
-        let gain = if uniform {
-            self.correlate(sigma, offset * step, step, reach)
-        } else {
-            self.correlate_unevenly(sigma, &place, reach)
-        };
-        (0..n)
-            .map(|c| Peak {
-                pole: Pole {
-                    w: place[c],
-                    sigma,
-                    stable: true,
-                },
-                gain: gain[c],
-            })
-            .collect()
-    }
-
-    /// With one table of the Lorentzian, moved along.
-    fn correlate(&self, sigma: f64, offset: f64, step: f64, reach: usize) -> Vec<f64> {
-        let n = self.x.len();
-        let taps: Vec<(isize, Complex)> = (-(reach as isize)..=reach as isize)
-            .map(|t| (t, lorentzian(t as f64 * step - offset, sigma)))
-            .collect();
-        let mut norm = vec![0.0; n];
-        let mut gain = vec![0.0; n];
-        for &(t, z) in &taps {
-            let (to, from, count) = overlap(n, t);
-            let square = z.norm_sqr();
-            add(
-                &mut norm[to..to + count],
-                &self.weight[from..from + count],
-                square,
-            );
-        }
-        let (mut sum_re, mut sum_im) = (vec![0.0; n], vec![0.0; n]);
-        for (re, im) in self.re.iter().zip(&self.im) {
-            sum_re.fill(0.0);
-            sum_im.fill(0.0);
-            for &(t, z) in &taps {
-                let (to, from, count) = overlap(n, t);
-                let (re, im) = (&re[from..from + count], &im[from..from + count]);
-                // conj(z) times the residual
-                add(&mut sum_re[to..to + count], re, z.re);
-                add(&mut sum_re[to..to + count], im, z.im);
-                add(&mut sum_im[to..to + count], im, z.re);
-                add(&mut sum_im[to..to + count], re, -z.im);
+        let reach = ((REACH * sigma / self.step).ceil() as usize + 2).min(MOST_REACH);
+        let run = (2 * reach).clamp(RUN.0, RUN.1);
+        let span = run + 2 * reach;
+        let responses = self.sums.ncols() / 2;
+        let mut peaks = Vec::with_capacity(n);
+        // conjugates of the Lorentzians of a run: real parts, then imaginary parts, by place
+        let mut kernel = Matrix::zeros(2 * run, span);
+        let mut square = Matrix::zeros(span, run);
+        for first in (0..n).step_by(run) {
+            if first == 0 || !uniform {
+                for place in 0..run {
+                    for tap in 0..=2 * reach {
+                        let distance = if uniform {
+                            (tap as f64 - reach as f64 - offset) * self.step
+                        } else {
+                            self.distance(first + place, tap as isize - reach as isize)
+                                - offset * self.step
+                        };
+                        let z = lorentzian(distance, sigma);
+                        kernel[(place, place + tap)] = z.re;
+                        kernel[(run + place, place + tap)] = -z.im;
+                        square[(place + tap, place)] = z.norm_sqr();
+                    }
+                }
             }
-            for c in 0..n {
-                gain[c] += sum_re[c] * sum_re[c] + sum_im[c] * sum_im[c];
-            }
-        }
-        gain.iter_mut()
-            .zip(&norm)
-            .for_each(|(g, n)| *g = if *n > 0.0 { *g / n } else { 0.0 });
-        gain
-    }
-
-    /// Line by line, for uneven spacing.
-    fn correlate_unevenly(&self, sigma: f64, place: &[f64], reach: usize) -> Vec<f64> {
-        let n = self.x.len();
-        place
-            .iter()
-            .enumerate()
-            .map(|(c, &w)| {
-                let range = c.saturating_sub(reach)..(c + reach + 1).min(n);
-                let z: Vec<Complex> = range
-                    .clone()
-                    .map(|k| lorentzian(self.x[k] - w, sigma))
-                    .collect();
-                let norm: f64 = range
-                    .clone()
-                    .zip(&z)
-                    .map(|(k, z)| self.weight[k] * z.norm_sqr())
+            let from = first + MOST_REACH - reach;
+            let sums = &kernel * self.sums.subrows(from, span);
+            registers::clear();
+            let weight = &self.weight[from..from + span];
+            for place in 0..run.min(n - first) {
+                let part = place..place + 2 * reach + 1;
+                let norm: f64 = square.col_as_slice(place)[part.clone()]
+                    .iter()
+                    .zip(&weight[part])
+                    .map(|(z, w)| z * w)
                     .sum();
-                let gain: f64 = (0..self.re.len())
+                let gain: f64 = (0..responses)
                     .map(|i| {
-                        let sum: Complex = range
-                            .clone()
-                            .zip(&z)
-                            .map(|(k, z)| z.conj() * Complex::new(self.re[i][k], self.im[i][k]))
-                            .sum();
-                        sum.norm_sqr()
+                        let re = sums[(place, i)] - sums[(run + place, responses + i)];
+                        let im = sums[(place, responses + i)] + sums[(run + place, i)];
+                        re * re + im * im
                     })
                     .sum();
-                if norm > 0.0 { gain / norm } else { 0.0 }
-            })
-            .collect()
+                peaks.push(Peak {
+                    pole: Pole {
+                        w: self.x[first + place] + offset * self.step,
+                        sigma,
+                        stable: true,
+                    },
+                    gain: if norm > 0.0 { gain / norm } else { 0.0 },
+                });
+            }
+        }
+        peaks
+    }
+
+    /// From a group to the one so many further; as if even beyond the ends.
+    fn distance(&self, group: usize, further: isize) -> f64 {
+        let at = |k: isize| -> f64 {
+            let last = self.x.len() as isize - 1;
+            let inside = k.clamp(0, last);
+            self.x[inside as usize] + (k - inside) as f64 * self.step
+        };
+        at(group as isize + further) - at(group as isize)
     }
 }
 
 /// `1/(s − p)` at a distance above the pole.
 fn lorentzian(distance: f64, sigma: f64) -> Complex {
     Complex::new(sigma, -distance) / (sigma * sigma + distance * distance)
-}
-
-/// Where a shift by `t` keeps both slices inside: start of the sum, start of the data, count.
-fn overlap(n: usize, t: isize) -> (usize, usize, usize) {
-    let shift = t.unsigned_abs().min(n);
-    if t >= 0 {
-        (0, shift, n - shift)
-    } else {
-        (shift, 0, n - shift)
-    }
-}
-
-fn add(sum: &mut [f64], data: &[f64], factor: f64) {
-    sum.iter_mut().zip(data).for_each(|(s, d)| *s += factor * d);
 }

@@ -2,12 +2,14 @@
 
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::numeric::Complex;
+use crate::numeric::{Complex, Matrix};
 
 use super::basis::{Pole, Problem, Structure};
+use super::condensed::{Condensed, Condenser};
+use super::covariance::{Covariance, covariance};
 use super::growth::{Growth, Rules};
 use super::lines::{Lines, Weights};
-use super::projection::{Fitted, Model, Stop, at, refine};
+use super::projection::{Fitted, Model, Stop, at, left, refine};
 use super::spread::{self, Scatter};
 use super::structure::{choose, parameters};
 use super::variance::{from_differences, from_residuals, mean_ratio};
@@ -15,10 +17,14 @@ use super::{Delay, Effort, RationalOptions, Step, delay};
 
 /// What a search found.
 pub(super) struct Found {
-    /// The last fit, over [`Found::problems`].
+    /// The last fit, with one set of coefficients per problem.
     pub fitted: Fitted,
-    /// The problems of the last fit.
+    /// All lines, for each set.
     pub problems: Vec<Problem>,
+    /// What the fit leaves of them.
+    pub left: Vec<Matrix>,
+    /// Of the poles and delays, if the variance is right.
+    pub covariance: Covariance,
     /// Weights of the responses in them.
     pub by_response: Vec<f64>,
     /// Its terms.
@@ -85,96 +91,99 @@ pub(super) fn search(
     };
     let mut effort = Effort::default();
     let mut evidence = Vec::new();
-    let mut weights = Weights::new(&variance);
     let mut structure = Structure::FULL;
-    let mut problem = [lines.shared(&weights, structure)];
-    let mut model = Model {
+    let mut start = Model {
         poles: Vec::new(),
         delays: match options.delay {
             Delay::None => Vec::new(),
-            kind => delay::start(&problem[0], kind == Delay::PerResponse),
+            kind => {
+                let problem = lines.shared(&Weights::new(&variance), structure);
+                delay::start(&problem, kind == Delay::PerResponse)
+            }
         },
     };
-    let mut fitted = at(&problem, &model, structure.numerators());
     let mut scattered = Scattered::default();
     for round in 0..=ROUNDS {
-        (problem, weights, fitted) = grown(
+        let mut held = grown(
             lines,
             rules,
             structure,
             &variance,
             &mut scattered,
-            fitted,
+            start,
             &mut evidence,
             &mut effort,
         )?;
-        if given || round == ROUNDS {
-            break;
+        let mut settled = given || round == ROUNDS;
+        if !settled {
+            let residual = held.residuals(lines, structure.numerators(), &mut effort);
+            let unknown = parameters(structure, &held.fitted, lines.h.len());
+            let free = 1.0 - unknown * lines.independence / lines.data();
+            let next = from_residuals(lines, &residual, free.max(0.1));
+            let ratio = mean_ratio(&next, &variance);
+            variance = next;
+            settled = (SETTLED.0..SETTLED.1).contains(&ratio);
+            if settled {
+                held = Held::at(
+                    lines,
+                    &scattered.added(lines, &variance),
+                    &held.fitted.model,
+                );
+            }
         }
-        fitted = refine(&problem, fitted, structure.numerators(), BEFORE_VARIANCE);
-        effort.steps += fitted.steps;
-        effort.rounds += 1;
-        let residual = residuals(lines, &weights, &fitted);
-        let free =
-            1.0 - parameters(structure, &fitted, lines.h.len()) * lines.independence / lines.data();
-        let next = from_residuals(lines, &residual, free.max(0.1));
-        let ratio = mean_ratio(&next, &variance);
-        variance = next;
-        weights = Weights::new(&scattered.added(lines, &variance));
-        problem = [lines.shared(&weights, structure)];
-        model = fitted.model;
-        fitted = at(&problem, &model, structure.numerators());
-        if (SETTLED.0..SETTLED.1).contains(&ratio) {
+        start = held.fitted.model.clone();
+        if settled {
+            let (chosen, better, steps) = choose(held.lines(), lines.data(), &held.fitted);
+            structure = chosen;
+            start = better.model;
+            effort.steps += steps;
             break;
         }
     }
-    let (chosen, better, steps) = choose(lines, &weights, &fitted);
-    structure = chosen;
-    effort.steps += steps;
-    (problem, weights, fitted) = grown(
+    let Held {
+        mut all,
+        mut weights,
+        mut fitted,
+        ..
+    } = grown(
         lines,
         rules,
         structure,
         &variance,
         &mut scattered,
-        better,
+        start,
         &mut evidence,
         &mut effort,
     )?;
     if merge(lines, &weights, &mut scattered, &mut fitted, structure) {
         weights = Weights::new(&scattered.added(lines, &variance));
-        problem = [lines.shared(&weights, structure)];
+        all = [lines.shared(&weights, structure)];
     }
     let at_limit = options.order.is_none() && fitted.model.poles.len() >= rules.most;
-    let problems = if weights.exact {
-        problem.to_vec()
-    } else {
-        lines.separate(&weights, &scattered.added(lines, &variance), structure)
-    };
-    let start = at(&problems, &fitted.model, structure.numerators());
-    let fitted = refine(&problems, start, structure.numerators(), LAST);
-    effort.steps += fitted.steps;
+    let numerators = structure.numerators();
+    let separate = (!weights.exact)
+        .then(|| lines.separate(&weights, &scattered.added(lines, &variance), structure));
+    let problems = separate.as_deref().unwrap_or(&all);
+    let (fitted, covariance) = last(problems, fitted.model, numerators, &mut effort);
+    let fits = problems.iter().zip(&fitted.fits);
+    let left = fits
+        .map(|(problem, fit)| left(problem, &fitted.model, numerators, fit))
+        .collect();
     let spread = (0..scattered.list.len())
         .filter(|&at_list| scattered.list[at_list].0.share == 0.0)
         .filter_map(|at_list| {
             let r = scattered.nearest(at_list, &fitted)?;
-            let shared = at(&problem, &fitted.model, structure.numerators());
-            Some((
-                r,
-                spread::mean(
-                    &problem[0],
-                    &shared,
-                    structure.numerators(),
-                    r,
-                    lines.independence,
-                )?,
-            ))
+            let shared = at(&all, &fitted.model, numerators);
+            let mean = spread::mean(&all[0], &shared, numerators, r, lines.independence)?;
+            Some((r, mean))
         })
         .collect();
     let dof = lines.data() - parameters(structure, &fitted, lines.h.len());
     Ok(Found {
         fitted,
-        problems,
+        problems: separate.unwrap_or_else(|| all.to_vec()),
+        left,
+        covariance,
         by_response: weights.by_response,
         structure,
         estimated,
@@ -322,6 +331,66 @@ fn residue_sizes(
         .collect()
 }
 
+/// A fit with all lines, those it was made on, and their weights.
+struct Held {
+    all: [Problem; 1],
+    /// `None` for all.
+    fewer: Option<Problem>,
+    weights: Weights,
+    fitted: Fitted,
+}
+
+impl Held {
+    /// Of every term, at a model as it stands.
+    fn at(lines: &Lines, variance: &[Vec<f64>], model: &Model) -> Held {
+        let weights = Weights::new(variance);
+        let all = [lines.shared(&weights, Structure::FULL)];
+        let enough = Condenser::new(&all[0]).condensed(model, &[]);
+        let fewer = (!enough.is_whole()).then(|| enough.problem.into_owned());
+        let problem = fewer.as_ref().unwrap_or(&all[0]);
+        let fitted = at(&[problem], model, Structure::FULL.numerators());
+        Held {
+            all,
+            fewer,
+            weights,
+            fitted,
+        }
+    }
+
+    /// Those the fit was made on.
+    fn lines(&self) -> &Problem {
+        self.fewer.as_ref().unwrap_or(&self.all[0])
+    }
+
+    /// What is left of the scaled responses once the poles are near enough to their place for an estimate of the variance.
+    fn residuals(
+        &mut self,
+        lines: &Lines,
+        numerators: usize,
+        effort: &mut Effort,
+    ) -> Vec<Vec<Complex>> {
+        let problem = std::slice::from_ref(self.lines());
+        let fitted = refine(problem, self.fitted.clone(), numerators, BEFORE_VARIANCE);
+        effort.steps += fitted.steps;
+        effort.rounds += 1;
+        let left = left(&self.all[0], &fitted.model, numerators, &fitted.fits[0]);
+        self.fitted = fitted;
+        let n = lines.x.len();
+        let unit = |i: usize, k: usize| {
+            let variance = self.weights.by_response[i] * self.weights.by_line[k];
+            (variance / 2.0 / lines.independence).sqrt()
+        };
+        (0..lines.h.len())
+            .map(|i| {
+                let column = left.col_as_slice(i);
+                (0..n)
+                    .map(|k| Complex::new(column[k], column[n + k]) * unit(i, k))
+                    .collect()
+            })
+            .collect()
+    }
+}
+
 /// Grows at one variance and structure; where responses disagree about a pole, the weights are changed and growth goes on.
 #[allow(clippy::too_many_arguments)]
 fn grown(
@@ -330,40 +399,75 @@ fn grown(
     structure: Structure,
     variance: &[Vec<f64>],
     scattered: &mut Scattered,
-    start: Fitted,
+    mut model: Model,
     evidence: &mut Vec<Step>,
     effort: &mut Effort,
-) -> Result<([Problem; 1], Weights, Fitted), Error> {
+) -> Result<Held, Error> {
     let numerators = structure.numerators();
-    let mut model = start.model;
     for _ in 0..MOST_DISAGREEMENTS {
         let weights = Weights::new(&scattered.added(lines, variance));
-        let problem = [lines.shared(&weights, structure)];
-        let mut growth = Growth::new(&problem, numerators, rules, MOST_WORK - effort.work);
-        let fitted = growth.prune(at(&problem, &model, numerators));
-        let fitted = growth.grow(fitted, evidence);
-        let fitted = growth.drop_uncertain(fitted);
-        effort.scans += growth.scans;
-        effort.steps += growth.steps;
-        effort.work += growth.work;
+        let all = [lines.shared(&weights, structure)];
+        let growth = Growth::new(&all[0], numerators, rules, MOST_WORK - effort.work);
+        let grown = growth.grown(&model, evidence);
+        effort.scans += grown.scans;
+        effort.steps += grown.steps;
+        effort.work += grown.work;
         if effort.work > MOST_WORK {
             let message = format!(
                 "{} pole pairs do not explain the responses to within their noise, and more do not help",
-                fitted.model.poles.len()
+                grown.fitted.model.poles.len()
             );
             let hint = "the responses disagree, leak or are nonlinear: take another method (--method plscf), a narrower band, or say how many modes there are (--order)";
             return Err(Error::new(Code::NoConvergence, message).hint(hint));
         }
-        let Some(scatter) = growth.scatter else {
-            return Ok((problem, weights, fitted));
+        let Some(scatter) = grown.scatter else {
+            return Ok(Held {
+                fewer: grown.fewer,
+                fitted: grown.fitted,
+                all,
+                weights,
+            });
         };
-        scattered.add(lines, &weights, &fitted, numerators, scatter);
-        model = fitted.model;
+        scattered.add(lines, &weights, &grown.fitted, numerators, scatter);
+        model = grown.fitted.model;
     }
     let weights = Weights::new(&scattered.added(lines, variance));
-    let problem = [lines.shared(&weights, structure)];
-    let fitted = at(&problem, &model, numerators);
-    Ok((problem, weights, fitted))
+    let all = [lines.shared(&weights, structure)];
+    Ok(Held {
+        fitted: at(&all, &model, numerators),
+        fewer: None,
+        all,
+        weights,
+    })
+}
+
+/// Most changes of the lines that the last refinement is made on: the poles have hardly anywhere to go.
+const LAST_ROUNDS: usize = 4;
+
+/// The last refinement, and the covariance there.
+fn last(
+    problems: &[Problem],
+    mut model: Model,
+    numerators: usize,
+    effort: &mut Effort,
+) -> (Fitted, Covariance) {
+    let mut condensers: Vec<Condenser> = problems.iter().map(Condenser::new).collect();
+    let mut round = 0;
+    loop {
+        let enough: Vec<Condensed> = (condensers.iter_mut())
+            .map(|c| c.condensed(&model, &[]))
+            .collect();
+        let start = at(&enough, &model, numerators);
+        let fitted = refine(&enough, start, numerators, LAST);
+        effort.steps += fitted.steps;
+        round += 1;
+        let served = enough.iter().all(|e| e.serves(&fitted.model.poles));
+        if served || round == LAST_ROUNDS {
+            let certain = covariance(&enough, &fitted, numerators);
+            return (fitted, certain);
+        }
+        model = fitted.model;
+    }
 }
 
 /// Pole pairs whose parameters stay below half of the data, and at most `most`.
@@ -372,23 +476,4 @@ pub(super) fn most_determined(lines: &Lines, most: usize) -> usize {
     // per pole pair two numbers per response and the pole itself; two residual terms per response
     let determined = (n * no).saturating_sub(2 * no) / (2 * no + 2);
     most.min(determined.max(1))
-}
-
-/// What a fit of all responses leaves of the scaled responses.
-pub(super) fn residuals(lines: &Lines, weights: &Weights, fitted: &Fitted) -> Vec<Vec<Complex>> {
-    let n = lines.x.len();
-    let e = &fitted.fits[0].e;
-    (0..lines.h.len())
-        .map(|i| {
-            let column = e.col_as_slice(i);
-            (0..n)
-                .map(|k| {
-                    let unit =
-                        (weights.by_response[i] * weights.by_line[k] / 2.0 / lines.independence)
-                            .sqrt();
-                    Complex::new(column[k], column[n + k]) * unit
-                })
-                .collect()
-        })
-        .collect()
 }

@@ -2,12 +2,11 @@
 //! beside it would fit that, and would be no modes; instead the lines around it are given the variance the disagreement causes.
 //! Means and spreads are those of random effects (DerSimonian and Laird 1986).
 
-use crate::numeric::Complex;
+use crate::numeric::{Complex, Matrix};
 
 use super::basis::{Pole, Problem};
 use super::local::{cut, window};
 use super::projection::{Fitted, Model, Stop, at, normal, refine};
-use super::scan::spacing;
 
 /// Only lightly damped poles: a shift of a broad one can hardly be told from a neighbour.
 const LIGHT: f64 = 0.05;
@@ -46,7 +45,7 @@ pub(super) struct Scatter {
 
 /// The pole a place lies beside.
 pub(super) fn beside(problem: &Problem, poles: &[Pole], place: &Pole) -> Option<usize> {
-    let step = spacing(&problem.x);
+    let step = problem.step;
     let reach = |p: &Pole| {
         if problem.y.ncols() < FEWEST_RESPONSES {
             (SKIRT.0 * p.sigma).max(SKIRT.1 * step)
@@ -80,12 +79,13 @@ fn own(local: &Problem, start: Pole, numerators: usize) -> Own {
         variance: Vec::new(),
         chi2: 0.0,
     };
+    let mut problem = [Problem {
+        y: Matrix::zeros(0, 0),
+        ..local.clone()
+    }];
     for i in 0..local.y.ncols() {
-        let problem = [Problem {
-            y: local.y.subcols(i, 1).to_owned(),
-            first: i,
-            ..local.clone()
-        }];
+        problem[0].y = local.y.subcols(i, 1).to_owned();
+        problem[0].first = i;
         let model = Model {
             poles: vec![start],
             delays: Vec::new(),
@@ -115,7 +115,7 @@ pub(super) fn disagreement(
     place: Pole,
 ) -> Option<Scatter> {
     let pole = fitted.model.poles[r];
-    let (from, to) = window(&problem.x, &pole, spacing(&problem.x))?;
+    let (from, to) = window(&problem.x, &pole, problem.step)?;
     let local = cut(problem, fitted, numerators, &[r], from, to);
     if local.y.ncols() < FEWEST_RESPONSES {
         return skirts(local, pole, numerators, r, place);
@@ -248,7 +248,7 @@ pub(super) fn mean(
     independence: f64,
 ) -> Option<Mean> {
     let pole = fitted.model.poles[r];
-    let (from, to) = window(&problem.x, &pole, spacing(&problem.x))?;
+    let (from, to) = window(&problem.x, &pole, problem.step)?;
     let local = cut(problem, fitted, numerators, &[r], from, to);
     let mut separate = own(&local, pole, numerators);
     let stayed: Vec<bool> = (separate.poles.iter())

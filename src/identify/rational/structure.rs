@@ -1,9 +1,9 @@
 //! Which terms the data ask for: real or complex constants, residual terms below and above, by the criterion of Schwarz (1978),
 //! `χ² + parameters · ln(data)`. Terms are taken out one after another for as long as it falls.
 
-use super::basis::Structure;
-use super::lines::{Lines, Weights};
+use super::basis::{Problem, Structure};
 use super::projection::{Fitted, Stop, at, refine};
+use crate::numeric::Matrix;
 
 /// Steps of a trial.
 const STOP: Stop = Stop {
@@ -18,14 +18,9 @@ pub(super) fn parameters(structure: Structure, fitted: &Fitted, responses: usize
     (2 * poles + fitted.model.delays.len() + responses * structure.columns(poles)) as f64
 }
 
-/// The structure of least criterion, with its fit.
-pub(super) fn choose(
-    lines: &Lines,
-    weights: &Weights,
-    full: &Fitted,
-) -> (Structure, Fitted, usize) {
-    let responses = lines.h.len();
-    let data = lines.data();
+/// The structure of least criterion, with its fit; `problem` has every term, and so many independent numbers of data.
+pub(super) fn choose(problem: &Problem, data: f64, full: &Fitted) -> (Structure, Fitted, usize) {
+    let responses = problem.y.ncols();
     let freedom = (data - parameters(Structure::FULL, full, responses)).max(1.0);
     // a variance that is too small would keep every term
     let unit = (full.chi2 / freedom).max(1.0);
@@ -47,7 +42,7 @@ pub(super) fn choose(
         if structure.columns(best.1.model.poles.len()) == 0 {
             continue;
         }
-        let problem = [lines.shared(weights, structure)];
+        let problem = [reduced(problem, structure)];
         let start = at(&problem, &best.1.model, structure.numerators());
         let trial = refine(&problem, start, structure.numerators(), STOP);
         steps += trial.steps;
@@ -56,4 +51,19 @@ pub(super) fn choose(
         }
     }
     (best.0, best.1, steps)
+}
+
+/// A problem of full structure without the residual terms that another does not have.
+fn reduced(problem: &Problem, structure: Structure) -> Problem {
+    let used: Vec<usize> = [structure.lower, structure.upper]
+        .into_iter()
+        .enumerate()
+        .filter_map(|(j, used)| used.then_some(j))
+        .collect();
+    Problem {
+        fixed: Matrix::from_fn(problem.fixed.nrows(), used.len(), |k, j| {
+            problem.fixed[(k, used[j])]
+        }),
+        ..problem.clone()
+    }
 }

@@ -32,30 +32,47 @@ pub(super) fn from_differences(lines: &Lines) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// From residuals `e` of the scaled responses, of which a share `freedom` of the data is left: constant where blocks of lines do
-/// not disagree, else a sliding median.
+/// From residuals `e` of the scaled responses, of which a share `freedom` of the data is left: noise along the axis, or noise in
+/// proportion to the response, as rounding of what was written is; whichever makes the residuals likelier.
 pub(super) fn from_residuals(
     lines: &Lines,
     residual: &[Vec<Complex>],
     freedom: f64,
 ) -> Vec<Vec<f64>> {
-    residual
-        .iter()
-        .enumerate()
-        .map(|(i, e)| {
-            let power: Vec<f64> = e.iter().map(|z| z.norm_sqr() / freedom).collect();
-            let profile = if is_even(&power) {
-                vec![power.iter().sum::<f64>() / power.len() as f64; power.len()]
-            } else {
-                sliding_median(&power)
-            };
-            profile
-                .iter()
-                .enumerate()
-                .map(|(k, v)| v.max(lines.floor(i, k)))
-                .collect()
-        })
-        .collect()
+    let of_response = |(i, e): (usize, &Vec<Complex>)| {
+        let power: Vec<f64> = e.iter().map(|z| z.norm_sqr() / freedom).collect();
+        let floored = |profile: Vec<f64>| -> Vec<f64> {
+            let floor = |(k, v): (usize, f64)| v.max(lines.floor(i, k));
+            profile.into_iter().enumerate().map(floor).collect()
+        };
+        let along = floored(profile(&power));
+        let size: Vec<f64> = lines.h[i].iter().map(|h| h.norm_sqr()).collect();
+        let share: Vec<f64> = power.iter().zip(&size).map(|(p, s)| p / s).collect();
+        if share.iter().any(|s| !s.is_finite()) {
+            return along;
+        }
+        let shares = profile(&share);
+        let in_proportion = floored(shares.iter().zip(&size).map(|(r, s)| r * s).collect());
+        match surprise(&power, &in_proportion) < surprise(&power, &along) {
+            true => in_proportion,
+            false => along,
+        }
+    };
+    residual.iter().enumerate().map(of_response).collect()
+}
+
+/// Constant where blocks of lines do not disagree, else a sliding median.
+fn profile(power: &[f64]) -> Vec<f64> {
+    match is_even(power) {
+        true => vec![power.iter().sum::<f64>() / power.len() as f64; power.len()],
+        false => sliding_median(power),
+    }
+}
+
+/// `Σ ln v + p/v`: the negative logarithm of the likelihood of complex normal residuals of power p and variance v.
+fn surprise(power: &[f64], variance: &[f64]) -> f64 {
+    let term = |(p, v): (&f64, &f64)| v.ln() + p / v;
+    power.iter().zip(variance).map(term).sum()
 }
 
 /// Blocks of lines the power is compared in, and the probability under which it is said to vary.

@@ -209,6 +209,52 @@ impl SeriesModel {
         modes_of(coefficients, &self.covariance, first, self.rate_hz)
     }
 
+    /// What each of [`SeriesModel::modes`] weighs in what the model makes of white noise (of the input, where it has one), by two shares
+    /// from 0 to 1: of the power, `|c_j|/Σ|c|` with the autocovariance `Σ c_j z_j^k`; and of the response at the mode's own frequency, where
+    /// a resonance outweighs all else and a root that only fills up the polynomial does not.
+    ///
+    /// # Errors
+    /// `NoConvergence` of the roots.
+    pub fn shares(&self) -> Result<Vec<Shares>, Error> {
+        let bottom = if self.a.is_empty() { &self.f } else { &self.a };
+        let top: Vec<f64> = match self.b.is_empty() {
+            true => std::iter::once(1.0).chain(self.c.iter().copied()).collect(),
+            false => self.b.clone(),
+        };
+        let n = bottom.len();
+        let sum = |c: &[f64], x: Complex| {
+            (c.iter().rev()).fold(Complex::new(0.0, 0.0), |sum, &c| sum * x + c)
+        };
+        let roots = roots(bottom)?;
+        // Residue of H(z) at a root: z^n N(1/z)/d′(z).
+        let residue = |z: Complex| {
+            let one = Complex::new(1.0, 0.0);
+            let others = roots.iter().filter(|r| **r != z);
+            power(z, n) * sum(&top, z.inv()) / others.fold(one, |p, r| p * (z - r))
+        };
+        let weights: Vec<Complex> = roots
+            .iter()
+            .map(|&z| residue(z) * sum(&top, z) / (at(bottom, z) * z))
+            .collect();
+        let total: f64 = weights.iter().map(|c| c.norm()).sum();
+        let mut all: Vec<(f64, Shares)> = (roots.iter().zip(&weights))
+            .filter(|(z, _)| z.im > 0.0)
+            .map(|(&z, c)| {
+                let circle = z / z.norm();
+                let own = (residue(z) / (circle - z)).norm();
+                let whole = (sum(&top, circle.inv()) / at(bottom, circle.inv())).norm();
+                let pole = Complex::new(z.norm().ln(), z.im.atan2(z.re));
+                let shares = Shares {
+                    power: 2.0 * c.norm() / total,
+                    at_peak: (own / whole).min(1.0),
+                };
+                (pole.norm(), shares)
+            })
+            .collect();
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Ok(all.into_iter().map(|a| a.1).collect())
+    }
+
     pub(super) fn polynomials(&self) -> Polynomials<'_> {
         Polynomials {
             a: &self.a,
@@ -223,6 +269,25 @@ impl SeriesModel {
         let angle = TAU * frequency_hz / self.rate_hz;
         Complex::new(angle.cos(), -angle.sin())
     }
+}
+
+/// What a mode weighs in a model.
+#[derive(Debug, Clone, Copy)]
+pub struct Shares {
+    /// Of the power.
+    pub power: f64,
+    /// Of the response at its own frequency.
+    pub at_peak: f64,
+}
+
+/// Roots of `z^n + a₁z^{n−1} + … + a_n`.
+fn roots(a: &[f64]) -> Result<Vec<Complex>, Error> {
+    let n = a.len();
+    let companion = Matrix::from_fn(n, n, |i, j| match i {
+        0 => -a[j],
+        _ => f64::from(u8::from(j + 1 == i)),
+    });
+    Ok(general::eigen(&companion)?.values)
 }
 
 /// An input is needed and there is none.
@@ -296,12 +361,7 @@ pub(super) fn modes_of(
     first: usize,
     rate_hz: f64,
 ) -> Result<Vec<IdentifiedMode>, Error> {
-    let n = a.len();
-    let companion = Matrix::from_fn(n, n, |i, j| match i {
-        0 => -a[j],
-        _ => f64::from(u8::from(j + 1 == i)),
-    });
-    let roots = general::eigen(&companion)?.values;
+    let roots = roots(a)?;
     let mut modes: Vec<IdentifiedMode> = (roots.iter())
         .filter(|z| z.im > 0.0)
         .map(|&z| {

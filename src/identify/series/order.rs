@@ -42,6 +42,10 @@ pub struct Choice {
     pub family: Family,
     /// All that could be fitted, in the order given.
     pub candidates: Vec<Candidate>,
+    /// The output as it is, without any coefficient: noise alone where no candidate has a smaller criterion.
+    pub nothing: Candidate,
+    /// None of the candidates has a smaller criterion than nothing.
+    pub is_noise: bool,
 }
 
 impl Candidate {
@@ -57,6 +61,12 @@ impl Candidate {
             bic,
             mdl: bic / 2.0,
         }
+    }
+
+    /// No coefficient at all: white noise.
+    fn nothing(y: &[f64]) -> Candidate {
+        let variance = y.iter().map(|y| y * y).sum::<f64>() / y.len().max(1) as f64;
+        Candidate::new(Family::Ar { a: 0 }, variance, y.len())
     }
 
     fn value(&self, criterion: Criterion) -> f64 {
@@ -81,10 +91,14 @@ pub fn autoregressive(
     let candidates = (burg_path(&y, highest).into_iter())
         .map(|(a, variance)| Candidate::new(Family::Ar { a: a.len() }, variance, y.len()))
         .collect();
-    choose(candidates, criterion)
+    choose(candidates, Candidate::nothing(&y), criterion)
 }
 
-/// The best of `families`; those the samples do not determine are passed over.
+/// Orders one after the other that may leave the criterion where it is before the search ends.
+const IN_VAIN: usize = 2;
+
+/// The best of `families`, by rising order; those the samples do not determine are passed over, and where coefficients are iterated the
+/// search ends after [`IN_VAIN`] that better nothing.
 ///
 /// # Errors
 /// Of the first family, where none can be fitted.
@@ -98,14 +112,27 @@ pub fn among(
         .map(|f| f.lengths().start())
         .max()
         .unwrap_or(0);
-    let mut candidates = Vec::new();
+    let mut candidates: Vec<Candidate> = Vec::new();
     let mut failure = None;
+    let (y, _) = centred(record.output());
+    let nothing = Candidate::nothing(&y[first.min(y.len())..]);
+    let (mut least, mut in_vain) = (nothing.value(criterion), 0);
     for &family in families {
+        // What is iterated is slow where poles and zeros cancel, which they do beyond the right order.
+        let lengths = family.lengths();
+        if lengths.c + lengths.f > 0 && in_vain >= IN_VAIN {
+            break;
+        }
+        in_vain += 1;
         match fit_from(record, family, first) {
             Ok(model) => {
                 let freedoms = (model.samples - family.unknowns()) as f64;
                 let variance = model.noise_variance * freedoms / model.samples as f64;
-                candidates.push(Candidate::new(family, variance, model.samples));
+                let candidate = Candidate::new(family, variance, model.samples);
+                if candidate.value(criterion) < least {
+                    (least, in_vain) = (candidate.value(criterion), 0);
+                }
+                candidates.push(candidate);
             }
             Err(error) => failure = failure.or(Some(error)),
         }
@@ -113,17 +140,26 @@ pub fn among(
     if let (true, Some(error)) = (candidates.is_empty(), failure) {
         return Err(error);
     }
-    let choice = choose(candidates, criterion)?;
+    let choice = choose(candidates, nothing, criterion)?;
     let model = super::prediction_error::fit(record, choice.family)?;
     Ok((model, choice))
 }
 
-fn choose(candidates: Vec<Candidate>, criterion: Criterion) -> Result<Choice, Error> {
+fn choose(
+    candidates: Vec<Candidate>,
+    nothing: Candidate,
+    criterion: Criterion,
+) -> Result<Choice, Error> {
     let best = (candidates.iter())
         .min_by(|a, b| a.value(criterion).total_cmp(&b.value(criterion)))
-        .map(|c| c.family);
+        .map(|c| (c.family, c.value(criterion)));
     match best {
-        Some(family) => Ok(Choice { family, candidates }),
+        Some((family, value)) => Ok(Choice {
+            family,
+            candidates,
+            is_noise: nothing.value(criterion) <= value,
+            nothing,
+        }),
         None => Err(Error::new(Code::OutOfRange, "no order to choose from")
             .hint("name at least one family of models")),
     }

@@ -5,6 +5,7 @@
 
 use std::collections::BTreeMap;
 
+use super::rubbing;
 use crate::base::error::Error;
 use crate::machine::builder::Builder;
 use crate::machine::direction::Direction;
@@ -64,7 +65,10 @@ pub fn add(builder: &mut Builder, element: usize, bearing: &Bearing) -> Result<(
         stiffness: 0.0,
         loss: Loss::Viscous(c),
     });
-    Ok(())
+    match &bearing.friction {
+        Some(friction) => rubbing::bearing(builder, element, bearing, friction),
+        None => Ok(()),
+    }
 }
 
 /// `u₁ − u₂` along one axis.

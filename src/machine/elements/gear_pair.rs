@@ -4,6 +4,7 @@
 //! the moment arm of θᵢ is `rᵢ cos αₙ cos βᵢ = s zᵢ` whatever the kind (Litvin & Fuentes, Gear Geometry and Applied Theory,
 //! 2nd ed. 2004, ch. 6 for the equation of meshing n·v = 0 behind it).
 
+use super::rubbing;
 use super::tooth::{Pair, Side, add_pair};
 use crate::base::error::Error;
 use crate::machine::builder::Builder;
@@ -22,7 +23,15 @@ pub fn add(builder: &mut Builder, element: usize, pair: &GearPair) -> Result<(),
         cylindrical: (pair.module).filter(|_| pair.cone_angles == [0.0; 2]),
         sized: pair.module.is_some(),
     };
-    add_pair(builder, element, &made, &pair.contact)
+    let branch = builder.machine.branches.len();
+    add_pair(builder, element, &made, &pair.contact)?;
+    match &pair.friction {
+        Some(friction) => {
+            let drive = (made.scale, &made.drive);
+            rubbing::teeth(builder, element, (pair, friction), drive, branch)
+        }
+        None => Ok(()),
+    }
 }
 
 /// A gear as the flank with the signed pressure angle `alpha` sees it.

@@ -12,6 +12,9 @@ pub mod chain;
 /// The tooth normal in space.
 pub mod tooth;
 
+/// Friction of bearings and teeth.
+pub mod rubbing;
+
 /// Spur, helical, bevel and hypoid pairs.
 pub mod gear_pair;
 

@@ -12,7 +12,7 @@ use crate::motion::pencil::add;
 use crate::motion::problem::{Ask, Effort, Problem, Sink, Wanted};
 use crate::motion::progress::{Samples, check, inside, next_stop, within_budget};
 use crate::motion::scale::{Scale, norm};
-use crate::motion::train::{Law, Regime, Train};
+use crate::motion::train::{Branch, Law, Regime, Train};
 use crate::numeric::Matrix;
 use crate::numeric::lu::Lu;
 
@@ -101,6 +101,13 @@ pub fn generalized(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, 
 
 /// Why the family cannot take a machine.
 pub fn refuses(train: &Train) -> Option<String> {
+    let pressed = |b: &&Branch| matches!(b.law, Law::Pressed(_));
+    if let Some(b) = train.branches.iter().find(pressed) {
+        return Some(format!(
+            "the friction of {} goes by the force of another branch, and each branch is solved by itself here",
+            b.name
+        ));
+    }
     (train.inner() > 0).then(|| {
         "a branch has an inner state (a late torque, a spring and a damper in series), which is not of second order"
             .to_string()

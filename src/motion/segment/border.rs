@@ -3,7 +3,6 @@
 use super::hold::Reaction;
 use crate::motion::contact::Affine;
 use crate::motion::train::BranchStand;
-use crate::numeric::Complex;
 
 /// `p = constant + c σ + direct inputs`, above zero while the regime holds.
 #[derive(Debug)]
@@ -16,20 +15,14 @@ pub struct Border {
     pub kind: Kind,
     /// Its constant.
     pub constant: f64,
-    /// c.
+    /// c, over harmonics and parts.
     pub row: Vec<f64>,
-    /// c Λ, which gives ṗ.
+    /// What gives ṗ: c Λ over the parts.
     pub rate: Vec<f64>,
     /// |c|, part by part.
     pub sizes: Vec<f64>,
     /// Inputs that enter it by themselves, with what their value and their rate count.
     pub direct: Vec<(usize, [f64; 2])>,
-    /// Of every harmonic: phasors of p, and of what ṗ has beside `c Λ σ`.
-    pub phasors: Vec<[Complex; 2]>,
-    /// The sum of their sizes in p.
-    pub steady: f64,
-    /// The same in p̈.
-    pub swing: f64,
     /// Over q and q̇, where some of these are held.
     pub dense: Option<[Vec<f64>; 2]>,
 }

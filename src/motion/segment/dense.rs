@@ -37,9 +37,9 @@ pub struct DenseRun {
 }
 
 impl DenseRun {
-    /// Bounds on |ẍ| of every state.
-    pub fn bounds(&self) -> Vec<f64> {
-        vec![self.bound; self.states]
+    /// The bound on |ẍ| of every state.
+    pub fn bound(&self) -> f64 {
+        self.bound
     }
 
     /// Bounds on |x| of every state.

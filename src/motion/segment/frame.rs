@@ -114,14 +114,8 @@ impl Modes {
         let dampers = inside_all(&rows.dampers);
 
         let still = null_motions(&squares, m)?;
-        let resting = match springs.is_empty() {
-            true => still.clone(),
-            false => null_motions(&[squares.clone(), springs.clone()].concat(), m)?,
-        };
-        let free = match dampers.is_empty() {
-            true => resting.clone(),
-            false => null_motions(&[squares.clone(), springs, dampers].concat(), m)?,
-        };
+        let resting = left_free(&still, &springs)?;
+        let free = left_free(&resting, &dampers)?;
         let mut zero: Vec<Vec<f64>> = Vec::new();
         extend(&mut zero, &free);
         let n_free = zero.len();
@@ -161,8 +155,8 @@ impl Modes {
     }
 
     /// `wᵀΦ`, exactly zero for the first `blind` modes.
-    pub fn seen(&self, w: &[f64], blind: usize) -> Vec<f64> {
-        let column = |j: usize| dot(self.shapes.col_as_slice(j), w);
+    pub fn seen(&self, w: &Direction, blind: usize) -> Vec<f64> {
+        let column = |j: usize| w.dot(self.shapes.col_as_slice(j));
         (0..self.count())
             .map(|j| if j < blind { 0.0 } else { column(j) })
             .collect()
@@ -212,6 +206,30 @@ fn null_motions(rows: &[Vec<f64>], n: usize) -> Result<Vec<Vec<f64>>, Error> {
         Some(motions) => Ok(motions),
         None => by_values(rows, n),
     }
+}
+
+/// What of some motions further rows do not see.
+fn left_free(motions: &[Vec<f64>], rows: &[Vec<f64>]) -> Result<Vec<Vec<f64>>, Error> {
+    let seen = |row: &Vec<f64>, motion: &Vec<f64>| -> f64 {
+        let terms = || row.iter().zip(motion).map(|(a, x)| a * x);
+        let sum: f64 = terms().sum();
+        let size: f64 = terms().map(f64::abs).sum();
+        if sum.abs() <= FREE * size { 0.0 } else { sum }
+    };
+    let over = |row: &Vec<f64>| motions.iter().map(|x| seen(row, x)).collect::<Vec<f64>>();
+    let mut inside: Vec<Vec<f64>> = rows.iter().map(over).collect();
+    inside.retain(|row| row.iter().any(|x| *x != 0.0));
+    if inside.is_empty() || motions.is_empty() {
+        return Ok(motions.to_vec());
+    }
+    let shares = null_motions(&inside, motions.len())?;
+    let sum = |share: &Vec<f64>| {
+        let mut all = vec![0.0; motions[0].len()];
+        let both = share.iter().zip(motions);
+        both.for_each(|(a, motion)| super::stage::add(&mut all, *a, motion));
+        all
+    };
+    Ok(shares.iter().map(sum).collect())
 }
 
 /// Where every row sees two coordinates at most, a motion for each part of the machine that nothing holds: by ratios from its

@@ -1,10 +1,9 @@
 //! A run from switch to switch: regimes, their machines, known times, samples.
 
-use std::collections::HashMap;
-
 use super::clock::{Clock, Tick};
-use super::flight::Flight;
+use super::flight::{BLOCK, Flight};
 use super::instant::Instant;
+use super::ladder::Ladder;
 use super::machine::Machine;
 use super::search::{Outcome, Reached, Search};
 use super::shared::Shared;
@@ -49,11 +48,10 @@ pub fn run(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
         busy: vec![0; train.branches.len()],
         crowd: (ask.from, 0),
     };
-    let mut machines: Vec<Machine> = Vec::new();
-    let mut places: HashMap<Vec<BranchStand>, usize> = HashMap::new();
+    let mut met = Met::new(train);
     let mut flight = Flight::default();
     let mut search = Search::default();
-    let mut out = vec![0.0; ask.start.len()];
+    let mut next = vec![0.0; ask.start.len()];
     let mut ticks = Vec::new();
     let mut crossed: Option<(usize, usize)> = None;
     loop {
@@ -63,22 +61,14 @@ pub fn run(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
             }
             within_budget(ask, &journey.effort, journey.now.high)?;
         }
-        let place = match places.get(&journey.regime.stands[..]) {
-            Some(&place) => place,
-            None => {
-                machines.push(Machine::new(&shared, &journey.regime.stands)?);
-                has_a_phase(&machines[machines.len() - 1], shared.span)?;
-                places.insert(journey.regime.stands.clone(), machines.len() - 1);
-                machines.len() - 1
-            }
-        };
-        journey.effort.machines = machines.len() as u64;
+        let place = met.place(&shared, &journey.regime.stands)?;
+        journey.effort.machines = met.machines.len() as u64;
         journey.effort.steps += 1;
-        let machine = &machines[place];
+        let machine = &met.machines[place];
         let known = clock.next(&journey.regime.pieces);
         let end = known.min(ask.to);
         let span = journey.now.until(end).max(0.0);
-        let from = crossed.map(|(machine, border)| &machines[machine].borders[border]);
+        let from = crossed.map(|(machine, border)| &met.machines[machine].borders[border]);
         flight.start(
             &shared,
             machine,
@@ -87,14 +77,9 @@ pub fn run(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
             span,
             from,
         );
-        let outcome = search.next(
-            &shared,
-            machine,
-            &mut flight,
-            span,
-            (&mut journey.effort, ask),
-        );
-        let reached = match outcome {
+        let ladder = &mut met.ladders[place];
+        let effort = (&mut journey.effort, ask);
+        let reached = match search.next(machine, ladder, &mut flight, span, effort) {
             Outcome::Clear => None,
             Outcome::Reached(reached) => Some(reached),
             Outcome::Spent(_) if ask.stop.is_due() => return Ok(journey.effort),
@@ -102,20 +87,15 @@ pub fn run(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
         };
         let tau = reached.map_or(span, |reached| reached.tau);
         let last = reached.is_none() && end >= ask.to;
-        let usual = (ask.to - ask.from) / ask.samples.max(1) as f64;
-        let strides = tau > MANY * usual;
-        if strides {
-            flight.stride(machine, usual);
+        if !last {
+            flight.go(machine, tau);
+            flight.state(machine, &mut next);
         }
-        if journey.deliver(machine, &mut flight, (tau, last, strides), &mut out, sink) {
-            return Ok(journey.effort);
-        }
-        if last {
+        if journey.deliver(machine, &mut flight, (tau, last), sink) || last {
             return Ok(journey.effort);
         }
         if tau > 0.0 {
-            flight.move_to(&shared, machine, tau);
-            flight.state(machine, tau, &mut journey.y);
+            std::mem::swap(&mut journey.y, &mut next);
         }
         match reached {
             Some(reached) => {
@@ -139,12 +119,51 @@ pub fn run(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
     }
 }
 
+/// The machines met so far, by how what can switch stood.
+struct Met {
+    /// Branches that can stand in more than one way.
+    switching: Vec<usize>,
+    stands: Vec<Vec<BranchStand>>,
+    machines: Vec<Machine>,
+    ladders: Vec<Ladder>,
+}
+
+impl Met {
+    fn new(train: &Train) -> Met {
+        let switches = |law: &Law| matches!(law, Law::Contact(_) | Law::Friction(_));
+        let branches = 0..train.branches.len();
+        Met {
+            switching: branches
+                .filter(|&b| switches(&train.branches[b].law))
+                .collect(),
+            stands: Vec::new(),
+            machines: Vec::new(),
+            ladders: Vec::new(),
+        }
+    }
+
+    /// Where the machine of these stands is; it is made where there is none.
+    fn place(&mut self, shared: &Shared, stands: &[BranchStand]) -> Result<usize, Error> {
+        let own = || self.switching.iter().map(|&b| &stands[b]);
+        let is_it = |known: &Vec<BranchStand>| own().eq(known);
+        if let Some(place) = self.stands.iter().position(is_it) {
+            return Ok(place);
+        }
+        let machine = Machine::new(shared, stands)?;
+        has_a_phase(&machine, shared.span)?;
+        self.stands.push(own().copied().collect());
+        self.machines.push(machine);
+        self.ladders.push(Ladder::default());
+        Ok(self.machines.len() - 1)
+    }
+}
+
 /// A phase of so many radians is known to a hundredth at best, and what is made of it to nothing.
 const PHASE_LOST: f64 = 1e-2 / f64::EPSILON;
 
 /// Refuses a swing that turns so often that double precision keeps nothing of its phase.
 fn has_a_phase(machine: &Machine, span: f64) -> Result<(), Error> {
-    let turned = machine.spectrum.turned(span);
+    let turned = machine.parts.turned(span);
     match turned < PHASE_LOST {
         true => Ok(()),
         false => {
@@ -178,12 +197,14 @@ impl Journey<'_> {
         &mut self,
         machine: &Machine,
         flight: &mut Flight,
-        (tau, last, strides): (f64, bool, bool),
-        out: &mut [f64],
+        (tau, last): (f64, bool),
         sink: &mut Sink,
     ) -> bool {
+        let usual = (self.ask.to - self.ask.from) / self.ask.samples.max(1) as f64;
+        let stride = (tau > MANY * usual).then(|| machine.parts.stride(usual));
+        let mut times = [0.0; BLOCK];
         while self.sample <= self.ask.samples {
-            if self.sample.is_multiple_of(64) && self.ask.stop.is_due() {
+            if self.ask.stop.is_due() {
                 return true;
             }
             let t = self.ask.time(self.sample);
@@ -191,18 +212,26 @@ impl Journey<'_> {
             if ahead >= tau && !last {
                 return false;
             }
-            self.sample += 1;
-            let flow = if ahead == 0.0 {
-                sink(t, &self.y)
-            } else {
-                match strides {
-                    true => flight.stride_to(self.shared, machine, ahead),
-                    false => flight.move_to(self.shared, machine, ahead),
+            if ahead == 0.0 {
+                self.sample += 1;
+                if sink(t, &self.y).is_break() {
+                    return true;
                 }
-                flight.state(machine, ahead, out);
-                sink(t, out)
-            };
-            if flow.is_break() {
+                continue;
+            }
+            let mut count = 0;
+            while count < BLOCK && self.sample + count <= self.ask.samples {
+                let ahead = self.now.until(self.ask.time(self.sample + count));
+                if ahead >= tau && !last {
+                    break;
+                }
+                times[count] = ahead;
+                count += 1;
+            }
+            let (ask, first) = (self.ask, self.sample);
+            self.sample += count;
+            let mut give = |at: usize, y: &[f64]| sink(ask.time(first + at), y).is_break();
+            if flight.states(machine, stride.as_ref(), &times[..count], &mut give) {
                 return true;
             }
         }

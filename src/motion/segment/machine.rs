@@ -3,16 +3,18 @@
 use std::collections::BTreeMap;
 
 use super::border::{Border, Kind};
+use super::course::Parts;
 use super::equations::{Damping, Equations, Inner};
 use super::frame::{Modes, Rows, dot, spread};
 use super::hold::Hold;
 use super::inputs::{Entry, Input, Inputs};
 use super::law::{Held, held};
 use super::shared::Shared;
-use super::spectrum::{Resonance, Spectrum};
-use super::stage::Stage;
+use super::spectrum::Spectrum;
+use super::stage::{Stage, add, product};
 use super::{apart, mixed};
 use crate::base::error::Error;
+use crate::machine::direction::Direction;
 use crate::motion::contact::Affine;
 use crate::motion::friction::Slip;
 use crate::motion::train::{BranchStand, Law, Train};
@@ -21,35 +23,34 @@ use crate::numeric::{Complex, Matrix, registers};
 /// A machine in one regime.
 #[derive(Debug)]
 pub struct Machine {
-    /// What it does by itself.
-    pub spectrum: Spectrum,
-    /// How modal states become σ.
-    pub stage: Stage,
-    /// Φ, MΦ.
-    pub modes: Modes,
+    /// What it does by itself and under harmonics: the states σ are the cosines and sines of these, then those of its parts.
+    pub parts: Parts,
+    /// The states of the parts from `(y, turns)`, harmonics as cosine and sine.
+    pub enter: Matrix,
+    /// y from σ.
+    pub leave: Matrix,
     /// Constant push on σ.
     pub constant: Vec<f64>,
     /// Push on σ per value and per rate of every input.
     pub pushes: Vec<[Vec<f64>; 2]>,
-    /// σ under every harmonic, and the state y: phasors, by rows real and imaginary.
-    pub steady: Vec<Answer>,
-    /// Harmonics that are no part of it.
-    pub near: Vec<Resonance>,
     /// Pairs that stick.
     pub hold: Option<Hold>,
     /// Where it gives way.
     pub borders: Vec<Border>,
-    /// The fastest growth, 1/s.
-    pub growth: f64,
 }
 
-/// The steady answer to a harmonic: real and imaginary parts.
-#[derive(Debug)]
-pub struct Answer {
-    /// Of σ.
-    pub sigma: [Vec<f64>; 2],
-    /// Of the modal state.
-    pub modal: [Vec<f64>; 2],
+/// What is at hand while a machine is made.
+struct Making<'a> {
+    spectrum: &'a Spectrum,
+    stage: &'a Stage,
+    modes: &'a Modes,
+    seen: &'a Seen,
+    hold: Option<&'a Hold>,
+    laws: &'a [Held],
+    /// σ of the parts under every harmonic: phasors.
+    steady: &'a [Vec<Complex>],
+    /// Push of every harmonic that is not in these.
+    left: &'a [Vec<Complex>],
 }
 
 impl Machine {
@@ -89,17 +90,7 @@ impl Machine {
                 .map(|(&re, &im)| Complex::new(re, im))
                 .collect();
             let found = spectrum.steady(&push, (at, *omega), shared.span);
-            let sigma = [
-                found.answer.iter().map(|x| x.re).collect::<Vec<f64>>(),
-                found.answer.iter().map(|x| x.im).collect(),
-            ];
-            let out = |sigma: &[f64]| {
-                let mut modal = vec![0.0; 2 * modes.count() + equations.inner.len()];
-                stage.leave(sigma, &mut modal);
-                modal
-            };
-            let modal = [out(&sigma[0]), out(&sigma[1])];
-            steady.push(Answer { sigma, modal });
+            steady.push(found.answer);
             near.extend(found.near);
             left.push(found.left);
         }
@@ -108,37 +99,89 @@ impl Machine {
             true => None,
             false => Some(Hold::new(shared, &laws, &stuck, &modes, &stage, len)?),
         };
-        let growth = spectrum.growth();
-        let mut machine = Machine {
-            constant: into(&raw.constant),
+        let making = Making {
+            spectrum: &spectrum,
+            stage: &stage,
+            modes: &modes,
+            seen: &seen,
+            hold: hold.as_ref(),
+            laws: &laws,
+            steady: &steady,
+            left: &left,
+        };
+        let borders = making.borders(shared, stands)?;
+        let (enter, leave) = making.ways(train.inner());
+        let turns = 2 * harmonics.len();
+        let behind_turns = |modal: &[f64]| [vec![0.0; turns], into(modal)].concat();
+        let machine = Machine {
+            constant: behind_turns(&raw.constant),
             pushes: raw
                 .inputs
                 .iter()
-                .map(|[value, rate]| [into(value), into(rate)])
+                .map(|[value, rate]| [behind_turns(value), behind_turns(rate)])
                 .collect(),
-            spectrum,
-            stage,
-            steady,
-            near,
+            parts: Parts::new(spectrum, &shared.inputs.frequencies, near),
+            enter,
+            leave,
             hold,
-            borders: Vec::new(),
-            growth,
-            modes,
+            borders,
         };
-        machine.borders = machine.make_borders(shared, stands, &seen, &left, &laws)?;
         registers::clear();
         Ok(machine)
     }
+}
+
+impl Making<'_> {
+    /// From y to the parts and back.
+    fn ways(&self, inner: usize) -> (Matrix, Matrix) {
+        let (n, m) = (self.modes.shapes.nrows(), self.modes.count());
+        let (out, into) = self.stage.matrices(self.spectrum.count());
+        let (modal, states) = (2 * m + inner, 2 * n + inner);
+        let mut to_modes = Matrix::zeros(modal, states);
+        let mut from_modes = Matrix::zeros(states, modal);
+        for j in 0..m {
+            let momentum = self.modes.momenta.col_as_slice(j);
+            for (i, p) in momentum.iter().enumerate() {
+                (to_modes[(j, i)], to_modes[(m + j, n + i)]) = (*p, *p);
+            }
+            let shape = self.modes.shapes.col_as_slice(j);
+            from_modes.col_as_slice_mut(j)[..n].copy_from_slice(shape);
+            from_modes.col_as_slice_mut(m + j)[n..2 * n].copy_from_slice(shape);
+        }
+        for z in 0..inner {
+            to_modes[(2 * m + z, 2 * n + z)] = 1.0;
+            from_modes[(2 * n + z, 2 * m + z)] = 1.0;
+        }
+        let (parts, back) = (&into * &to_modes, &from_modes * &out);
+        let turns = 2 * self.steady.len();
+        let len = parts.nrows();
+        // Re(a e^{iωt}) = Re a cos − Im a sin, and σ is without it.
+        let steady = |turn: usize, i: usize| match turn % 2 {
+            0 => self.steady[turn / 2][i].re,
+            _ => -self.steady[turn / 2][i].im,
+        };
+        let mut enter = Matrix::zeros(len, states + turns);
+        let mut leave = Matrix::zeros(states, turns + len);
+        for j in 0..states {
+            enter
+                .col_as_slice_mut(j)
+                .copy_from_slice(parts.col_as_slice(j));
+        }
+        for k in 0..len {
+            leave
+                .col_as_slice_mut(turns + k)
+                .copy_from_slice(back.col_as_slice(k));
+        }
+        for turn in 0..turns {
+            let answer: Vec<f64> = (0..len).map(|k| steady(turn, k)).collect();
+            add(enter.col_as_slice_mut(states + turn), -1.0, &answer);
+            product(&back, &answer, leave.col_as_slice_mut(turn));
+        }
+        (enter, leave)
+    }
 
     /// Every border of every stand.
-    fn make_borders(
-        &self,
-        shared: &Shared,
-        stands: &[BranchStand],
-        seen: &Seen,
-        left: &[Vec<Complex>],
-        laws: &[Held],
-    ) -> Result<Vec<Border>, Error> {
+    fn borders(&self, shared: &Shared, stands: &[BranchStand]) -> Result<Vec<Border>, Error> {
         let mut found = Vec::new();
         for (at, branch) in shared.train.branches.iter().enumerate() {
             match (&branch.law, stands[at]) {
@@ -147,7 +190,7 @@ impl Machine {
                     for (affine, to) in contact.borders(stand, factor) {
                         let kind = Kind::Deflection(affine);
                         let next = BranchStand::Contact(to, piece);
-                        found.push(self.border(shared, at, kind, next, seen, left));
+                        found.push(self.border(shared, at, kind, next));
                     }
                 }
                 (Law::Friction(_), BranchStand::Friction(slip)) if slip != Slip::Stick => {
@@ -157,14 +200,15 @@ impl Machine {
                     };
                     let kind = Kind::Deflection(affine);
                     let next = BranchStand::Friction(Slip::Stick);
-                    found.push(self.border(shared, at, kind, next, seen, left));
+                    found.push(self.border(shared, at, kind, next));
                 }
                 (Law::Friction(friction), BranchStand::Friction(_)) => {
-                    let Some(hold) = &self.hold else { continue };
+                    let Some(hold) = self.hold else { continue };
                     for slip in [Slip::Forward, Slip::Backward] {
-                        let held = hold.reaction(shared, laws, at, friction.breakaway, slip)?;
+                        let held =
+                            hold.reaction(shared, self.laws, at, friction.breakaway, slip)?;
                         let next = BranchStand::Friction(slip);
-                        found.push(self.border(shared, at, Kind::Reaction(held), next, seen, left));
+                        found.push(self.border(shared, at, Kind::Reaction(held), next));
                     }
                 }
                 _ => {}
@@ -173,19 +217,10 @@ impl Machine {
         Ok(found)
     }
 
-    fn border(
-        &self,
-        shared: &Shared,
-        branch: usize,
-        kind: Kind,
-        to: BranchStand,
-        seen: &Seen,
-        left: &[Vec<Complex>],
-    ) -> Border {
+    fn border(&self, shared: &Shared, branch: usize, kind: Kind, to: BranchStand) -> Border {
         let (m, len) = (self.modes.count(), self.spectrum.count());
-        let states = self.steady.first().map_or(0, |a| a.modal[0].len());
-        let inner = shared.train.inner();
-        let mut modal = vec![0.0; states.max(2 * m + inner)];
+        let seen = self.seen;
+        let mut modal = vec![0.0; 2 * m + shared.train.inner()];
         let mut direct: BTreeMap<usize, [f64; 2]> = BTreeMap::new();
         let (constant, dense) = match &kind {
             Kind::Deflection(affine) => {
@@ -197,7 +232,7 @@ impl Machine {
                 if let Some(at) = shared.inputs.list.iter().position(own) {
                     direct.insert(at, [-affine.deflection, -affine.rate]);
                 }
-                let dense = self.hold.as_ref().map(|_| {
+                let dense = self.hold.map(|_| {
                     let w = spread(&shared.train.branches[branch].direction, shared.train.n());
                     let times = |a: f64| w.iter().map(|w| a * w).collect::<Vec<f64>>();
                     [times(affine.deflection), times(affine.rate)]
@@ -220,8 +255,10 @@ impl Machine {
         let phasors = shared.inputs.frequencies.iter().enumerate();
         let phasors = phasors.map(|(f, &omega)| {
             let s = Complex::new(0.0, omega);
-            let answer = &self.steady[f].sigma;
-            let steady = Complex::new(dot(&row, &answer[0]), dot(&row, &answer[1]));
+            let along = |of: &[Complex]| {
+                let both = row.iter().zip(of);
+                both.fold(Complex::ZERO, |sum, (c, x)| sum + x * *c)
+            };
             let fed = direct
                 .iter()
                 .fold(Complex::ZERO, |sum, (&input, [value, rate])| {
@@ -229,27 +266,25 @@ impl Machine {
                     own.filter(|(at, _)| *at == f)
                         .fold(sum, |sum, (_, phasor)| sum + phasor * (s * rate + *value))
                 });
-            let rest = row
-                .iter()
-                .zip(&left[f])
-                .fold(Complex::ZERO, |sum, (c, left)| sum + left * *c);
-            let value = steady + fed;
-            [value, value * s + rest]
+            let value = along(&self.steady[f]) + fed;
+            [value, value * s + along(&self.left[f])]
         });
         let phasors: Vec<[Complex; 2]> = phasors.collect();
-        let sizes = phasors.iter().zip(&shared.inputs.frequencies);
-        let (steady, swing) = sizes.fold((0.0, 0.0), |(steady, swing), ([p, _], omega)| {
-            (steady + p.norm(), swing + p.norm() * omega * omega)
-        });
+        let turning = |which: usize| {
+            phasors
+                .iter()
+                .flat_map(move |p| [p[which].re, -p[which].im])
+        };
         Border {
             branch,
             to,
-            phasors,
-            steady,
-            swing,
-            sizes: self.spectrum.sizes_of(&row),
-            row,
-            rate,
+            sizes: phasors
+                .iter()
+                .map(|[p, _]| p.norm())
+                .chain(self.spectrum.sizes_of(&row))
+                .collect(),
+            row: turning(0).chain(row.iter().copied()).collect(),
+            rate: turning(1).chain(rate).collect(),
             constant,
             direct: direct.into_iter().collect(),
             dense,
@@ -311,7 +346,6 @@ struct Seen {
 
 impl Seen {
     fn new(train: &Train, laws: &[Held], modes: &Modes) -> Seen {
-        let n = train.n();
         let blind = |law: &Held, acting: bool| match law {
             // What a spring sees is not rigid, and where it acts along what it sees nothing rigid is pushed.
             law if law.force.deflection != 0.0 && !acting => modes.rigid,
@@ -320,7 +354,7 @@ impl Seen {
             }
             _ => 0,
         };
-        let of = |direction, blind| modes.seen(&spread(direction, n), blind);
+        let of = |direction, blind| modes.seen(direction, blind);
         let both = train.branches.iter().zip(laws);
         let sees = both
             .clone()
@@ -387,9 +421,12 @@ fn damping(train: &Train, laws: &[Held], modes: &Modes, seen: &Seen) -> Damping 
     let mut d = Matrix::zeros(m, m);
     // What each entry sums, without signs.
     let mut size = Matrix::zeros(m, m);
-    let whole = |w: &[f64], j: usize| -> f64 {
-        let shape = modes.shapes.col_as_slice(j);
-        w.iter().zip(shape).map(|(w, x)| (w * x).abs()).sum()
+    let large = |w: &Direction| -> Vec<f64> {
+        let whole = |j: usize| {
+            let shape = modes.shapes.col_as_slice(j);
+            w.scaled().map(|(i, a)| (a * shape[i]).abs()).sum()
+        };
+        (0..m).map(whole).collect()
     };
     for (at, (branch, law)) in train.branches.iter().zip(laws).enumerate() {
         let c = law.force.rate;
@@ -397,12 +434,10 @@ fn damping(train: &Train, laws: &[Held], modes: &Modes, seen: &Seen) -> Damping 
             continue;
         }
         let (sees, acts) = (&seen.sees[at], &seen.acts[at]);
-        let (w, u) = (spread(&branch.direction, n), spread(branch.acts(), n));
-        let large = |w: &[f64]| (0..m).map(|j| whole(w, j)).collect::<Vec<f64>>();
-        let (large_w, large_u) = (large(&w), large(&u));
-        for (i, j) in pairs() {
-            d[(i, j)] += c * acts[i] * sees[j];
-            size[(i, j)] += c.abs() * large_u[i] * large_w[j];
+        let (large_w, large_u) = (large(&branch.direction), large(branch.acts()));
+        for j in 0..m {
+            add(d.col_as_slice_mut(j), c * sees[j], acts);
+            add(size.col_as_slice_mut(j), c.abs() * large_w[j], &large_u);
         }
     }
     if let Some((_, c)) = &train.general {
@@ -456,7 +491,7 @@ struct RawPushes {
 impl RawPushes {
     fn new(shared: &Shared, laws: &[Held], seen: &Seen, modes: &Modes, inner: usize) -> RawPushes {
         let train = shared.train;
-        let (m, n) = (modes.count(), train.n());
+        let m = modes.count();
         let nothing = vec![0.0; 2 * m + inner];
         let mut constant = nothing.clone();
         let before = |branch: usize| {
@@ -475,7 +510,7 @@ impl RawPushes {
             let (mut value, mut rate) = (nothing.clone(), nothing.clone());
             match input.entry {
                 Entry::Drive(at) => {
-                    let d = modes.seen(&spread(&train.drives[at].direction, n), 0);
+                    let d = modes.seen(&train.drives[at].direction, 0);
                     value[m..2 * m].copy_from_slice(&d);
                 }
                 Entry::Imposed(at) => {

@@ -24,6 +24,12 @@ pub mod dense;
 /// Parts in closed form.
 pub mod spectrum;
 
+/// Their motion in time.
+pub mod course;
+
+/// Round strides, kept.
+pub mod ladder;
+
 /// A regime over its modes.
 pub mod equations;
 

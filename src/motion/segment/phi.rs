@@ -80,6 +80,28 @@ pub fn pushed(lambda: f64, omega: f64, tau: f64) -> (Complex, Complex) {
     ((x.exp() - e) / kappa, (by_omega - by_lambda) / kappa)
 }
 
+/// `e^{−aτ} cosh √D τ` and `e^{−aτ} sinh √D τ / √D`, `D = a² − w²`.
+pub fn faded(a: f64, square: f64, tau: f64) -> (f64, f64) {
+    let d = a * a - square;
+    let x = d * tau * tau;
+    if x.abs() < 0.01 {
+        let e = (-a * tau).exp();
+        // Σ xⁿ/(2n)! and Σ xⁿ/(2n+1)!
+        let c = 1.0 + x / 2.0 * (1.0 + x / 12.0 * (1.0 + x / 30.0 * (1.0 + x / 56.0)));
+        let s = 1.0 + x / 6.0 * (1.0 + x / 20.0 * (1.0 + x / 42.0 * (1.0 + x / 72.0)));
+        return (e * c, e * s * tau);
+    }
+    let root = d.abs().sqrt();
+    if d > 0.0 {
+        let (slow, fast) = (((root - a) * tau).exp(), ((-root - a) * tau).exp());
+        (0.5 * (slow + fast), 0.5 * (slow - fast) / root)
+    } else {
+        let e = (-a * tau).exp();
+        let (s, c) = (root * tau).sin_cos();
+        (e * c, e * s / root)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

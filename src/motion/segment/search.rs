@@ -4,8 +4,8 @@
 //! `M p < ṗ²/4`, there is exactly one within `2p/|ṗ|`, and Newton finds it.
 
 use super::flight::{Flight, Reading};
+use super::ladder::Ladder;
 use super::machine::Machine;
-use super::shared::Shared;
 use crate::motion::problem::{Ask, Effort};
 
 /// A border reached.
@@ -34,15 +34,17 @@ pub struct Search {
     known: Vec<f64>,
     /// Until when a border is known to have none.
     clear: Vec<f64>,
+    /// Readings with the bounds on p̈, and the safe steps that follow.
     readings: Vec<(Reading, f64)>,
+    steps: Vec<f64>,
 }
 
 impl Search {
-    /// The first border reached within `span`.
+    /// The first border reached within `span`, from the start of a flight.
     pub fn next(
         &mut self,
-        shared: &Shared,
         machine: &Machine,
+        ladder: &mut Ladder,
         flight: &mut Flight,
         span: f64,
         (effort, ask): (&mut Effort, &Ask),
@@ -64,12 +66,12 @@ impl Search {
                 return Outcome::Spent(tau);
             }
             let horizon = (span - tau).min(flight.reach);
-            flight.move_to(shared, machine, tau);
-            flight.fade(machine, tau, horizon);
+            flight.bend(machine, horizon);
             self.readings.clear();
+            self.steps.clear();
             for at in 0..borders {
-                let mut reading = flight.read(machine, at, tau);
-                let bound = flight.bound(machine, at, tau + horizon);
+                let mut reading = flight.read(machine, at);
+                let bound = flight.bound(machine, at);
                 if reading.value <= 0.0 {
                     // Just crossed, and falling by no more than rounding: a pair that breaks away does so without acceleration.
                     let noise = flight.noise(at);
@@ -83,6 +85,15 @@ impl Search {
                     reading.rate = reading.rate.max(0.0);
                 }
                 self.readings.push((reading, bound));
+                let step = safe(reading, bound);
+                let bending = match step < horizon {
+                    true => flight.bending(machine, at),
+                    false => None,
+                };
+                self.steps.push(match bending {
+                    Some(bending) => further(step, reading, bending).min(horizon),
+                    None => step,
+                });
             }
             let (mut step, mut first) = self.shortest(tau, None);
             let (reading, bound) = self.readings[first];
@@ -90,7 +101,7 @@ impl Search {
                 reading.rate < 0.0 && bound * reading.value < 0.25 * reading.rate * reading.rate;
             if steep && self.known[first].is_nan() && step < horizon {
                 let from = (tau, reading, bound);
-                match newton(shared, machine, flight, first, from, horizon, effort) {
+                match newton(machine, flight, first, from, horizon, effort) {
                     Some(root) => self.known[first] = root,
                     None => self.clear[first] = tau + horizon,
                 }
@@ -114,29 +125,38 @@ impl Search {
             };
             let ulps = 4.0 * f64::EPSILON * (tau + flight.epoch.abs());
             let ulps = ulps.max(f64::MIN_POSITIVE);
-            if step < hidden.max(ulps) {
+            let forced = step < hidden.max(ulps);
+            if forced {
                 if !flight.starts_on(first) {
                     effort.grazed += 1;
                 }
                 step = hidden.min(self.shortest(tau, Some(first)).0).max(ulps);
             }
-            tau += step.min(horizon);
-            if tau >= span {
+            step = step.min(horizon);
+            if tau + step >= span {
                 return Outcome::Clear;
             }
+            let stays = flight.course.tau == tau && !forced;
+            match ladder.below(&machine.parts, step).filter(|_| stays) {
+                Some(stride) => flight
+                    .course
+                    .stride(&machine.parts, stride, tau + stride.span),
+                None => flight.go(machine, tau + step),
+            }
+            tau = flight.course.tau;
         }
     }
 
     /// The shortest safe step of all borders but one, and whose it is.
     fn shortest(&self, tau: f64, but: Option<usize>) -> (f64, usize) {
         let mut best = (f64::INFINITY, 0);
-        for (at, &(reading, bound)) in self.readings.iter().enumerate() {
+        for at in 0..self.readings.len() {
             if but == Some(at) {
                 continue;
             }
             let known = self.known[at];
             let step = match known.is_nan() {
-                true => safe(reading, bound).max(self.clear[at] - tau),
+                true => self.steps[at].max(self.clear[at] - tau),
                 false => known - tau,
             };
             if step < best.0 {
@@ -163,12 +183,39 @@ fn safe(Reading { value, rate }: Reading, bound: f64) -> f64 {
     }
 }
 
+/// A longer safe step where one is seen: p̈ is known now and changes by no more than `jerk` a second, so that p stays above
+/// `p + ṗ h + p̈ h²/2 − jerk H³/6` for all h up to H.
+fn further(step: f64, Reading { value, rate }: Reading, (bend, jerk): (f64, f64)) -> f64 {
+    for times in [8.0, 4.0, 2.0, 1.5] {
+        let reach = times * step;
+        let lost = jerk * reach * reach * reach / 6.0;
+        let at = |h: f64| value + h * (rate + 0.5 * bend * h);
+        let least = match rate < 0.0 && bend * reach > -rate {
+            true => value - 0.5 * rate * rate / bend,
+            false => at(reach).min(value),
+        };
+        // At the start p may be zero; there it rises by more than is lost while it is small.
+        let rises = value == 0.0 && rate > 0.0;
+        let early = match rises {
+            true => {
+                at(reach) > lost
+                    && rate + (0.5 * bend * reach).min(0.0) > jerk * reach * reach / 6.0
+            }
+            false => least > lost,
+        };
+        if early {
+            return reach;
+        }
+    }
+    step
+}
+
 /// Evaluations between two looks at whether the run is to end.
 const LOOK: u64 = 256;
 
-/// The one root after τ, where p falls ever faster than half its rate there; nothing where that is beyond the horizon.
+/// The one root after τ, where p falls ever faster than half its rate there; nothing where that is beyond the horizon. The flight
+/// is there then.
 fn newton(
-    shared: &Shared,
     machine: &Machine,
     flight: &mut Flight,
     border: usize,
@@ -176,33 +223,54 @@ fn newton(
     horizon: f64,
     effort: &mut Effort,
 ) -> Option<f64> {
+    let steep = start.rate.abs();
+    let (mut bend, jerk) = match flight.bending(machine, border) {
+        Some((bend, jerk)) => (Some(bend), jerk),
+        None => (None, f64::INFINITY),
+    };
     let (mut low, mut high) = (tau, tau - 2.0 * start.value / start.rate);
     if high > tau + horizon {
         high = tau + horizon;
         effort.evaluations += 1;
-        flight.move_to(shared, machine, high);
-        if flight.read(machine, border, high).value > 0.0 {
+        flight.go(machine, high);
+        if flight.read(machine, border).value > 0.0 {
             return None;
         }
     }
     let mut at = tau;
     let mut reading = start;
-    const MOST: usize = 60; // of which a handful happen
+    const MOST: usize = 60; // of which two or three happen
     for _ in 0..MOST {
-        let mut next = at - reading.value / reading.rate;
+        let Reading { value, rate } = reading;
+        // Where the parabola through value, rate and acceleration is zero.
+        let root = bend.map_or(f64::NAN, |bend| (rate * rate - 2.0 * value * bend).sqrt());
+        let parabola = 2.0 * value / (root - rate);
+        let mut next = at
+            + if parabola.is_nan() {
+                -value / rate
+            } else {
+                parabola
+            };
         if !(next >= low && next <= high) {
             next = 0.5 * (low + high);
         }
         let moved = (next - at).abs();
         at = next;
-        // What is left is quadratic in what was moved.
-        let left = 0.5 * bound * moved * moved / start.rate.abs();
+        // What is left is quadratic in what was moved, or cubic.
+        let left = match parabola.is_nan() {
+            true => bound * moved * moved / steep,
+            false => (bound * moved * moved).min(jerk * moved * moved * moved) / steep,
+        };
         if left <= 0.25 * f64::EPSILON * at || moved <= f64::EPSILON * at {
             break;
         }
         effort.evaluations += 1;
-        flight.move_to(shared, machine, at);
-        reading = flight.read(machine, border, at);
+        flight.go(machine, at);
+        reading = flight.read(machine, border);
+        if bend.is_some() {
+            flight.bend(machine, horizon);
+            bend = flight.bending(machine, border).map(|(bend, _)| bend);
+        }
         if reading.value > 0.0 {
             low = at;
         } else {
@@ -211,6 +279,9 @@ fn newton(
         if reading.value == 0.0 {
             break;
         }
+    }
+    if !flight.course.nudge(&machine.parts, at) {
+        flight.go(machine, at);
     }
     Some(at)
 }

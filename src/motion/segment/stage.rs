@@ -30,20 +30,29 @@ pub struct Pair {
 }
 
 impl Stage {
-    /// The modal state of σ.
-    pub fn leave(&self, sigma: &[f64], modal: &mut [f64]) {
+    /// The modal state of σ, and σ of a modal state, as matrices; σ has `len` states.
+    pub fn matrices(&self, len: usize) -> (Matrix, Matrix) {
         match self {
+            Stage::Full { out, into } => (out.clone(), into.clone()),
             Stage::Pairs(pairs) => {
-                let (places, rates) = modal.split_at_mut(pairs.len());
-                for ((pair, eta), rate) in pairs.iter().zip(places).zip(rates) {
-                    let &[a, b] = &sigma[pair.at..pair.at + 2] else {
-                        continue;
-                    };
-                    *eta = pair.out[0] * a + pair.out[1] * b;
-                    *rate = pair.out[2] * a + pair.out[3] * b;
+                let m = pairs.len();
+                let (mut out, mut into) = (Matrix::zeros(2 * m, len), Matrix::zeros(len, 2 * m));
+                for (j, pair) in pairs.iter().enumerate() {
+                    for (i, (row, column)) in [(j, 0), (j, 1), (m + j, 0), (m + j, 1)]
+                        .into_iter()
+                        .enumerate()
+                    {
+                        out[(row, pair.at + column)] = pair.out[i];
+                    }
+                    for (i, (row, column)) in [(0, j), (0, m + j), (1, j), (1, m + j)]
+                        .into_iter()
+                        .enumerate()
+                    {
+                        into[(pair.at + row, column)] = pair.into[i];
+                    }
                 }
+                (out, into)
             }
-            Stage::Full { out, .. } => product(out, sigma, modal),
         }
     }
 
@@ -80,10 +89,22 @@ impl Stage {
     }
 }
 
-/// `A x`, column by column.
+/// `A x`, four columns at a time.
 pub fn product(a: &Matrix, x: &[f64], out: &mut [f64]) {
+    const AT_ONCE: usize = 4;
     out.fill(0.0);
-    for (j, &x) in x.iter().enumerate() {
+    let whole = x.len() - x.len() % AT_ONCE;
+    for first in (0..whole).step_by(AT_ONCE) {
+        let [a, b, c, d] = std::array::from_fn(|k| a.col_as_slice(first + k));
+        let &[p, q, r, s] = &x[first..first + AT_ONCE] else {
+            continue;
+        };
+        let columns = a.iter().zip(b).zip(c.iter().zip(d));
+        for (out, ((a, b), (c, d))) in out.iter_mut().zip(columns) {
+            *out += (a * p + b * q) + (c * r + d * s);
+        }
+    }
+    for (j, &x) in x.iter().enumerate().skip(whole) {
         add(out, x, a.col_as_slice(j));
     }
 }

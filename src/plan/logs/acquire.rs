@@ -3,11 +3,13 @@
 use super::blocks;
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
+use crate::numeric::fft::quick_length;
 use crate::recording::responses::{FrequencyResponses, Terminal};
 use crate::recording::signals::{Channel, Recording};
-use crate::spectrum::frf::{self, Estimator};
+use crate::spectrum::frf::{self, Estimate, Estimator};
 use crate::spectrum::hits;
 use crate::spectrum::impact::{self, Hit, ImpactOptions};
+use crate::spectrum::local::{Local, least_half_width};
 use crate::spectrum::spectra::Spectra;
 use crate::spectrum::welch::{Welch, WelchOptions};
 use crate::spectrum::window::Window;
@@ -38,8 +40,19 @@ pub struct Acquired {
     pub hits: Vec<Hit>,
     /// Power spectral density of the first input by line, and of every channel, where blocks were averaged.
     pub spectra: Option<Spectra>,
+    /// Lines can be had this near to each other, Hz, by asking again with [`Look::apart_hz`]; `None` where they are as asked.
+    pub nearest_hz: Option<f64>,
     /// Doubts.
     pub warnings: Vec<Warning>,
+}
+
+/// Where lines are wanted.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Look {
+    /// The band asked for, Hz; where the input has power in `None`.
+    pub band_hz: Option<(f64, f64)>,
+    /// How near to each other lines must lie, Hz, as far as the record allows; enough for a first look in `None`.
+    pub apart_hz: Option<f64>,
 }
 
 /// Blocks that a record is cut into at least, where nobody says how: enough for a variance.
@@ -60,6 +73,7 @@ pub fn acquire(
     inputs: &[usize],
     outputs: &[usize],
     study: &EstimateStudy,
+    look: Look,
 ) -> Result<Acquired, Error> {
     let chosen: Vec<usize> = inputs.iter().chain(outputs).copied().collect();
     let channels: Vec<&Channel> = chosen.iter().map(|&c| &recording.channels[c]).collect();
@@ -74,7 +88,7 @@ pub fn acquire(
             Err(Error::new(Code::Usage, message))
         }
         true => struck(recording, &channels, study),
-        false => averaged(recording, &channels, inputs.len(), study),
+        false => averaged(recording, &channels, inputs.len(), study, look),
     }
 }
 
@@ -105,6 +119,11 @@ fn struck(
             window.name()
         );
         return Err(Error::new(Code::Usage, message).hint("leave --window out, or say --no-impact"));
+    }
+    if study.estimator != Estimator::H1 {
+        let message = "an impact test is estimated by H1: its few hits are windowed until noise on the hammer is small";
+        return Err(Error::new(Code::Usage, message)
+            .hint("leave --estimator out, or say --no-impact to average blocks"));
     }
     let all = blocks::whole(recording, channels, "an impact test")?;
     let responses: Vec<&[f64]> = all[1..].iter().map(Vec::as_slice).collect();
@@ -153,6 +172,7 @@ fn struck(
         how,
         hits: found.hits,
         spectra: None,
+        nearest_hz: None,
         warnings: found.estimate.warnings,
     })
 }
@@ -171,11 +191,30 @@ fn driven_band(power: &[f64], frequency_hz: &[f64]) -> Option<(f64, f64)> {
     ))
 }
 
+/// Lines of a first look inside the band, at most: enough for a hundred modes of twenty lines each.
+const FIRST_LINES: f64 = 2048.0;
+
+/// Samples over all channels that are transformed at once.
+const TRANSFORMED: usize = 1 << 23;
+
+/// Freedoms of the variance of a line, at least: of a first look, and where modes are narrow.
+const FREEDOMS: (usize, usize) = (8, 5);
+
+/// The longest block of a transform without a window.
+const LONGEST_WHOLE: usize = 1 << 20;
+
+/// Inputs whose power lies on a smaller share of neighbouring lines repeat: four times or more inside a block.
+const REPEATS: f64 = 0.27;
+
+/// Blocks without a window that leave out more than this share of a record with gaps are none.
+const LEFT_OUT: f64 = 0.25;
+
 fn averaged(
     recording: &Recording,
     channels: &[&Channel],
     inputs: usize,
     study: &EstimateStudy,
+    look: Look,
 ) -> Result<Acquired, Error> {
     let options = welch_options(recording, study)?;
     let places: Vec<usize> = (0..channels.len()).collect();
@@ -193,6 +232,46 @@ fn averaged(
         }
     })?;
     let spectra = welch.finish()?;
+    // The window's main lobe spreads the mean over the first lines; filters bend the last ones.
+    const EDGE: f64 = 0.95;
+    let (lines, top) = (&spectra.frequency_hz, EDGE * recording.rate_hz / 2.0);
+    let whole = lines.get(3).map(|&low| (low, top)).filter(|b| b.0 < b.1);
+    let driven = driven_by(&spectra, ins).map(|(low, high)| match whole {
+        Some((least, most)) => (low.max(least).min(most), high.min(most)),
+        None => (low, high),
+    });
+    let usable_hz = driven.or(whole);
+    let mut how_driven = String::new();
+    if let (None, Some((low, high))) = (look.band_hz, driven.filter(|_| driven != whole)) {
+        how_driven = format!(
+            "; the input has power, within {:.0} dB of its plateau, from {low:.4} to {high:.4} Hz",
+            -10.0 * FALLEN.log10()
+        );
+    }
+    let is_free = *study
+        == EstimateStudy {
+            impact: study.impact,
+            ..EstimateStudy::default()
+        };
+    let band = look.band_hz.or(usable_hz).filter(|_| is_free);
+    let local = match band {
+        Some(band) => locally(recording, channels, inputs, band, look.apart_hz)?,
+        None => None,
+    };
+    if let Some((estimate, how, nearest_hz)) = local {
+        return Ok(Acquired {
+            responses: FrequencyResponses {
+                usable_hz,
+                line_independence: Some(1.0),
+                ..estimate.responses(&terminals(channels))
+            },
+            how: how + &how_driven,
+            hits: Vec::new(),
+            nearest_hz: Some(nearest_hz),
+            warnings: estimate.warnings,
+            spectra: Some(spectra),
+        });
+    }
     let estimate = frf::estimate(&spectra, ins, outs, study.estimator)?;
     let name = match study.estimator {
         Estimator::H1 => "H1",
@@ -200,7 +279,7 @@ fn averaged(
         Estimator::Hv => "Hv",
     };
     let how = format!(
-        "{name}, {} blocks of {:.4} s ({} window, {:.0} % overlap): {:.1} independent averages, {:.4} Hz lines",
+        "{name}, {} blocks of {:.4} s ({} window, {:.0} % overlap): {:.1} independent averages, {:.4} Hz lines{how_driven}",
         spectra.blocks,
         options.block as f64 / recording.rate_hz,
         options.window.name(),
@@ -208,20 +287,144 @@ fn averaged(
         estimate.averages,
         recording.rate_hz / options.block as f64
     );
-    // The window's main lobe spreads the mean over the first lines; filters bend the last ones.
-    const EDGE: f64 = 0.95;
-    let lines = &estimate.frequency_hz;
     Ok(Acquired {
         responses: FrequencyResponses {
-            usable_hz: (lines.get(3).zip(lines.last())).map(|(&low, &last)| (low, EDGE * last)),
+            usable_hz,
             line_independence: Some(independence(options.window)),
             ..estimate.responses(&terminals(channels))
         },
         how,
         hits: Vec::new(),
+        nearest_hz: None,
         warnings: estimate.warnings,
         spectra: Some(spectra),
     })
+}
+
+/// Responses by local polynomials over blocks as long as the record has them, in words, and how near lines can be had; nothing where
+/// the input repeats, or gaps leave too little.
+fn locally(
+    recording: &Recording,
+    channels: &[&Channel],
+    inputs: usize,
+    band: (f64, f64),
+    apart_hz: Option<f64>,
+) -> Result<Option<(Estimate, String, f64)>, Error> {
+    let longest = (recording.stretches.iter().map(|s| s.len())).max();
+    let most = LONGEST_WHOLE.min(TRANSFORMED / channels.len().max(1));
+    let longest = longest.unwrap_or(0);
+    // Equal parts of the longest stretch, of a length that is quick to transform.
+    let block = longest.checked_div(longest.div_ceil(most)).unwrap_or(0);
+    let block = (block - block / 64..=block)
+        .rev()
+        .find(|&n| quick_length(n) == n);
+    let Some(block) = block.filter(|b| *b >= SHORTEST) else {
+        return Ok(None);
+    };
+    let count: usize = recording.stretches.iter().map(|s| s.len() / block).sum();
+    if ((count * block) as f64) < (1.0 - LEFT_OUT) * recording.samples as f64 {
+        return Ok(None);
+    }
+    let df = recording.rate_hz / block as f64;
+    let first = least_half_width(inputs, count, FREEDOMS.0);
+    let last = least_half_width(inputs, count, FREEDOMS.1);
+    let least = if apart_hz.is_some() { last } else { first };
+    let width = |half: usize| (2 * half + 1) as f64 * df;
+    let wanted = apart_hz.unwrap_or((band.1 - band.0) / FIRST_LINES);
+    let half = (((wanted / df - 1.0) / 2.0).floor().max(0.0) as usize).max(least);
+    let top = recording.rate_hz / 2.0;
+    let Ok(mut local) = Local::new(
+        recording.rate_hz,
+        inputs,
+        channels.len() - inputs,
+        block,
+        half,
+        (0.0, top),
+    ) else {
+        return Ok(None);
+    };
+    let mut pending = vec![Vec::with_capacity(block); channels.len()];
+    blocks::each(recording, channels, |samples, ends| {
+        let mut from = 0;
+        let count = samples.first().map_or(0, |s| s.len());
+        while from < count {
+            let take = (block - pending[0].len()).min(count - from);
+            for (pending, samples) in pending.iter_mut().zip(samples) {
+                pending.extend_from_slice(&samples[from..from + take]);
+            }
+            from += take;
+            if pending[0].len() == block {
+                let views: Vec<&[f64]> = pending.iter().map(Vec::as_slice).collect();
+                local.push(&views);
+                pending.iter_mut().for_each(Vec::clear);
+            }
+        }
+        if ends {
+            pending.iter_mut().for_each(Vec::clear);
+        }
+    })?;
+    if local.evenness(band) < REPEATS {
+        return Ok(None);
+    }
+    let Ok(estimate) = local.finish() else {
+        return Ok(None);
+    };
+    let how = format!(
+        "local parabolas through {} neighbouring lines of {}, no window and no leakage: lines {:.4} Hz apart",
+        2 * half + 1,
+        match count {
+            1 => format!("one block of {:.4} s", block as f64 / recording.rate_hz),
+            n => format!("{n} blocks of {:.4} s", block as f64 / recording.rate_hz),
+        },
+        width(half)
+    );
+    Ok(Some((estimate, how, width(last))))
+}
+
+/// Power below the plateau that no longer drives: 40 dB.
+const FALLEN: f64 = 1e-4;
+
+/// Where every input has power: the stretch of lines around its largest, single lines passed over, where it is within [`FALLEN`] of its
+/// plateau.
+fn driven_by(spectra: &Spectra, inputs: &[usize]) -> Option<(f64, f64)> {
+    /// Lines of the running median, which lines of the mains do not reach.
+    const RUN: usize = 9;
+    /// Dips narrower than this share of the spectrum are passed over.
+    const DIP: usize = 20;
+    let lines = spectra.frequency_hz.len();
+    let least = (0..lines).map(|at| {
+        let of = |&c: &usize| -> f64 {
+            let psd = &spectra.psd[c];
+            let mut near = psd[at.saturating_sub(RUN / 2)..(at + RUN / 2 + 1).min(lines)].to_vec();
+            near.sort_by(f64::total_cmp);
+            near[near.len() / 2]
+        };
+        inputs.iter().map(of).collect::<Vec<f64>>()
+    });
+    let smooth: Vec<Vec<f64>> = least.collect();
+    let plateau: Vec<f64> = (0..inputs.len())
+        .map(|j| smooth.iter().map(|s| s[j]).fold(0.0, f64::max))
+        .collect();
+    let share = |at: usize| {
+        let of = |(s, p): (&f64, &f64)| if *p > 0.0 { s / p } else { 0.0 };
+        smooth[at].iter().zip(&plateau).map(of).fold(1.0, f64::min)
+    };
+    let shares: Vec<f64> = (0..lines).map(share).collect();
+    let top = (0..lines).max_by(|&a, &b| shares[a].total_cmp(&shares[b]))?;
+    let dip = lines / DIP;
+    let reach = |from: usize, step: isize| -> usize {
+        let (mut last, mut at) = (from as isize, from as isize);
+        while at >= 0 && (at as usize) < lines && (at - last).unsigned_abs() <= dip {
+            if shares[at as usize] >= FALLEN {
+                last = at;
+            }
+            at += step;
+        }
+        last as usize
+    };
+    let (low, high) = (reach(top, -1), reach(top, 1));
+    (shares[top] >= FALLEN && low < high)
+        .then(|| (spectra.frequency_hz[low], spectra.frequency_hz[high]))
 }
 
 /// Blocks, window and overlap: as asked, else from the length of the record.

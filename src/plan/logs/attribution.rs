@@ -2,20 +2,23 @@
 //! ambiguous.
 //!
 //! A source alone on its order has the amplitude `a · A/|z|`: a as declared, z what of it arrives at the output at the speed of the
-//! record, A as measured.
+//! record while the input turns evenly, A what would be measured then. The input as it was recorded, θ₁ = Ωt + δ, cuts off whatever
+//! drives it: `e = z + (G(ω)/G(0) − 1) r δ`, G from the motion of the input to that of the output, r = G(0) the ratio.
 
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::machine::kinematics::mean_speeds;
 use crate::machine::parts::Machine;
+use crate::numeric::Complex;
 use crate::numeric::fraction::Fraction;
 use crate::plan::prepared::Prepared;
 use crate::plan::transmission::run::{angle, run};
 use crate::scene::model::{Axis, Cause};
 use crate::scene::study::TransmissionStudy;
 use crate::transmission::chain::{Chain, Ends};
+use crate::transmission::dynamic::Passing;
 use crate::transmission::lines::{self, Line as Declared, Origin};
-use crate::transmission::measured::flank::Flank;
+use crate::transmission::measured::flank::{Flank, Line};
 use crate::transmission::measured::orders::Named;
 use crate::transmission::measured::teeth::Teeth;
 
@@ -51,6 +54,8 @@ pub struct Row {
     pub amplitude: f64,
     /// See [`Row::amplitude`].
     pub interval: Option<(f64, f64)>,
+    /// What would be measured if the input turned evenly, rad.
+    pub even: f64,
     /// What may make it.
     pub sources: Vec<Source>,
 }
@@ -167,6 +172,11 @@ impl Model {
             ..TransmissionStudy::default()
         };
         let answer = run(&self.prepared, &study)?;
+        let output_speed = speed.unwrap_or(0.0);
+        let is_known = speed.is_some() && flank.lines.iter().any(|l| l.input.is_some());
+        let passing = is_known
+            .then(|| Passing::new(&self.prepared.setting(None), &answer.chain))
+            .transpose()?;
         let mut all = Attribution::default();
         for row in &answer.rows {
             let Origin::Declared(number) = row.line.origin else {
@@ -192,12 +202,24 @@ impl Model {
             };
             match all.rows.iter_mut().find(|r| r.order == row.line.order) {
                 Some(known) => known.sources.push(source),
-                None => all.rows.push(Row {
-                    order: row.line.order.clone(),
-                    amplitude: line.amplitude,
-                    interval: line.interval,
-                    sources: vec![source],
-                }),
+                None => {
+                    let omega = row.line.order.value() * output_speed;
+                    let (even, deviation) = match &passing {
+                        Some(passing) => evenly(passing, omega, line, flank.forward)?,
+                        None => (line.amplitude, 0.0),
+                    };
+                    let by = even - line.amplitude;
+                    let wider = TWO_SIDED * deviation;
+                    all.rows.push(Row {
+                        order: row.line.order.clone(),
+                        amplitude: line.amplitude,
+                        interval: line
+                            .interval
+                            .map(|(low, high)| ((low + by - wider).max(0.0), high + by + wider)),
+                        even,
+                        sources: vec![source],
+                    });
+                }
             }
         }
         for row in &mut all.rows {
@@ -205,12 +227,27 @@ impl Model {
                 && source.arrives > 0.0
             {
                 let scale = source.declared / source.arrives;
-                source.found = Some((scale * row.amplitude, (scale * low, scale * high)));
+                source.found = Some((scale * row.even, (scale * low, scale * high)));
             }
         }
         all.rank = all.rows.iter().filter(|r| r.interval.is_some()).count();
         Ok(all)
     }
+}
+
+/// The normal deviate of 95 %, two-sided.
+const TWO_SIDED: f64 = 1.96;
+
+/// What a line would be, were the input even, and the deviation that taking it off adds.
+fn evenly(passing: &Passing, omega: f64, line: &Line, forward: bool) -> Result<(f64, f64), Error> {
+    let Some((ahead, deviation)) = line.input else {
+        return Ok((line.amplitude, 0.0));
+    };
+    let more = passing.beyond(omega)?;
+    // Turning back, the angle runs against time.
+    let more = if forward { more } else { more.conj() };
+    let whole = Complex::from_polar(line.amplitude, line.phase);
+    Ok(((whole - more * ahead).norm(), more.norm() * deviation))
 }
 
 fn name(machine: &Machine, line: &Declared) -> String {

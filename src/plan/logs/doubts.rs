@@ -74,12 +74,39 @@ pub fn of_kinds(responses: &FrequencyResponses) -> Vec<Warning> {
         .collect()
 }
 
-/// Doubts about a fit that is farther from a response than nothing would be.
+/// What is said of the responses where their units say otherwise.
+pub fn of_stated_kind(responses: &FrequencyResponses, stated: Option<u8>) -> Option<Warning> {
+    const KINDS: [&str; 3] = ["receptance", "mobility", "accelerance"];
+    let stated = stated?;
+    let f = responses.functions.first()?;
+    let input = f.input.as_ref()?;
+    match ResponseKind::of(&input.unit, &f.output.unit) {
+        ResponseKind::Compliance(times) if times != stated => {
+            let message = format!(
+                "{} over {} is a {} by its units, {} over {}; taken as {}, as --kind says",
+                f.output.name,
+                input.name,
+                KINDS[usize::from(times.min(2))],
+                f.output.unit,
+                input.unit,
+                KINDS[usize::from(stated.min(2))]
+            );
+            Some(warning(
+                "kind-differs",
+                message,
+                "leave --kind out, or state the units: --unit",
+            ))
+        }
+        _ => None,
+    }
+}
+
+/// Doubts about a fit that misses a response by half its size.
 pub fn of_fit(responses: &FrequencyResponses, fit_error: &[f64]) -> Option<Warning> {
-    const NOTHING: f64 = 1.0;
+    const HALF: f64 = 0.5;
     let missed = responses.functions.iter().zip(fit_error);
     let missed: Vec<String> = missed
-        .filter(|(_, error)| !(**error <= NOTHING))
+        .filter(|(_, error)| !(**error <= HALF))
         .map(|(f, error)| format!("{} by {:.0} %", f.output.name, 100.0 * error))
         .collect();
     (!missed.is_empty()).then(|| {
@@ -89,6 +116,28 @@ pub fn of_fit(responses: &FrequencyResponses, fit_error: &[f64]) -> Option<Warni
         );
         warning("poor-fit", message, "take another --method or a narrower --band; look whether input and output are the right channels")
     })
+}
+
+/// Whether the responses stand out of their own variance inside a band: somewhere, on more lines than chance has.
+pub fn is_answered(responses: &FrequencyResponses, band_hz: (f64, f64)) -> bool {
+    // |H|² over its variance is above this on one line in a hundred by chance, and on one in thirty where the variance itself is known
+    // from few averages; neighbours under a window go together.
+    const RARE: f64 = 12.0;
+    const CHANCE: f64 = 0.03;
+    const TOGETHER: f64 = 3.0;
+    let inside: Vec<usize> = (0..responses.frequency_hz.len())
+        .filter(|&k| (band_hz.0..=band_hz.1).contains(&responses.frequency_hz[k]))
+        .collect();
+    let stands_out = |f: &FrequencyResponse| {
+        let Some(variance) = &f.variance else {
+            return true;
+        };
+        let beyond = |&&k: &&usize| f.value[k].norm_sqr() > RARE * variance[k];
+        let count = inside.iter().filter(beyond).count() as f64;
+        let expected = CHANCE * inside.len() as f64;
+        count > expected + TOGETHER * (TOGETHER * expected).sqrt()
+    };
+    inside.is_empty() || responses.functions.iter().any(stands_out)
 }
 
 /// Doubts about modes found in measured responses.
@@ -127,15 +176,21 @@ pub fn of_modes(
         .map(hertz)
         .collect();
     if cut_from_steady && !narrow.is_empty() {
+        let (what, hint) = match acquired.and_then(|a| a.nearest_hz) {
+            Some(_) => (
+                "the record resolves it no better, and damping may be off by a few per cent",
+                "take a longer record",
+            ),
+            None => (
+                "leakage makes damping look larger there",
+                "take longer blocks: a smaller --resolution, from a longer record",
+            ),
+        };
         let message = format!(
-            "the half-power bandwidth is below {LEAST_LINES} lines at {}: leakage makes damping look larger there",
+            "the half-power bandwidth is below {LEAST_LINES} lines at {}: {what}",
             names(narrow)
         );
-        all.push(warning(
-            "leakage",
-            message,
-            "take longer blocks: a smaller --resolution, from a longer record",
-        ));
+        all.push(warning("leakage", message, hint));
     }
     if let Some(n) = responses.averages.filter(|n| *n < FEW_AVERAGES && *n > 1.0) {
         let message = format!(

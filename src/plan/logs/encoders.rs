@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::time::Instant;
 
-use super::attribution::{Attribution, Model};
+use super::attribution::{Attribution, Model, Row};
 use super::blocks;
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
@@ -42,6 +42,8 @@ pub struct EncoderStudy {
     pub multiples: Option<usize>,
     /// Lost counts are taken out.
     pub repair: bool,
+    /// Every multiple of the shafts is fitted.
+    pub every: bool,
     /// Radius that turns an angle of the output into a length on the line of action, m.
     pub radius: Option<f64>,
     /// Transverse pressure angle of a single pair, rad: tells an encoder's eccentricity from the gear's, of both flanks.
@@ -100,6 +102,9 @@ pub fn encoders(
             Some(model) => model.named(&study.teeth)?,
             None => Named::default(),
         },
+        every: study.every,
+        // What the input does tells what of a line is the model's.
+        input: model.is_some(),
     };
     let measured = if timed {
         let curve =
@@ -132,22 +137,7 @@ pub fn encoders(
     for jump in &measured.repaired {
         warnings.push(Warning {
             code: "counts-repaired",
-            message: format!(
-                "{} {} {} on the {} were taken out at row {}",
-                jump.counts.abs(),
-                if jump.counts.abs() == 1.0 {
-                    "count"
-                } else {
-                    "counts"
-                },
-                if jump.counts < 0.0 {
-                    "lost"
-                } else {
-                    "too many"
-                },
-                jump.whose,
-                jump.row + 1
-            ),
+            message: format!("{} at row {}: taken out", jump.told(), jump.row + 1),
             hint: None,
         });
     }
@@ -156,6 +146,7 @@ pub fn encoders(
         (Some(model), Some(flank)) => Some(model.attribute(flank, speed)?),
         _ => None,
     };
+    warnings.extend(attribution.as_ref().and_then(uneven));
     let parted = study
         .pressure_angle
         .map_or(Vec::new(), |angle| parted(&measured, &study.teeth, angle));
@@ -171,6 +162,27 @@ pub fn encoders(
         warnings,
     })
 }
+
+/// Says that the input does not turn evenly at the orders of declared errors.
+fn uneven(found: &Attribution) -> Option<Warning> {
+    let worst = found.rows.iter().max_by(|a, b| {
+        let far = |row: &Row| (row.even / row.amplitude - 1.0).abs();
+        far(a).total_cmp(&far(b))
+    })?;
+    let far = worst.even / worst.amplitude - 1.0;
+    (far.abs() > UNEVEN).then(|| Warning {
+        code: "input-uneven",
+        message: format!(
+            "the input does not turn evenly: of order {} it makes {:.0} % of what is measured; the model takes that off",
+            worst.order,
+            -100.0 * far
+        ),
+        hint: Some("the free driver answers the meshes; what it does is in the record, and how it passes on is the model's".into()),
+    })
+}
+
+/// The share of a line that an uneven input may make unsaid.
+const UNEVEN: f64 = 0.02;
 
 /// What is not told apart.
 fn limits(measured: &Measured, study: &EncoderStudy, is_parted: bool) -> Vec<String> {

@@ -169,8 +169,10 @@ pub struct Peak {
 pub struct Orders {
     /// The order taken.
     pub chosen: Family,
-    /// All that were tried.
+    /// All that were tried, the output without any model first.
     pub candidates: Vec<Candidate>,
+    /// Roots inside the band that are no modes, and why.
+    pub omitted: Vec<(IdentifiedMode, &'static str)>,
     /// Tests of the residuals: what was tested, and how often chance gives as much.
     pub tests: Vec<(&'static str, Test)>,
 }

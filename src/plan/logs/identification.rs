@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use super::acquire::{self, Acquired, EstimateStudy};
+use super::acquire::{self, Acquired, EstimateStudy, Look};
 use super::doubts;
 use super::found::{Evidence, FoundMode, Identification};
 use super::functions::{Partials, transfer_functions, without_window};
@@ -78,17 +78,51 @@ pub fn identify(source: Source, study: &IdentifyStudy) -> Result<Identification,
                 }
                 return from_signals(method, recording, &inputs, &outputs, study);
             }
-            let start = Instant::now();
-            let acquired = acquire::acquire(recording, &inputs, &outputs, &study.estimate)?;
-            let trace = vec![("frequency responses", start.elapsed().as_secs_f64())];
-            from_responses(
-                method,
-                acquired.responses.clone(),
-                Some(acquired),
-                trace,
-                study,
-            )
+            looked(method, recording, &inputs, &outputs, study)
         }
+    }
+}
+
+/// Lines that the half-power band of the narrowest mode should hold, at least; where a second look is taken, so many are asked for.
+const LINES_OF_MODE: f64 = 4.0;
+const LINES_ASKED: f64 = 6.0;
+
+/// Responses and their modes: a first look, and a second with lines nearer to each other where a mode found is narrow.
+fn looked(
+    method: Method,
+    recording: &Recording,
+    inputs: &[usize],
+    outputs: &[usize],
+    study: &IdentifyStudy,
+) -> Result<Identification, Error> {
+    let mut look = Look {
+        band_hz: study.band_hz,
+        apart_hz: None,
+    };
+    let mut trace = Vec::new();
+    loop {
+        let start = Instant::now();
+        let acquired = acquire::acquire(recording, inputs, outputs, &study.estimate, look)?;
+        trace.push(("frequency responses", start.elapsed().as_secs_f64()));
+        let nearest = acquired.nearest_hz;
+        let lines = &acquired.responses.frequency_hz;
+        let apart = lines.get(1).zip(lines.first()).map_or(0.0, |(b, a)| b - a);
+        let responses = acquired.responses.clone();
+        let found = from_responses(method, responses, Some(acquired), trace.clone(), study)?;
+        let width = |m: &FoundMode| 2.0 * m.mode.pole.re.abs() / std::f64::consts::TAU;
+        let narrowest = found.modes.iter().map(width).fold(f64::INFINITY, f64::min);
+        // Lines somewhat nearer are not worth another fit.
+        const NEARER: f64 = 0.8;
+        let asked = (narrowest / LINES_ASKED).max(nearest.unwrap_or(apart));
+        if look.apart_hz.is_some()
+            || nearest.is_none()
+            || narrowest >= LINES_OF_MODE * apart
+            || asked > NEARER * apart
+        {
+            return Ok(found);
+        }
+        trace = found.trace;
+        look.apart_hz = Some(asked);
     }
 }
 
@@ -219,6 +253,7 @@ fn from_responses(
     let table = responses.table();
     let mut warnings = acquired.as_ref().map_or(Vec::new(), |a| a.warnings.clone());
     warnings.extend(doubts::of_kinds(&responses));
+    warnings.extend(doubts::of_stated_kind(&responses, study.derivative));
     let start = Instant::now();
     let mut method = method;
     let fit = match method {
@@ -264,6 +299,19 @@ fn from_responses(
             modal::identify(method, &responses, band_hz, study, stands_in)?
         }
     };
+    let mut found = found;
+    if !doubts::is_answered(&responses, band_hz) {
+        found.modes.clear();
+        warnings.push(Warning {
+            code: "no-mode",
+            message:
+                "the outputs do not answer the input: no response stands out of its own variance"
+                    .into(),
+            hint: Some(
+                "look whether input and output are the right channels, of one time base".into(),
+            ),
+        });
+    }
     trace.push((method.word(), start.elapsed().as_secs_f64()));
     warnings.extend(found.warnings);
     warnings.extend(doubts::of_fit(&responses, &found.fit_error));

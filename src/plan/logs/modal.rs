@@ -236,6 +236,7 @@ fn circles(
     quantity: Quantity,
 ) -> (Vec<FoundMode>, String, Evidence) {
     let (mut modes, mut looked_at) = (Vec::new(), Vec::new());
+    let ends = (lines[0], lines[lines.len() - 1]);
     for (peak, (from, to)) in separate_peaks(&level) {
         let share = |r: &&Vec<Complex>| {
             let largest = r
@@ -249,16 +250,24 @@ fn circles(
         };
         let half_power = single::half_power(lines, response, peak, quantity).ok();
         let fit = single::circle_fit(&lines[from..=to], &response[from..=to], quantity);
+        let most = SelectionRule::default().most_damping;
+        let reason = match &fit {
+            Err(error) => error.message.clone(),
+            Ok(mode) if mode.damping_ratio() > most => format!(
+                "its circle has a damping of {:.0} %, no resonance",
+                100.0 * mode.damping_ratio()
+            ),
+            Ok(mode) if !within(mode.pole, ends) => "its circle lies outside the band".to_string(),
+            Ok(_) => String::new(),
+        };
+        let is_mode = reason.is_empty();
         looked_at.push(Peak {
             frequency_hz: lines[peak],
             prominence: None,
             half_power: half_power.map(|m| (m.frequency_hz(), m.damping_ratio())),
-            reason: fit
-                .as_ref()
-                .err()
-                .map_or(String::new(), |e| e.message.clone()),
+            reason,
         });
-        modes.extend(fit.ok().map(FoundMode::from));
+        modes.extend(fit.ok().filter(|_| is_mode).map(FoundMode::from));
     }
     let rule = format!(
         "peaks of the sum of all responses above {} % of its largest value, none inside the half-power band of a higher one; a circle \

@@ -14,6 +14,7 @@ use crate::identify::operational::decomposition::{self, Decomposition, decompose
 use crate::identify::operational::harmonics::Running;
 use crate::identify::operational::selection::{OperationalMode, default_rule, physical};
 use crate::identify::operational::subspace::{self, Subspace, from_covariances, from_data};
+use crate::identify::series::residuals::ljung_box;
 use crate::numeric::Complex;
 
 /// What such a method answers.
@@ -88,6 +89,9 @@ pub fn identify(
             |a: &FoundMode, b: &FoundMode| a.frequency_hz().total_cmp(&b.frequency_hz());
         found.modes.sort_by(by_frequency);
     }
+    if is_white(&samples)? {
+        found.modes.clear();
+    }
     if found.modes.is_empty() {
         found.warnings.push(Warning {
             code: "no-mode",
@@ -98,21 +102,47 @@ pub fn identify(
             ),
         });
     }
-    let harmonics: Vec<String> = (found.modes.iter())
+    found.warnings.extend(of_harmonics(&found.modes));
+    Ok(found)
+}
+
+/// Says which modes are lines of running speed.
+pub fn of_harmonics(modes: &[FoundMode]) -> Option<Warning> {
+    let harmonics: Vec<String> = (modes.iter())
         .filter(|m| m.is_harmonic())
         .map(|m| format!("{:.4} Hz", m.frequency_hz()))
         .collect();
-    if !harmonics.is_empty() {
-        found.warnings.push(Warning {
-            code: "harmonic",
-            message: format!(
-                "{} looks like running speed, not like a mode",
-                harmonics.join(", ")
-            ),
-            hint: Some("repeat at another speed: what moves with it is no mode".to_string()),
-        });
+    (!harmonics.is_empty()).then(|| Warning {
+        code: "harmonic",
+        message: format!(
+            "{} {} like running speed, not like {}",
+            harmonics.join(", "),
+            if harmonics.len() == 1 {
+                "looks"
+            } else {
+                "look"
+            },
+            if harmonics.len() == 1 {
+                "a mode"
+            } else {
+                "modes"
+            }
+        ),
+        hint: Some("repeat at another speed: what moves with it is no mode".to_string()),
+    })
+}
+
+/// Whether every channel is white noise, in which nothing resonates.
+fn is_white(samples: &[&[f64]]) -> Result<bool, Error> {
+    const LAGS: usize = 100;
+    const UNLIKELY: f64 = 1e-3;
+    for channel in samples {
+        let lags = LAGS.min(channel.len() / 4);
+        if lags == 0 || ljung_box(channel, lags, 0)?.probability < UNLIKELY {
+            return Ok(false);
+        }
     }
-    Ok(found)
+    Ok(true)
 }
 
 fn of_subspace(

@@ -67,6 +67,7 @@ pub fn check(recording: &Recording, inputs: &[usize], outputs: &[usize]) -> Resu
         .flat_map(|i| (inputs.len()..chosen.len()).map(move |o| (i, o)))
         .collect();
     let mut is_same = vec![true; pairs.len()];
+    let mut related = vec![Related::default(); pairs.len()];
     blocks::each(recording, &channels, |block, _| {
         for (range, samples) in ranges.iter_mut().zip(block) {
             *range = samples
@@ -75,6 +76,9 @@ pub fn check(recording: &Recording, inputs: &[usize], outputs: &[usize]) -> Resu
         }
         for (same, &(i, o)) in is_same.iter_mut().zip(&pairs) {
             *same = *same && block[i] == block[o];
+        }
+        for (sums, &(i, o)) in related.iter_mut().zip(&pairs) {
+            sums.add(block[i], block[o]);
         }
     })?;
     for (&at, &(low, high)) in chosen.iter().zip(&ranges) {
@@ -100,7 +104,50 @@ pub fn check(recording: &Recording, inputs: &[usize], outputs: &[usize]) -> Resu
         return Err(Error::new(Code::Conflict, message)
             .hint("look whether one signal was recorded under two names"));
     }
+    for (sums, &(i, o)) in related.iter().zip(&pairs) {
+        if let Some((factor, offset)) = sums.line() {
+            let (i, o) = (name(chosen[i]), name(chosen[o]));
+            let message = format!(
+                "{o} is {factor:.6} times {i} plus {offset:.6} sample by sample: there is no dynamics between them"
+            );
+            return Err(Error::new(Code::Conflict, message)
+                .hint("look whether one signal was recorded under two names, or one computed from the other"));
+        }
+    }
     Ok(())
+}
+
+/// Sums of two signals x and y less their first samples: count, x, y, xx, xy, yy.
+#[derive(Clone, Default)]
+struct Related {
+    first: Option<(f64, f64)>,
+    sums: [f64; 6],
+}
+
+impl Related {
+    fn add(&mut self, x: &[f64], y: &[f64]) {
+        let Some((&x0, &y0)) = x.first().zip(y.first()) else {
+            return;
+        };
+        let (x0, y0) = *self.first.get_or_insert((x0, y0));
+        for (x, y) in x.iter().zip(y) {
+            let (x, y) = (x - x0, y - y0);
+            let terms = [1.0, x, y, x * x, x * y, y * y];
+            (self.sums.iter_mut().zip(terms)).for_each(|(s, t)| *s += t);
+        }
+    }
+
+    /// Slope and offset of y over x, where nothing else is in y.
+    fn line(&self) -> Option<(f64, f64)> {
+        /// What is left of y by rounding: samples as text have nine digits or more.
+        const LEFT: f64 = 1e-14;
+        let (x0, y0) = self.first?;
+        let [n, x, y, xx, xy, yy] = self.sums;
+        let (xx, xy, yy) = (xx - x * x / n, xy - x * y / n, yy - y * y / n);
+        let slope = xy / xx;
+        let left = yy - slope * xy;
+        (n > 2.0 && left <= LEFT * yy).then(|| (slope, y0 - slope * x0 + (y - slope * x) / n))
+    }
 }
 
 /// The longest stretch of the channels, decimated where the band asks for it.

@@ -3,10 +3,16 @@
 use super::found::{Evidence, FoundMode, Orders};
 use super::method::{self, Method};
 use super::modal::within;
+use super::operational;
 use super::record::Record;
 use super::study::IdentifyStudy;
+use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
 use crate::identify::modal::selection::SelectionRule;
+use crate::identify::mode::IdentifiedMode;
+use crate::identify::operational::channels::Channels;
+use crate::identify::operational::harmonics::Bands;
+use crate::identify::operational::selection::{HALF_BANDS, LINES};
 use crate::identify::series::autoregressive;
 use crate::identify::series::model::{Family, SeriesModel};
 use crate::identify::series::order::{self, Criterion};
@@ -60,7 +66,10 @@ pub fn identify(
     }
     let bearable = (output.len() / SAMPLES_PER_UNKNOWN).max(2);
     let orders: Vec<usize> = match study.order {
-        Some(modes) => vec![2 * modes],
+        Some(modes) => {
+            check_cost(method, 2 * modes, output.len())?;
+            vec![2 * modes]
+        }
         None => {
             let most = match method {
                 Method::Ar | Method::Arx => LINEAR.min(bearable),
@@ -69,42 +78,52 @@ pub fn identify(
             (2..=most).step_by(2).collect()
         }
     };
-    let (model, candidates) = match (method, study.order) {
-        (Method::Ar, None) => {
-            let most = orders.last().copied().unwrap_or(2);
-            let choice = order::autoregressive(&record, most, Criterion::Bic)?;
-            let a = choice.family.unknowns();
+    let last = orders.last().copied().unwrap_or(2);
+    let (model, choice) = match (method, study.order) {
+        (Method::Ar, _) => {
+            let choice = order::autoregressive(&record, last, Criterion::Bic)?;
+            let a = study.order.map_or(choice.family.unknowns(), |m| 2 * m);
             let model = autoregressive::fit(&record, a, autoregressive::Method::Burg)?;
-            (model, choice.candidates)
-        }
-        (Method::Ar, Some(modes)) => {
-            let model = autoregressive::fit(&record, 2 * modes, autoregressive::Method::Burg)?;
-            (model, Vec::new())
+            (model, choice)
         }
         _ => {
             let families: Vec<Family> = orders.iter().map(|&n| of_order(method, n)).collect();
-            let (model, choice) = order::among(&record, &families, Criterion::Bic)?;
-            (model, choice.candidates)
+            order::among(&record, &families, Criterion::Bic)?
         }
     };
-    let most_damping = SelectionRule::default().most_damping;
-    let is_mode = |m: &FoundMode| {
-        let damping = m.mode.damping_ratio();
-        damping > 0.0 && damping <= most_damping && within(m.mode.pole, band_hz)
-    };
-    let modes = model
-        .modes()?
-        .into_iter()
-        .map(FoundMode::from)
-        .filter(is_mode)
-        .collect();
-    let tests = tests(&model, &record)?;
     let mut warnings = samples.warnings.clone();
+    let is_last = model.family == of_order(method, last) && orders.len() > 1;
+    if is_last && !choice.is_noise {
+        warnings.push(Warning {
+            code: "order-limit",
+            message: format!(
+                "BIC still falls at {}, where the search ends",
+                method::family(model.family)
+            ),
+            hint: Some("state a higher --order, or narrow the --band".to_string()),
+        });
+    }
+    let (modes, omitted) = match choice.is_noise {
+        true => {
+            warnings.push(Warning {
+                code: "no-mode",
+                message: "no model has a smaller BIC than none at all: the output is noise, as far as this method sees".to_string(),
+                hint: Some("look whether the channel is the right one; take a longer record".to_string()),
+            });
+            (Vec::new(), Vec::new())
+        }
+        false => told_apart(&model, output, input.is_some(), band_hz)?,
+    };
+    warnings.extend(operational::of_harmonics(&modes));
+    let tests = tests(&model, &record)?;
     for (what, test) in &tests {
         if test.probability < UNLIKELY {
             let message = format!(
-                "the residuals are not {what}: chance gives as much with p = {:.1e}, so the intervals are too narrow",
-                test.probability
+                "the residuals are not {what}: chance gives as much with {}, so the intervals are too narrow",
+                match test.probability < 1e-16 {
+                    true => "p below 1e-16".to_string(),
+                    false => format!("p = {:.1e}", test.probability),
+                }
             );
             warnings.push(Warning {
                 code: "residuals",
@@ -114,19 +133,119 @@ pub fn identify(
         }
     }
     let rule = format!(
-        "{} by the smallest BIC; roots with a damping ratio up to {most_damping} inside the band are modes",
-        method::family(model.family)
+        "{} {}; a root inside the band is a mode where its damping ratio is up to {}, its frequency known to half its bandwidth, and \
+         it makes up {} % of the response at its own frequency",
+        method::family(model.family),
+        match study.order {
+            Some(_) => "as asked",
+            None => "by the smallest BIC",
+        },
+        SelectionRule::default().most_damping,
+        100.0 * AT_PEAK
     );
     Ok(Series {
         modes,
         rule,
         evidence: Evidence::Orders(Orders {
             chosen: model.family,
-            candidates,
+            candidates: std::iter::once(choice.nothing)
+                .chain(choice.candidates)
+                .collect(),
+            omitted,
             tests,
         }),
         warnings,
     })
+}
+
+/// Refuses an order that the samples do not bear, or that would take too long.
+fn check_cost(method: Method, order: usize, samples: usize) -> Result<(), Error> {
+    /// Seconds worth waiting for, steps of a slow iteration, and operations a second.
+    const PATIENCE: f64 = 300.0;
+    const STEPS: f64 = 100.0;
+    const SPEED: f64 = 1e9;
+    let unknowns = of_order(method, order).unknowns();
+    if unknowns * 2 > samples {
+        let message = format!(
+            "--order {} makes {} with {unknowns} unknowns; {samples} samples bear {} at most",
+            order / 2,
+            method::family(of_order(method, order)),
+            samples / 2
+        );
+        return Err(
+            Error::new(Code::TooShort, message).hint("lower --order, or take a longer record")
+        );
+    }
+    let steps = match method {
+        Method::Ar | Method::Arx => 1.0,
+        _ => STEPS,
+    };
+    let seconds = steps * samples as f64 * (unknowns * unknowns) as f64 / SPEED;
+    if seconds > PATIENCE {
+        let bearable = (PATIENCE * SPEED / steps / samples as f64).sqrt() as usize;
+        let per_mode = unknowns / (order / 2).max(1);
+        let message = format!(
+            "{} over {samples} samples would take about {seconds:.0} s",
+            method::family(of_order(method, order))
+        );
+        return Err(Error::new(Code::Hopeless, message).hint(format!(
+            "ask for {} modes at most, take a part of the record (--before), or narrow the --band, which decimates",
+            (bearable / per_mode.max(1)).max(1)
+        )));
+    }
+    Ok(())
+}
+
+/// Share of the response at its own frequency that makes a root a mode.
+const AT_PEAK: f64 = 0.5;
+
+/// Share of the power of the output below which a root is noise, whatever its shape.
+const LEAST_POWER: f64 = 1e-4;
+
+/// Roots inside the band: modes, and what is none, with the reason.
+type ToldApart = (Vec<FoundMode>, Vec<(IdentifiedMode, &'static str)>);
+
+/// Tells modes from roots that only fill up the polynomial.
+fn told_apart(
+    model: &SeriesModel,
+    output: &[f64],
+    is_driven: bool,
+    band_hz: (f64, f64),
+) -> Result<ToldApart, Error> {
+    let most_damping = SelectionRule::default().most_damping;
+    let signals = [output];
+    let channels = Channels::new(&signals, model.rate_hz)?;
+    // A response to a measured input may be as constant as that is.
+    let bands = (!is_driven).then(|| Bands::new(&channels));
+    let spacing = model.rate_hz / output.len() as f64;
+    let (mut modes, mut omitted) = (Vec::new(), Vec::new());
+    for (mode, shares) in model.modes()?.into_iter().zip(model.shares()?) {
+        if !within(mode.pole, band_hz) {
+            continue;
+        }
+        let (damping, f) = (mode.damping_ratio(), mode.frequency_hz());
+        let std = mode.frequency_std_hz().unwrap_or(0.0);
+        let reason = match () {
+            () if damping <= 0.0 => "it grows",
+            () if damping > most_damping => "it is damped too much for a resonance",
+            () if std > damping * f => "its frequency is less certain than its half-power width",
+            () if shares.at_peak < AT_PEAK || shares.power < LEAST_POWER => {
+                "it fills up the polynomial: other roots make most of the response at its frequency"
+            }
+            () => "",
+        };
+        if !reason.is_empty() {
+            omitted.push((mode, reason));
+            continue;
+        }
+        let half = (HALF_BANDS * damping * f).max(LINES * spacing);
+        let harmonic = (bands.as_ref()).map(|b| b.look(0, mode.damped_frequency_hz(), half, None));
+        modes.push(FoundMode {
+            harmonic,
+            ..FoundMode::from(mode)
+        });
+    }
+    Ok((modes, omitted))
 }
 
 fn of_order(method: Method, n: usize) -> Family {

@@ -187,6 +187,11 @@ pub fn structure(train: &Train) -> String {
         "clutches pressed over time",
     );
     part(
+        count(&|l| matches!(l, Law::Pressed(_))),
+        "friction pair pressed by forces",
+        "friction pairs pressed by forces",
+    );
+    part(
         count(&|l| matches!(l, Law::Orders { .. })),
         "load that follows an angle",
         "loads that follow angles",
@@ -257,8 +262,13 @@ pub fn plan(
         (
             "outputs",
             Verdict::Runs(format!(
-                "{} kept at {} instants, every {}; of {} no history",
+                "{} {} at {} instants, every {}; of {} no history",
                 counted(outputs, "signal"),
+                if study.running.history {
+                    "kept"
+                } else {
+                    "seen, none kept,"
+                },
                 scene.samples + 1,
                 crate::base::units::seconds(scene.until / scene.samples as f64),
                 counted(2 * train.n() + train.inner(), "state")

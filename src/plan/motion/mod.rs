@@ -6,8 +6,8 @@ pub mod scene;
 /// Which method, and why.
 pub mod choice;
 
-/// The run.
-pub mod run;
-
 /// What can be read off an output.
 pub mod reading;
+
+/// The run.
+pub mod run;

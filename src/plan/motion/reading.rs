@@ -1,6 +1,6 @@
 //! What can be read off an output: extremes, means, and the answer to a step.
 
-/// Extremes and means of an output.
+/// Extremes and means of an output at equally spaced instants.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
     /// At the end.
@@ -15,35 +15,65 @@ pub struct Reading {
     pub rms: f64,
 }
 
-/// Reads an output at equally spaced instants; absent where there is none.
-pub fn read(time: &[f64], values: &[f64]) -> Option<Reading> {
-    let by = |better: fn(f64, f64) -> bool| {
-        let mut best = (*values.first()?, *time.first()?);
-        for (&x, &t) in values.iter().zip(time) {
-            if better(x, best.0) {
-                best = (x, t);
-            }
+/// Reads an output while it runs.
+#[derive(Debug, Clone, Default)]
+pub struct Reader {
+    count: f64,
+    /// A power of two no value exceeds: no square leaves the range of numbers.
+    unit: f64,
+    /// In that unit: the mean, and the sum of squares about it (Welford 1962).
+    mean: f64,
+    squares: f64,
+    extremes: Option<Extremes>,
+}
+
+/// Least, greatest and last.
+#[derive(Debug, Clone, Copy)]
+struct Extremes {
+    least: (f64, f64),
+    greatest: (f64, f64),
+    end: f64,
+}
+
+impl Reader {
+    /// Takes the next value; they are equally spaced in time.
+    pub fn push(&mut self, t: f64, x: f64) {
+        let seen = self.extremes.get_or_insert(Extremes {
+            least: (x, t),
+            greatest: (x, t),
+            end: x,
+        });
+        seen.end = x;
+        if x < seen.least.0 {
+            seen.least = (x, t);
         }
-        Some(best)
-    };
-    // By the largest size, so that no square leaves the range of numbers.
-    let size = values.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-    let unit = if size > 0.0 { size } else { 1.0 };
-    let count = values.len() as f64;
-    let mean = values.iter().map(|x| x / unit).sum::<f64>() / count;
-    let square = values
-        .iter()
-        .map(|x| (x / unit - mean).powi(2))
-        .sum::<f64>()
-        / count;
-    let mean = mean * unit;
-    Some(Reading {
-        end: *values.last()?,
-        least: by(|a, b| a < b)?,
-        greatest: by(|a, b| a > b)?,
-        mean,
-        rms: square.sqrt() * unit,
-    })
+        if x > seen.greatest.0 {
+            seen.greatest = (x, t);
+        }
+        if x.abs() > self.unit {
+            let unit = x.abs().log2().ceil().min(1023.0).exp2();
+            let shrink = self.unit / unit;
+            self.mean *= shrink;
+            self.squares *= shrink * shrink;
+            self.unit = unit;
+        }
+        self.count += 1.0;
+        let value = if self.unit > 0.0 { x / self.unit } else { 0.0 };
+        let off = value - self.mean;
+        self.mean += off / self.count;
+        self.squares += off * (value - self.mean);
+    }
+
+    /// What was read; absent where there was nothing.
+    pub fn reading(&self) -> Option<Reading> {
+        self.extremes.map(|seen| Reading {
+            end: seen.end,
+            least: seen.least,
+            greatest: seen.greatest,
+            mean: self.mean * self.unit,
+            rms: (self.squares / self.count).sqrt() * self.unit,
+        })
+    }
 }
 
 /// The answer of an output to a step.

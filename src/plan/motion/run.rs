@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 use super::choice::Choice;
+use super::reading::{Reader, Reading};
 use super::scene::MotionScene;
 use crate::base::error::Error;
 use crate::base::stop::Stop;
@@ -13,10 +14,14 @@ use crate::motion::problem::{Ask, Effort};
 /// The answer to a study of motion.
 #[derive(Debug, Clone)]
 pub struct Motion {
-    /// Instants, s.
+    /// Instants, s; none where no history is kept.
     pub time: Vec<f64>,
-    /// Values of each output, SI.
+    /// Values of each output, SI; none where no history is kept.
     pub values: Vec<Vec<f64>>,
+    /// Extremes and means of each output.
+    pub readings: Vec<Option<Reading>>,
+    /// How far it came, s.
+    pub reached: f64,
     /// What it cost.
     pub effort: Effort,
     /// Seconds.
@@ -43,7 +48,7 @@ pub fn ask(scene: &MotionScene, choice: &Choice, samples: usize, stop: &Stop) ->
     }
 }
 
-/// Integrates. `stop` ends the run early; what was finished is whole.
+/// Integrates and keeps the history. `stop` ends the run early; what was finished is whole.
 ///
 /// # Errors
 /// Those of the method.
@@ -52,6 +57,23 @@ pub fn run(
     choice: &Choice,
     energy: bool,
     stop: &Stop,
+) -> Result<Motion, Error> {
+    watched(scene, choice, energy, stop, (true, &mut |_, _| Ok(())))
+}
+
+/// What looks on while a motion runs: at an instant with the state, at the outputs.
+pub type Watch<'a> = dyn FnMut((f64, &[f64]), &[f64]) -> Result<(), Error> + 'a;
+
+/// The same under eyes that see every instant, its history kept or not.
+///
+/// # Errors
+/// Those of the method, and of those that look on.
+pub fn watched(
+    scene: &MotionScene,
+    choice: &Choice,
+    energy: bool,
+    stop: &Stop,
+    (keep, watch): (bool, &mut Watch),
 ) -> Result<Motion, Error> {
     let train = &scene.moving.train;
     // Powers change faster than what is shown of them.
@@ -62,8 +84,9 @@ pub fn run(
     };
     let ask = ask(scene, choice, scene.samples * finer, stop);
     let (mut time, mut values) = (Vec::new(), vec![Vec::new(); scene.outputs.list.len()]);
+    let mut readers = vec![Reader::default(); scene.outputs.list.len()];
     let mut meters = [Meter::default(), Meter::default()];
-    let mut count = 0;
+    let (mut count, mut reached, mut refused) = (0, 0.0, None);
     let start = Instant::now();
     let effort = (choice.method.run)(train, &ask, &mut |t, y| {
         if energy {
@@ -71,19 +94,35 @@ pub fn run(
             book(meters, scene, t, y);
         }
         if count % finer == 0 {
-            time.push(t);
-            for (list, value) in values.iter_mut().zip(scene.outputs.at(train, t, y)) {
-                list.push(value);
+            let now = scene.outputs.at(train, t, y);
+            for (reader, value) in readers.iter_mut().zip(&now) {
+                reader.push(t, *value);
             }
+            if keep {
+                time.push(t);
+                for (list, value) in values.iter_mut().zip(&now) {
+                    list.push(*value);
+                }
+            }
+            reached = t;
+            refused = watch((t, y), &now).err();
         }
         count += 1;
-        ControlFlow::Continue(())
+        match refused {
+            None => ControlFlow::Continue(()),
+            Some(_) => ControlFlow::Break(()),
+        }
     })?;
+    if let Some(error) = refused {
+        return Err(error);
+    }
     let seconds = start.elapsed().as_secs_f64();
     let balance = energy.then(|| meters.map(Meter::balance));
     Ok(Motion {
         time,
         values,
+        readings: readers.iter().map(Reader::reading).collect(),
+        reached,
         effort,
         seconds,
         balance,

@@ -13,6 +13,7 @@ use crate::motion::moving::Moving;
 use crate::motion::outputs::{Output, Outputs, Quantity};
 use crate::motion::problem::Problem;
 use crate::motion::start;
+use crate::motion::train::{Branch, Train};
 use crate::plan::prepared::Prepared;
 use crate::scene::laws::{Curve, Drive};
 use crate::scene::start::Start;
@@ -177,7 +178,10 @@ fn shifted(curve: &Curve, by: f64) -> Curve {
 }
 
 /// The wanted outputs; speeds of what is loaded or driven where none is named.
-fn outputs(prepared: &Prepared, moving: &Moving, names: &[String]) -> Result<Outputs, Error> {
+///
+/// # Errors
+/// Names that do not exist, what does not follow from the motion.
+pub fn outputs(prepared: &Prepared, moving: &Moving, names: &[String]) -> Result<Outputs, Error> {
     let machine = &prepared.machine;
     let mut outputs = Outputs::default();
     let usual: Vec<String>;
@@ -219,7 +223,7 @@ fn outputs(prepared: &Prepared, moving: &Moving, names: &[String]) -> Result<Out
         let quantity = match motors_or_brakes(prepared, moving, &asked) {
             Some(Quantity::Force(at)) if deflection => Quantity::Deflection(at),
             Some(quantity) => {
-                if let Quantity::Drive(_) = quantity {
+                if let Quantity::Drive(_) | Quantity::Loss(..) = quantity {
                     outputs.prescribed.clone_from(&moving.prescribed);
                 }
                 quantity
@@ -283,12 +287,32 @@ fn motors_or_brakes(prepared: &Prepared, moving: &Moving, name: &str) -> Option<
         let motions = &moving.prescribed.as_ref()?.motions;
         motions.iter().position(|m| m.name == stem)
     };
+    // Dry friction of an element that is more than that, or is that alone: its first branch and how many there are.
+    let rubs = |kind: &str| {
+        let of_kind =
+            |b: &parts::Brake| kind.is_empty() || machine.elements[b.element].kind == kind;
+        machine.brakes.iter().any(|b| is(b.element) && of_kind(b))
+    };
+    let named = |train: &Train| {
+        let whole = format!("{stem} friction");
+        let own = |b: &Branch| b.law.is_dry() && (b.name == whole || b.name == stem);
+        let first = train.branches.iter().position(own)?;
+        let count = train.branches[first..].iter().filter(|b| own(b)).count();
+        Some((first, count))
+    };
     match what {
         "torque" if motor => prescribes()
             .map(Quantity::Drive)
             .or_else(|| branch().map(Quantity::Given)),
-        "force" | "torque" if motor || machine.brakes.iter().any(|b| is(b.element)) => {
-            branch().map(Quantity::Force)
+        "force" | "torque" if motor || rubs("brake") => branch().map(Quantity::Force),
+        "friction" => rubs("bearing")
+            .then(|| named(&moving.train))
+            .flatten()
+            .map(|at| Quantity::Force(at.0)),
+        "loss" if rubs("") => {
+            let whole = moving.prescribed.as_ref().map(|known| &known.whole);
+            let (first, count) = named(whole.unwrap_or(&moving.train))?;
+            Some(Quantity::Loss(first, count))
         }
         _ => None,
     }
@@ -337,5 +361,6 @@ fn unit(prepared: &Prepared, name: &str, quantity: Quantity) -> &'static str {
         (Quantity::Force(_) | Quantity::Spring { .. }, false) => "N",
         (Quantity::Force(_) | Quantity::Spring { .. }, true) => "N·m",
         (Quantity::Given(_) | Quantity::Drive(_), _) => "N·m",
+        (Quantity::Loss(..), _) => "W",
     }
 }

@@ -207,7 +207,7 @@ fn per(output: &str, input: &str) -> String {
 }
 
 /// Natural frequencies in the band, rad/s, with what is prescribed free: near enough for a search; none of a large machine.
-pub(super) fn natural(prepared: &Prepared, ports: &Ports, (from, to): (f64, f64)) -> Vec<f64> {
+pub fn natural(prepared: &Prepared, ports: &Ports, (from, to): (f64, f64)) -> Vec<f64> {
     const MOST: usize = 400;
     if prepared.linear.n > MOST {
         return Vec::new();

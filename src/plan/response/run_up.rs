@@ -28,6 +28,8 @@ pub struct Answer {
     pub excitations: Vec<Excitation>,
     /// Amplitudes by output, excitation and speed.
     pub amplitudes: Vec<Vec<Vec<f64>>>,
+    /// Of every output the speed at which all excitations together are most, rad/s, and how much: of these speeds and the critical ones.
+    pub most: Vec<(f64, f64)>,
     /// Critical speeds by falling answer of the first output.
     pub critical: Vec<Critical>,
     /// How responses were found.
@@ -263,6 +265,35 @@ pub fn run(prepared: &Prepared, study: &RunUpStudy) -> Result<Answer, Error> {
     }
     let damped = linear.is_damped(machine);
     let critical = critical(prepared, &ready, &solver, &weights, damped)?;
+    let total = |speed: f64| -> Result<Vec<f64>, Error> {
+        let mut squares = vec![0.0; ports.outputs.len()];
+        for (e, own) in ready.excitations.iter().zip(&weights) {
+            let h = solver.at((e.order * speed).abs())?;
+            for (o, sum) in squares.iter_mut().enumerate() {
+                *sum += together(|i| h[(o, i)], own).powi(2);
+            }
+        }
+        Ok(squares.into_iter().map(f64::sqrt).collect())
+    };
+    let mut most: Vec<(f64, f64)> = (amplitudes.iter())
+        .map(|table| {
+            let square = |at: usize| table.iter().map(|a| a[at].powi(2)).sum::<f64>();
+            let all = ready.speeds.iter().enumerate();
+            all.map(|(at, &speed)| (speed, square(at).sqrt()))
+                .max_by(|a, b| a.1.total_cmp(&b.1))
+                .unwrap_or_default()
+        })
+        .collect();
+    if damped {
+        for c in &critical {
+            let here = total(c.speed)?;
+            for (best, here) in most.iter_mut().zip(here) {
+                if here > best.1 {
+                    *best = (c.speed, here);
+                }
+            }
+        }
+    }
     let mut warnings = prepared.warnings();
     if !damped {
         warnings.push(Warning {
@@ -283,6 +314,7 @@ pub fn run(prepared: &Prepared, study: &RunUpStudy) -> Result<Answer, Error> {
         excitations: ready.excitations,
         choice: ready.choice,
         amplitudes,
+        most,
         critical,
         warnings,
         seconds: start.elapsed().as_secs_f64(),

@@ -25,7 +25,7 @@ pub struct Recorded {
     pub total: f64,
     /// F_i′ over one turn.
     pub by_turn: f64,
-    /// f_i′, long wave, short wave, by teeth.
+    /// f_i′, long wave, short wave, by teeth: long are the orders below half of them, short the others within one pitch.
     pub by_tooth: Option<[f64; 3]>,
 }
 
@@ -60,14 +60,22 @@ pub fn recorded(
     let made = record::synthetic(&added, turns, fastest, closed);
     let record = Record::new(&made.values, turns, teeth.unwrap_or(1) as usize, closed)?;
     let (total, by_turn) = (record.total(), record.by_turn().sliding);
-    let by_tooth = teeth.map(|_| {
-        let split = record.split_by_order();
-        [
-            record.by_pitch().sliding,
-            split.long_range,
-            split.short_ranges.sliding,
-        ]
-    });
+    let by_pitch = teeth.map(|_| record.by_pitch().sliding);
+    let by_tooth = match (by_pitch, teeth) {
+        (Some(by_pitch), Some(teeth)) => {
+            // The lines are known: long are those below half the teeth, exactly, and nothing leaks.
+            let is_long = |order: f64| order < 0.5 * f64::from(teeth);
+            let long: Vec<(f64, Complex)> =
+                added.iter().copied().filter(|l| is_long(l.0)).collect();
+            let mut wave = record::synthetic(&long, turns, fastest, closed).values;
+            let long_range = Record::new(&wave, turns, teeth as usize, closed)?.total();
+            let both = wave.iter_mut().zip(&made.values);
+            both.for_each(|(long, whole)| *long = whole - *long);
+            let short = Record::new(&wave, turns, teeth as usize, closed)?;
+            Some([by_pitch, long_range, short.by_pitch().sliding])
+        }
+        _ => None,
+    };
     Ok(Recorded {
         lines: drawn,
         teeth,

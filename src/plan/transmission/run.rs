@@ -9,6 +9,7 @@ use crate::modes::orders::reference;
 use crate::numeric::Complex;
 use crate::numeric::fraction::Fraction;
 use crate::plan::prepared::Prepared;
+use crate::plan::response::run::natural;
 use crate::plan::stages::Verdict;
 use crate::plan::transmission::recorded::{self, Recorded};
 use crate::response::frequency::Way;
@@ -38,6 +39,8 @@ pub struct Answer {
     pub budget: Budget,
     /// Names of the elements of the budget.
     pub elements: Vec<String>,
+    /// The same at speed, where one is asked for.
+    pub at_speed: Option<Sums>,
     /// Elements that could be left out, and what that takes off the root of the sum of squares and off the worst case.
     pub negligible: (Vec<usize>, f64, f64),
     /// Second order of offsets, which the lines leave out, at the output, rad.
@@ -60,12 +63,23 @@ pub struct Answer {
     pub warnings: Vec<Warning>,
 }
 
+/// Sums at speed.
+pub struct Sums {
+    /// Sums and percentiles.
+    pub budget: Budget,
+    /// As [`Answer::negligible`].
+    pub negligible: (Vec<usize>, f64, f64),
+}
+
 /// Every line over the speed of the machine.
 pub struct Map {
     /// Speeds of the first node of `[speed]`, rad/s.
     pub speeds: Vec<f64>,
     /// Of every row A at each speed, rad.
     pub amplitudes: Vec<Vec<f64>>,
+    /// Of every row the speed at which it is largest, rad/s, and A there, rad: of these speeds and of those between them at which the
+    /// row's order meets a natural frequency.
+    pub largest: Vec<(f64, f64)>,
 }
 
 /// A line of the table.
@@ -87,6 +101,14 @@ impl Answer {
             Origin::Declared(_) if self.is_rigid() => row.line.kinematic,
             _ => row.loaded,
         }
+    }
+
+    /// A of a row wherever it is largest of what was asked: slowly, at speed, over speeds, rad.
+    pub fn most(&self, row: usize) -> f64 {
+        let slow = self.slow(&self.rows[row]).norm();
+        let at_speed = self.rows[row].dynamic.map_or(0.0, |z| z.norm());
+        let over = self.map.as_ref().map_or(0.0, |map| map.largest[row].1);
+        slow.max(at_speed).max(over)
     }
 
     /// Rigid joints have an answer for every single error: no loop shares it out.
@@ -167,6 +189,7 @@ pub fn run(prepared: &Prepared, study: &TransmissionStudy) -> Result<Answer, Err
         Ok(mean_speeds(machine, kinematics, Some(speed))?[chain.per])
     };
     let speed = study.speed.map(output_at).transpose()?;
+    let mut undamped = false;
     let map = match study.speeds {
         None => None,
         Some(range) => {
@@ -177,7 +200,43 @@ pub fn run(prepared: &Prepared, study: &TransmissionStudy) -> Result<Answer, Err
                 let each = amplitudes.iter_mut().zip(values);
                 each.for_each(|(row, z)| row.push(z.norm()));
             }
-            Some(Map { speeds, amplitudes })
+            let mut largest: Vec<(f64, f64)> = (amplitudes.iter())
+                .map(|row| {
+                    let both = speeds.iter().copied().zip(row.iter().copied());
+                    both.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default()
+                })
+                .collect();
+            let unit = output_at(1.0)?.abs();
+            let ends = speeds
+                .iter()
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |m, &s| {
+                    (m.0.min(s), m.1.max(s))
+                });
+            let fastest = all.iter().fold(0.0f64, |m, line| m.max(line.order.value()));
+            let most = fastest * unit * ends.0.abs().max(ends.1.abs());
+            for omega in natural(prepared, transfer.ports(), (0.0, most)) {
+                // Nothing damps it: there is no answer there, and what is told is of the speeds asked for.
+                let Ok(values) = transfer.at(omega, &refs) else {
+                    undamped = true;
+                    continue;
+                };
+                for ((line, z), best) in all.iter().zip(values).zip(&mut largest) {
+                    let speed = omega / (line.order.value() * unit);
+                    let inside = [speed, -speed]
+                        .into_iter()
+                        .find(|s| (ends.0..=ends.1).contains(s));
+                    if let Some(speed) = inside
+                        && z.norm() > best.1
+                    {
+                        *best = (speed, z.norm());
+                    }
+                }
+            }
+            Some(Map {
+                speeds,
+                amplitudes,
+                largest,
+            })
         }
     };
     let marks = match &study.index {
@@ -220,7 +279,16 @@ pub fn run(prepared: &Prepared, study: &TransmissionStudy) -> Result<Answer, Err
         )?),
         false => None,
     };
+    let sums_at_speed = at_speed.as_ref().map(|values| {
+        let (terms, sources, _) = of_budget(machine, &all, values);
+        let budget = budget::budget(&terms, &sources, window, POINTS);
+        Sums {
+            negligible: budget::negligible(&budget.elements, THRESHOLD),
+            budget,
+        }
+    });
     let mut answer = Answer {
+        at_speed: sums_at_speed,
         negligible: budget::negligible(&budget.elements, THRESHOLD),
         budget,
         elements,
@@ -250,6 +318,13 @@ pub fn run(prepared: &Prepared, study: &TransmissionStudy) -> Result<Answer, Err
         chain,
     };
     answer.warnings.extend(doubts(machine, &answer));
+    if undamped {
+        answer.warnings.push(Warning {
+            code: "undamped",
+            message: "nothing damps some resonances between the speeds: lines are infinite there, and the largest told are those at the speeds asked for".to_string(),
+            hint: Some("give branches a damping_ratio or c".to_string()),
+        });
+    }
     Ok(answer)
 }
 

@@ -227,9 +227,11 @@ fn of(law: &Law, delta: f64, rate: f64, factor: f64) -> (f64, f64, f64) {
         Law::Linear { stiffness, damping } => {
             (stiffness * delta + damping * rate, *stiffness, *damping)
         }
-        Law::Lagged { .. } | Law::Maxwell { .. } | Law::Clutch { .. } | Law::Orders { .. } => {
-            (0.0, 0.0, 0.0)
-        }
+        Law::Lagged { .. }
+        | Law::Maxwell { .. }
+        | Law::Clutch { .. }
+        | Law::Pressed(_)
+        | Law::Orders { .. } => (0.0, 0.0, 0.0),
     }
 }
 

@@ -151,6 +151,9 @@ fn refuse(train: &Train, rates: &[f64]) -> Result<(), Error> {
         }
         let hint = match b.law {
             Law::Clutch { .. } => Some("take its engagement as a motion in time"),
+            Law::Pressed(_) => {
+                Some("take it as a motion in time, or leave friction that goes by load out")
+            }
             Law::Orders { .. } => Some(
                 "write mesh_phase = \"speed\" in [start], so that its orders turn at the mean speed",
             ),

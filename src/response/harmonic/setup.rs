@@ -85,6 +85,7 @@ impl Lines {
                     Law::Friction(_)
                     | Law::Nonlinear { .. }
                     | Law::Clutch { .. }
+                    | Law::Pressed(_)
                     | Law::Orders { .. },
                     None,
                 ) => (0.0, 0.0, 0.0),

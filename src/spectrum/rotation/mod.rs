@@ -22,6 +22,9 @@ pub mod angular;
 /// Order spectra and order tracks.
 pub mod orders;
 
+/// Orders of signals while they arrive.
+pub mod demodulation;
+
 /// Averages over revolutions.
 pub mod averaging;
 

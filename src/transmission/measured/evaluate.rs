@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use super::cells::{CELLS_PER_ORDER, Cells, ERROR, LEAST_PER_CELL, LOST};
 use super::flank::{Flank, Search, flank};
-use super::jumps::{Jump, Look, jumps};
+use super::jumps::{Jump, Look, jumps, placed};
 use super::orders::Named;
 use super::rows::{Rows, Scales, each};
 use super::speed::{Paces, Speed};
@@ -12,7 +12,6 @@ use super::survey::{MeasuredRatio, Run, survey};
 use super::teeth::{Member, Teeth};
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
-use crate::base::words::counted;
 use crate::numeric::fraction::Fraction;
 use crate::spectrum::rotation::angular::AngularSignal;
 
@@ -31,10 +30,17 @@ pub struct Ask {
     pub repair: bool,
     /// Orders that a model names.
     pub named: Named,
+    /// Every multiple of the shafts is fitted, not only those that stand out.
+    pub every: bool,
+    /// What the input does beside even turning is wanted as well, where rows have a clock.
+    pub input: bool,
 }
 
 /// Multiples of the meshes looked for where nobody says how many.
 pub const MULTIPLES: usize = 4;
+
+/// So often the record is looked at again after steps were taken out.
+const ROUNDS: usize = 4;
 
 /// Room above the highest mesh multiple for its sidebands, relative.
 const ROOM: f64 = 1.05;
@@ -112,29 +118,61 @@ pub fn evaluate(rows: &dyn Rows, ask: &Ask) -> Result<Measured, Error> {
         ratio: r,
         rows_per_tooth,
     };
-    let found = jumps(rows, scales, &runs, look)?;
-    if !found.is_empty() && !ask.repair {
-        return Err(lost(&found, ask.rate_hz));
-    }
-    let (mut signals, speed) = gather(rows, scales, &runs, &found, ask, per_turn)?;
-    signals.sort_by_key(|s| std::cmp::Reverse(s.1.values.len()));
-    check_turns(ask, &signals, per_turn)?;
-    let play = play(&signals);
+    let mut found = jumps(rows, scales, &runs, look)?;
+    let steps = (scales.input.step * r, scales.output.step);
+    let given = [steps.0, steps.1].into_iter().filter(|c| *c > 0.0);
+    // Angles of the input are known to half a step, which rounds off high orders.
+    let blunt = band * steps.0 / TAU;
+    let error = ERROR + (0.5 * TAU * blunt).powi(2) / 6.0;
     let search = Search {
         teeth: &ask.teeth,
         multiples,
         band,
         named: &ask.named,
+        every: ask.every,
+        error,
+        count: given.fold(f64::INFINITY, f64::min),
     };
     let least = turns_needed(ask) * per_turn as f64;
-    let flanks = signals
-        .into_iter()
-        .filter(|s| s.1.values.len() as f64 >= least)
-        .map(|(forward, signal)| flank(signal, forward, &search))
-        .collect::<Result<Vec<Flank>, Error>>()?;
-    let steps = (scales.input.step * r, scales.output.step);
-    // Angles of the input are known to half a step, which rounds off high orders.
-    let blunt = band * steps.0 / TAU;
+    let mut round = 0;
+    let (flanks, speed, play) = loop {
+        if !found.is_empty() && !ask.repair {
+            return Err(lost(&found, ask.rate_hz));
+        }
+        let (mut signals, speed) = gather(rows, scales, &runs, &found, ask, per_turn)?;
+        signals.sort_by_key(|s| std::cmp::Reverse(s.error.values.len()));
+        check_turns(ask, &signals, per_turn)?;
+        let play = play(&signals);
+        let flanks = signals
+            .into_iter()
+            .filter(|s| s.error.values.len() as f64 >= least)
+            .map(|s| flank(s.error, s.input.as_ref(), s.forward, &search))
+            .collect::<Result<Vec<Flank>, Error>>()?;
+        let mut more = Vec::new();
+        for flank in &flanks {
+            let places = flank.steps.iter();
+            let places: Vec<(f64, f64)> = places
+                .map(|s| (flank.signal.angle(s.cell) / r, s.size))
+                .collect();
+            let of_way: Vec<Run> = runs
+                .iter()
+                .filter(|run| run.forward == flank.forward)
+                .cloned()
+                .collect();
+            more.extend(placed(&places, rows, scales, &of_way, look)?);
+        }
+        if more.is_empty() {
+            break (flanks, speed, play);
+        }
+        found.extend(more);
+        found.sort_by_key(|jump| jump.row);
+        round += 1;
+        if round > ROUNDS {
+            return Err(lost(&found, ask.rate_hz).hint(
+                "steps stay in the record however many are taken out: look at the encoders and their cables",
+            ));
+        }
+    };
     Ok(Measured {
         declared,
         ratio,
@@ -144,7 +182,7 @@ pub fn evaluate(rows: &dyn Rows, ask: &Ask) -> Result<Measured, Error> {
         repaired: found,
         multiples,
         band,
-        error: ERROR + (0.5 * TAU * blunt).powi(2) / 6.0,
+        error,
         quantisation: (steps.0.powi(2) + steps.1.powi(2)).sqrt() / 12f64.sqrt(),
         rows_per_tooth,
         speed,
@@ -245,12 +283,7 @@ fn lost(found: &[Jump], rate_hz: Option<f64>) -> Error {
             Some(rate) => format!("{:.4} s", j.row as f64 / rate),
             None => format!("row {}", j.row + 1),
         };
-        let what = if j.counts < 0.0 { "lost" } else { "too many" };
-        format!(
-            "{} {what} on the {} at {place}",
-            counted(j.counts.abs() as usize, "count"),
-            j.whose
-        )
+        format!("{} at {place}", j.told())
     };
     let mut list: Vec<String> = found.iter().take(SHOWN).map(one).collect();
     if found.len() > SHOWN {
@@ -261,8 +294,15 @@ fn lost(found: &[Jump], rate_hz: Option<f64>) -> Error {
     )
 }
 
+/// What one direction holds over even cells, rad of the output.
+struct Passed {
+    forward: bool,
+    error: AngularSignal,
+    /// How far the input runs ahead of even turning.
+    input: Option<AngularSignal>,
+}
+
 /// Both directions over even cells, and the speed.
-#[allow(clippy::type_complexity)]
 fn gather(
     rows: &dyn Rows,
     scales: Scales,
@@ -270,7 +310,7 @@ fn gather(
     lost: &[Jump],
     ask: &Ask,
     per_turn: usize,
-) -> Result<(Vec<(bool, AngularSignal)>, Option<Speed>), Error> {
+) -> Result<(Vec<Passed>, Option<Speed>), Error> {
     let r = ask.teeth.ratio().value();
     let to_turns = r / TAU;
     let room = |forward: bool| {
@@ -284,6 +324,9 @@ fn gather(
     // What lies beside the run's ends is no more than rows that dither.
     let open = |forward| room(forward).map(|(a, b)| Cells::new(per_turn, a, b));
     let (mut up, mut down) = (open(true), open(false));
+    let wanted = ask.input && ask.rate_hz.is_some();
+    let ahead = |forward| open(forward).filter(|_| wanted);
+    let (mut up_ahead, mut down_ahead) = (ahead(true), ahead(false));
     let mut paces = ask.rate_hz.map(|rate| Paces::new(rate, ask.teeth.last()));
     let mut values = Vec::new();
     each(rows, scales, |first, input, output| {
@@ -300,9 +343,20 @@ fn gather(
             values.clear();
             values.extend(a.iter().zip(b).map(|(a, b)| b - r * a));
             take_out(&mut values, low, lost);
-            let cells = if run.forward { &mut up } else { &mut down };
+            let (cells, ahead) = match run.forward {
+                true => (&mut up, &mut up_ahead),
+                false => (&mut down, &mut down_ahead),
+            };
             if let Some(cells) = cells {
                 cells.put(a.iter().map(|x| x * to_turns), &values);
+            }
+            if let Some(ahead) = ahead {
+                // From the run's start on, at its mean pace.
+                let pace = (run.input.1 - run.input.0) / (run.rows.len() - 1) as f64;
+                let even = |row: usize| run.input.0 + pace * (row - run.rows.start) as f64;
+                values.clear();
+                values.extend((low..).zip(a).map(|(row, x)| r * (x - even(row))));
+                ahead.put(a.iter().map(|x| x * to_turns), &values);
             }
             if let Some(paces) = &mut paces {
                 paces.see(low, a.iter().map(|x| x * to_turns));
@@ -310,9 +364,13 @@ fn gather(
         }
     })?;
     let mut signals = Vec::new();
-    for (forward, cells) in [(true, up), (false, down)] {
+    for (forward, cells, ahead) in [(true, up, up_ahead), (false, down, down_ahead)] {
         match cells.map(Cells::finish) {
-            Some(Ok(signal)) => signals.push((forward, signal)),
+            Some(Ok(error)) => signals.push(Passed {
+                forward,
+                error,
+                input: ahead.map(Cells::finish).transpose()?,
+            }),
             // A short way back is no flank of its own.
             Some(Err(e)) if e.code != Code::TooShort => return Err(e),
             _ => {}
@@ -338,11 +396,11 @@ fn turns_needed(ask: &Ask) -> f64 {
         .fold(1.0, f64::max)
 }
 
-fn check_turns(ask: &Ask, signals: &[(bool, AngularSignal)], per_turn: usize) -> Result<(), Error> {
+fn check_turns(ask: &Ask, signals: &[Passed], per_turn: usize) -> Result<(), Error> {
     let needed = turns_needed(ask);
     let found = signals
         .first()
-        .map_or(0.0, |s| s.1.values.len() as f64 / per_turn as f64);
+        .map_or(0.0, |s| s.error.values.len() as f64 / per_turn as f64);
     if found >= needed {
         return Ok(());
     }
@@ -356,8 +414,13 @@ fn check_turns(ask: &Ask, signals: &[(bool, AngularSignal)], per_turn: usize) ->
 }
 
 /// The difference of both directions where both passed.
-fn play(signals: &[(bool, AngularSignal)]) -> Option<Play> {
-    let of = |forward| signals.iter().find(|s| s.0 == forward).map(|s| &s.1);
+fn play(signals: &[Passed]) -> Option<Play> {
+    let of = |forward| {
+        signals
+            .iter()
+            .find(|s| s.forward == forward)
+            .map(|s| &s.error)
+    };
     let (up, down) = (of(true)?, of(false)?);
     let end = |s: &AngularSignal| s.first + s.values.len() as i64;
     let (first, last) = (up.first.max(down.first), end(up).min(end(down)));

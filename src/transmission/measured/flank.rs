@@ -5,10 +5,12 @@ use super::fit::fit;
 use super::interval::of_amplitude;
 use super::noise::{Level, Residual};
 use super::orders::{APART, Named, Near, Order, OrderList, Reach};
+use super::steps::{Step, steps};
 use super::teeth::Teeth;
 use crate::base::error::Error;
 use crate::gear::measurement::composite::Record;
 use crate::gear::measurement::ranges::Ranges;
+use crate::numeric::Complex;
 use crate::spectrum::rotation::angular::AngularSignal;
 use crate::spectrum::rotation::averaging::TurnAverage;
 
@@ -23,14 +25,18 @@ pub struct Line {
     pub phase: f64,
     /// Standard deviation of the amplitude, rad; that of the phase is this over the amplitude.
     pub deviation: f64,
-    /// Where the true amplitude lies with 95 %; nothing where the record does not tell the order from another.
+    /// Where the true amplitude lies with 95 %, what the cells may take or add on top; nothing where the record does not tell the
+    /// order from another.
     pub interval: Option<(f64, f64)>,
+    /// What the input itself does at this order: how far it runs ahead of even turning, in rad of the output, and the deviation of either
+    /// quadrature of that.
+    pub input: Option<(Complex, f64)>,
     /// It stands out of the noise, with 99.9 % over all lines looked at.
     pub significant: bool,
 }
 
 /// A line that no shaft and no mesh makes.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Unexplained {
     /// Per turn of the output.
     pub order: f64,
@@ -38,6 +44,8 @@ pub struct Unexplained {
     pub known_to: f64,
     /// Zero to peak, rad.
     pub amplitude: f64,
+    /// The lowest multiple of a shaft or of a mesh within [`Unexplained::known_to`].
+    pub nearest: Option<String>,
 }
 
 /// What is read from whole turns.
@@ -61,6 +69,19 @@ pub struct Composite {
     pub long_wave: Vec<f64>,
 }
 
+/// What the fitted orders make of the whole turns.
+#[derive(Debug, Clone, Copy)]
+pub struct OfOrders {
+    /// F_i′ over all of them, rad.
+    pub total: f64,
+    /// F_i′ in one turn, rad.
+    pub by_turn: f64,
+    /// f_i′, the pitch slid freely, rad.
+    pub by_pitch: f64,
+    /// Standard deviation of a range: of the difference of two angles, from those of all amplitudes, rad.
+    pub deviation: f64,
+}
+
 /// Everything about one flank.
 #[derive(Debug, Clone)]
 pub struct Flank {
@@ -80,6 +101,10 @@ pub struct Flank {
     pub noise: f64,
     /// Ranges.
     pub composite: Composite,
+    /// Ranges of what the fitted orders make, without steps of encoders and noise.
+    pub of_orders: OfOrders,
+    /// Steps of lost or extra counts that the orders leave.
+    pub steps: Vec<Step>,
     /// The mean over turns of the output, where there are two or more.
     pub average: Option<TurnAverage>,
 }
@@ -94,6 +119,12 @@ pub struct Search<'a> {
     pub band: f64,
     /// Orders that a model names.
     pub named: &'a Named,
+    /// Every multiple of the shafts is fitted, not only those that stand out.
+    pub every: bool,
+    /// What the cells may lose of a line or add to it, relative.
+    pub error: f64,
+    /// The smallest step that a count makes, rad of the output; infinite where no encoder has steps.
+    pub count: f64,
 }
 
 /// Of one line in a thousand records it is said that it stands out, and does not.
@@ -106,7 +137,12 @@ const LISTED: usize = 20;
 ///
 /// # Errors
 /// Fewer than one turn; orders that cannot be fitted.
-pub fn flank(mut signal: AngularSignal, forward: bool, search: &Search) -> Result<Flank, Error> {
+pub fn flank(
+    mut signal: AngularSignal,
+    input: Option<&AngularSignal>,
+    forward: bool,
+    search: &Search,
+) -> Result<Flank, Error> {
     signal.check_turns(1)?;
     let turns = signal.values.len() as f64 / signal.per_turn as f64;
     let reach = Reach {
@@ -129,6 +165,9 @@ pub fn flank(mut signal: AngularSignal, forward: bool, search: &Search) -> Resul
     }
     more.with_more(search.teeth, search.multiples);
     let mut candidates = more.resolved(reach, &mut orders);
+    if search.every {
+        orders.append(&mut candidates);
+    }
     let mut found = fit(&signal, &orders)?;
     let residual = |values: &[f64], orders: &[Order]| {
         Residual::new(values, signal.per_turn, orders, search.band)
@@ -150,22 +189,44 @@ pub fn flank(mut signal: AngularSignal, forward: bool, search: &Search) -> Resul
     }
     // What the cells add to a line lies below this.
     let largest = found.waves.iter().map(|z| z.norm()).fold(0.0, f64::max);
-    let unexplained = unexplained(&mut left, ERROR * largest);
+    let steps = steps(
+        &signal,
+        &orders,
+        &found.residual,
+        signal.per_turn / search.teeth.last().max(1),
+        search.count,
+    )?;
+    let mut unexplained = unexplained(&mut left, ERROR * largest);
+    unexplained
+        .iter_mut()
+        .for_each(|u| u.nearest = nearest(search.teeth, u.order, u.known_to));
+    let of_input = input.map(|i| input_waves(i, &orders, search)).transpose()?;
     let mut lines: Vec<Line> = Vec::with_capacity(orders.len());
     let count = orders.len().max(1) as f64;
-    for ((order, wave), spread) in orders.into_iter().zip(&found.waves).zip(&found.spread) {
+    let mut variance = 0.0;
+    for (k, ((order, wave), spread)) in (orders.into_iter().zip(&found.waves))
+        .zip(&found.spread)
+        .enumerate()
+    {
         let level = left.level(order.value).unwrap_or(Level {
             variance: 0.0,
             freedoms: 1.0,
         });
         let deviation = (level.variance * spread).sqrt();
         let amplitude = wave.norm();
+        variance += deviation.powi(2);
         let alone = order.near.is_empty();
+        let bound = search.error * amplitude;
+        let interval = || {
+            let (low, high) = of_amplitude(amplitude, deviation, level.freedoms);
+            ((low - bound).max(0.0), high + bound)
+        };
         lines.push(Line {
             amplitude,
             phase: wave.im.atan2(wave.re),
             deviation,
-            interval: alone.then(|| of_amplitude(amplitude, deviation, level.freedoms)),
+            interval: alone.then(interval),
+            input: of_input.as_ref().map(|all| all[k]),
             significant: amplitude.powi(2) > 2.0 * deviation.powi(2) * (count / FALSE_ALARM).ln(),
             order,
         });
@@ -173,7 +234,16 @@ pub fn flank(mut signal: AngularSignal, forward: bool, search: &Search) -> Resul
     lines.sort_by(|a, b| a.order.value.total_cmp(&b.order.value));
     let square: f64 = found.residual.iter().map(|r| r * r).sum();
     signal.values.iter_mut().for_each(|e| *e -= found.mean);
+    // Each quadrature has the deviation of its wave: either angle has its variance, and a range is a difference of two.
+    let of_orders = of_orders(
+        &signal,
+        &found.residual,
+        search.teeth,
+        (2.0 * variance).sqrt(),
+    )?;
     Ok(Flank {
+        of_orders,
+        steps,
         forward,
         mean: found.mean,
         turns,
@@ -204,9 +274,89 @@ fn unexplained(left: &mut Residual, floor: f64) -> Vec<Unexplained> {
             order,
             known_to: 0.5 * left.spacing(),
             amplitude,
+            nearest: None,
         });
     }
     all
+}
+
+/// What the input does beside even turning, at every order. Slow changes of speed, a polynomial of the angle, are taken off first.
+fn input_waves(
+    input: &AngularSignal,
+    orders: &[Order],
+    search: &Search,
+) -> Result<Vec<(Complex, f64)>, Error> {
+    let mut signal = input.clone();
+    without_drift(&mut signal.values);
+    let found = fit(&signal, orders)?;
+    let left = Residual::new(&found.residual, signal.per_turn, orders, search.band);
+    let one = |((order, wave), spread): ((&Order, &Complex), &f64)| {
+        let variance = left.level(order.value).map_or(0.0, |l| l.variance);
+        (*wave, (variance * spread).sqrt())
+    };
+    let both = orders.iter().zip(&found.waves);
+    Ok(both.zip(&found.spread).map(one).collect())
+}
+
+/// Takes off Legendre's polynomials up to the third, one by one.
+fn without_drift(values: &mut [f64]) {
+    let n = values.len().max(2) as f64;
+    let shapes: [fn(f64) -> f64; 4] = [
+        |_| 1.0,
+        |x| x,
+        |x| 1.5 * x * x - 0.5,
+        |x| 2.5 * x * x * x - 1.5 * x,
+    ];
+    let at = |i: usize| 2.0 * i as f64 / (n - 1.0) - 1.0;
+    for shape in shapes {
+        let (mut own, mut with) = (0.0, 0.0);
+        for (i, v) in values.iter().enumerate() {
+            let s = shape(at(i));
+            (own, with) = (own + s * s, with + s * v);
+        }
+        let size = with / own;
+        for (i, v) in values.iter_mut().enumerate() {
+            *v -= size * shape(at(i));
+        }
+    }
+}
+
+/// The lowest multiple of a shaft or of a mesh within `known_to` of an order.
+fn nearest(teeth: &Teeth, order: f64, known_to: f64) -> Option<String> {
+    let (shafts, meshes) = (teeth.shafts(), teeth.meshes());
+    let one = |member: &super::teeth::Member| {
+        let unit = member.order.value();
+        let n = (order / unit).round();
+        let near = n >= 1.0 && (n * unit - order).abs() <= known_to;
+        // A fine order is near some multiple of any slow shaft: that says nothing.
+        let tells = unit > 4.0 * known_to;
+        (near && tells).then(|| (n, member.name.clone()))
+    };
+    let found = shafts.iter().chain(&meshes).filter_map(one);
+    let least = found.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some(match least.0 {
+        1.0 => least.1,
+        n => format!("{n} × {}", least.1),
+    })
+}
+
+fn of_orders(
+    signal: &AngularSignal,
+    residual: &[f64],
+    teeth: &Teeth,
+    deviation: f64,
+) -> Result<OfOrders, Error> {
+    let turns = signal.turns();
+    let count = turns * signal.per_turn;
+    let both = signal.values[..count].iter().zip(residual);
+    let values: Vec<f64> = both.map(|(e, r)| e - r).collect();
+    let record = Record::new(&values, turns, teeth.last(), false)?;
+    Ok(OfOrders {
+        total: record.total(),
+        by_turn: record.by_turn().sliding,
+        by_pitch: record.by_pitch().sliding,
+        deviation,
+    })
 }
 
 fn composite(signal: &AngularSignal, teeth: &Teeth) -> Result<Composite, Error> {

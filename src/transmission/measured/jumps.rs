@@ -8,6 +8,7 @@ use std::ops::Range;
 use super::rows::{Part, Rows, Scales, each};
 use super::survey::{Run, Survey};
 use crate::base::error::Error;
+use crate::base::words::counted;
 use crate::numeric::Matrix;
 use crate::numeric::least_squares::solve;
 
@@ -22,6 +23,20 @@ pub struct Jump {
     pub counts: f64,
     /// Of which encoder; both where a count of either would make the same step.
     pub whose: &'static str,
+    /// Counts of the other encoder that would make this step as well.
+    pub or: Option<(f64, &'static str)>,
+}
+
+impl Jump {
+    /// `5 counts lost on the output or 3 too many on the input`.
+    pub fn told(&self) -> String {
+        let what = |counts: f64| if counts < 0.0 { "lost" } else { "too many" };
+        let or = self.or.map_or(String::new(), |(counts, whose)| {
+            format!(" or {} {} on the {whose}", counts.abs(), what(counts))
+        });
+        let count = counted(self.counts.abs() as usize, "count");
+        format!("{count} {} on the {}{or}", what(self.counts), self.whose)
+    }
 }
 
 /// How the error is looked at.
@@ -156,6 +171,68 @@ fn confirmed(found: &[(usize, f64, f64)], runs: &[Run], look: Look) -> Vec<f64> 
     }
 }
 
+/// Places in cells, of the direction `forward`, as rows: the row whose angle it is, and there the row at which the error steps most.
+///
+/// # Errors
+/// Readings that cannot be read.
+pub fn placed(
+    found: &[(f64, f64)],
+    rows: &dyn Rows,
+    scales: Scales,
+    runs: &[Run],
+    look: Look,
+) -> Result<Vec<Jump>, Error> {
+    /// Cells reach so many rows beyond a place.
+    const BESIDE: usize = 24;
+    let near = ((look.rows_per_tooth / 8.0) as usize).clamp(NARROW.0, NARROW.1);
+    let points = &look.survey.points;
+    let mut all = Vec::new();
+    for &(input, step) in found {
+        let holds = |run: &&Run| (run.input.0 - input) * (run.input.1 - input) <= 0.0;
+        let Some(run) = runs.iter().find(holds) else {
+            continue;
+        };
+        let passed = |p: &&(usize, f64, f64)| {
+            run.rows.contains(&p.0) && ((p.1 > input) == run.forward || p.1 == input)
+        };
+        let after = points.iter().find(passed).map_or(run.rows.end, |p| p.0);
+        let before = points
+            .iter()
+            .rev()
+            .find(|p| p.0 < after && run.rows.contains(&p.0));
+        let (start, angle) = before.map_or((run.rows.start, run.input.0), |p| (p.0, p.1));
+        let from = start.saturating_sub(BESIDE + near).max(run.rows.start);
+        let to = (after + BESIDE + near).min(run.rows.end);
+        let part = Part {
+            rows,
+            from,
+            count: to - from,
+        };
+        let (mut angles, mut errors) = (Vec::new(), Vec::new());
+        each(&part, scales, |_, a, b| {
+            angles.extend_from_slice(a);
+            errors.extend(a.iter().zip(b).map(|(a, b)| b - look.ratio * a));
+        })?;
+        // A counter that begins again is counted from the start of the part: angles are those beside a known row.
+        let Some(&known) = angles.get(start - from) else {
+            continue;
+        };
+        let reached = |a: &f64| (a - known + angle > input) == run.forward;
+        let cross = angles.iter().position(reached).unwrap_or(start - from);
+        let mean = |from: usize, to: usize| {
+            errors[from..to].iter().map(|e| e - errors[0]).sum::<f64>() / (to - from) as f64
+        };
+        let (low, high) = (cross.saturating_sub(BESIDE).max(near), cross + BESIDE);
+        let at = (low..=high.min(errors.len().saturating_sub(near)))
+            .map(|i| (i, step.signum() * (mean(i, i + near) - mean(i - near, i))))
+            .max_by(|a, b| a.1.total_cmp(&b.1))
+            .map_or(cross, |best| best.0);
+        let counts = (scales.input.step * look.ratio, scales.output.step);
+        all.push(named(from + at, step, counts));
+    }
+    Ok(all)
+}
+
 /// A step as whole counts of the encoder they fit better, `counts` being what one of either makes, rad of the output.
 fn named(row: usize, step: f64, counts: (f64, f64)) -> Jump {
     // Too many counts of the input turn the error back.
@@ -171,17 +248,24 @@ fn named(row: usize, step: f64, counts: (f64, f64)) -> Jump {
         a.1 + if a.0.abs() < b.0.abs() { -slack } else { slack } < b.1
     };
     let alike = (counts.0 - counts.1).abs() < SAME * counts.1;
-    let (counts, whose) = match (counts.0 > 0.0, counts.1 > 0.0) {
-        (true, true) if alike => (output.0, "input or output"),
-        (true, true) if better(input, output) => (input.0, "input"),
-        (_, true) => (output.0, "output"),
-        _ => (input.0, "input"),
+    // What misses the step by little more may be it as well: steps are known to no more than that.
+    let slack = FITS * counts.0.min(counts.1);
+    let or = |other: (f64, f64), taken: (f64, f64), whose| {
+        (other.1 < slack.max(taken.1 + slack)).then_some((other.0, whose))
+    };
+    let (counts, whose, or) = match (counts.0 > 0.0, counts.1 > 0.0) {
+        (true, true) if alike => (output.0, "input or output", None),
+        (true, true) if better(input, output) => (input.0, "input", or(output, input, "output")),
+        (true, true) => (output.0, "output", or(input, output, "input")),
+        (_, true) => (output.0, "output", None),
+        _ => (input.0, "input", None),
     };
     Jump {
         row,
         step,
         counts,
         whose,
+        or,
     }
 }
 

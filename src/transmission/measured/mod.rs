@@ -31,6 +31,9 @@ pub mod fit;
 /// What is left beside them.
 pub mod noise;
 
+/// Steps left beside them.
+pub mod steps;
+
 /// One flank.
 pub mod flank;
 

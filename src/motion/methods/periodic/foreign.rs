@@ -11,7 +11,7 @@ pub fn foreign(train: &Train) -> Option<String> {
         let straight = |curve: &Curve| matches!(curve, Curve::Straight { .. });
         let turns = |wave: &Wave| wave.phase.angle().is_some();
         match &b.law {
-            Law::Friction(_) | Law::Clutch { .. } => {
+            Law::Friction(_) | Law::Clutch { .. } | Law::Pressed(_) => {
                 return Some(format!("{name} has dry friction"));
             }
             Law::Nonlinear { .. } => {

@@ -3,7 +3,6 @@
 
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::motion::bracket::value_and_slope;
 use crate::motion::contact::{Affine, Stand};
 use crate::motion::series::{Held, Sources};
 use crate::motion::train::{BranchStand, Law};
@@ -17,6 +16,9 @@ const MOST_TERMS: usize = 40;
 /// A term of a series is left out where it changes a state, in its own units, by less than this share of its size.
 const NEGLIGIBLE: f64 = 1e-18;
 
+/// Entries evaluated at once.
+const LANES: usize = 4;
+
 /// Solutions over a piece.
 #[derive(Debug)]
 pub struct Solutions {
@@ -26,8 +28,12 @@ pub struct Solutions {
     pub rows: usize,
     /// Coefficients, series after series: `[row][column][term]`.
     pub terms: Vec<f64>,
+    /// The same by terms, `[term][row][column]`, every term filled up to whole lanes.
+    by_term: Vec<f64>,
     /// Of every border: `[border][column][term]`.
     pub borders: Vec<f64>,
+    /// First term of each of these, and the sum of the sizes of the others: `[border][column]`.
+    reaches: Vec<[f64; 2]>,
     /// Terms of every series.
     pub length: usize,
 }
@@ -127,16 +133,25 @@ impl Solutions {
                 terms.extend((0..length).map(|k| at(k, row, column)));
             }
         }
+        let width = (rows * columns).next_multiple_of(LANES);
+        let mut by_term = vec![0.0; length * width];
+        for (entry, series) in terms.chunks_exact(length).enumerate() {
+            let places = by_term[entry..].iter_mut().step_by(width);
+            places.zip(series).for_each(|(place, a)| *place = *a);
+        }
         let mut borders = Vec::with_capacity(limits.len() * length * columns);
         for limit in limits {
             for ((_, sources), motion) in starts.iter().zip(&motions) {
                 borders.extend(border_series(held, limit, motion, sources, length));
             }
         }
+        let reach = |series: &[f64]| [series[0], series[1..].iter().map(|a| a.abs()).sum()];
         Ok(Solutions {
             columns,
             rows,
             terms,
+            by_term,
+            reaches: borders.chunks_exact(length).map(reach).collect(),
             borders,
             length,
         })
@@ -144,18 +159,47 @@ impl Solutions {
 
     /// The states of all columns at a place, `[state][column]`; `speed` makes speeds of d/dσ.
     pub fn states(&self, place: f64, n: usize, speed: f64) -> Vec<f64> {
-        let (rows, columns) = (self.rows, self.columns);
-        let mut states = vec![0.0; (rows + n) * columns];
-        for (entry, series) in self.terms.chunks_exact(self.length).enumerate() {
-            let (value, slope) = value_and_slope(series, place);
-            if entry < n * columns {
-                states[entry] = value;
-                states[entry + n * columns] = slope * speed;
-            } else {
-                states[entry + n * columns] = value;
+        let mut states = Vec::new();
+        self.states_into(place, n, speed, &mut states);
+        states
+    }
+
+    /// The same into room that is there.
+    pub fn states_into(&self, place: f64, n: usize, speed: f64, states: &mut Vec<f64>) {
+        let (entries, moved) = (self.rows * self.columns, n * self.columns);
+        let width = entries.next_multiple_of(LANES);
+        states.clear();
+        states.resize(entries + moved, 0.0);
+        for first in (0..entries).step_by(LANES) {
+            let (mut value, mut slope) = ([0.0; LANES], [0.0; LANES]);
+            for term in self.by_term.chunks_exact(width).rev() {
+                let Some(term) = term[first..].first_chunk::<LANES>() else {
+                    continue;
+                };
+                for lane in 0..LANES {
+                    slope[lane] = slope[lane] * place + value[lane];
+                    value[lane] = value[lane] * place + term[lane];
+                }
+            }
+            for (entry, lane) in (first..entries.min(first + LANES)).zip(0..) {
+                if entry < moved {
+                    states[entry] = value[lane];
+                    states[entry + moved] = slope[lane] * speed;
+                } else {
+                    states[entry + moved] = value[lane];
+                }
             }
         }
-        states
+    }
+
+    /// Of a combination of the series of a border: its middle, and how far it gets from that on the piece at most.
+    pub fn reach(&self, border: usize, weights: &[f64]) -> [f64; 2] {
+        let own = &self.reaches[border * self.columns..(border + 1) * self.columns];
+        own.iter()
+            .zip(weights)
+            .fold([0.0; 2], |[middle, reach], ([a, more], x)| {
+                [middle + a * x, reach + more * x.abs()]
+            })
     }
 
     /// The combination of the series of a row by weights, added to `sum`.

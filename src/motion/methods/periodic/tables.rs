@@ -36,7 +36,7 @@ pub struct Tables<'a> {
     /// Ways the contacts stood.
     pub machines: usize,
     free: HashMap<(Vec<BranchStand>, usize), Rc<Free>>,
-    numbers: HashMap<Regime, usize>,
+    numbers: Vec<Regime>,
     loaded: Vec<Vec<Option<Rc<Cell>>>>,
     bytes: usize,
 }
@@ -92,7 +92,7 @@ impl<'a> Tables<'a> {
             scale,
             machines: 0,
             free: HashMap::new(),
-            numbers: HashMap::new(),
+            numbers: Vec::new(),
             loaded: Vec::new(),
             bytes: 0,
         })
@@ -105,12 +105,12 @@ impl<'a> Tables<'a> {
 
     /// The number a regime goes by.
     pub fn loading(&mut self, regime: &Regime) -> usize {
-        if let Some(&number) = self.numbers.get(regime) {
+        if let Some(number) = self.numbers.iter().position(|known| known == regime) {
             return number;
         }
         self.loaded.push(vec![None; self.grid.pieces.len()]);
-        self.numbers.insert(regime.clone(), self.loaded.len() - 1);
-        self.loaded.len() - 1
+        self.numbers.push(regime.clone());
+        self.numbers.len() - 1
     }
 
     /// The table of a regime, and its number, on a piece.
@@ -193,7 +193,7 @@ impl<'a> Tables<'a> {
     }
 
     fn grow(&mut self, solutions: &Solutions) -> Result<(), Error> {
-        self.bytes += 8 * (solutions.terms.len() + solutions.borders.len());
+        self.bytes += 8 * (2 * solutions.terms.len() + solutions.borders.len());
         match self.bytes > MOST_BYTES {
             true => Err(too_large(self.bytes as f64, &self.grid)),
             false => Ok(()),

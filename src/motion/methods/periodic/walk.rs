@@ -40,6 +40,7 @@ pub struct Walk<'a> {
     knot: (f64, Instant),
     constants: Vec<f64>,
     scratch: Vec<f64>,
+    there: Vec<f64>,
     polynomials: Vec<f64>,
     combined: bool,
 }
@@ -83,6 +84,7 @@ impl<'a> Walk<'a> {
             knot: (from, tables.grid.instant(0.0)),
             constants: vec![0.0; n],
             scratch: Vec::new(),
+            there: Vec::new(),
             polynomials: Vec::new(),
             combined: false,
             tables,
@@ -121,11 +123,15 @@ impl<'a> Walk<'a> {
         let free = Rc::clone(&self.cell.free);
         let length = free.solutions.length.max(self.cell.forced.length);
         for (border, limit) in free.limits.iter().enumerate() {
+            let fresh = self.crossed.contains(&(limit.branch, limit.value));
+            if !fresh && self.is_far(border) {
+                continue;
+            }
             let noise = NOISE * self.border(border, length);
             let candidate = Border {
                 coefficients: &self.scratch,
                 noise,
-                fresh: self.crossed.contains(&(limit.branch, limit.value)),
+                fresh,
             };
             if let Some(root) = first_root(candidate, [self.place, leg.to], &mut self.effort) {
                 let (_, slope) = value_and_slope(&self.scratch, root);
@@ -221,11 +227,13 @@ impl<'a> Walk<'a> {
         let (n, speed) = (self.state.len(), self.tables.speed(self.piece));
         let cell = Rc::clone(&self.cell);
         let at_start = self.place == -1.0;
-        let there;
+        let coordinates = self.tables.train.n();
+        let mut there = std::mem::take(&mut self.there);
         let forced = match at_start {
             true => &cell.start,
             false => {
-                there = cell.forced.states(self.place, self.tables.train.n(), speed);
+                cell.forced
+                    .states_into(self.place, coordinates, speed, &mut there);
                 &there
             }
         };
@@ -237,11 +245,20 @@ impl<'a> Walk<'a> {
             in_place::times(&cell.free.from_start, &self.scratch, &mut self.constants);
         } else {
             let solutions = &cell.free.solutions;
-            let mut states = solutions.states(self.place, self.tables.train.n(), speed);
+            solutions.states_into(self.place, coordinates, speed, &mut there);
             self.constants.copy_from_slice(&self.scratch);
-            in_place::solve(&mut states, &mut self.constants);
+            in_place::solve(&mut there, &mut self.constants);
             self.effort.factorisations += 1;
         }
+        self.there = there;
+    }
+
+    /// Whether a border cannot be reached on this piece, whatever its polynomial.
+    fn is_far(&self, border: usize) -> bool {
+        let rising = [1.0, self.tables.grid.elapsed(self.periods)];
+        let own = self.cell.free.solutions.reach(border, &self.constants);
+        let forced = self.cell.forced.reach(border, &rising);
+        own[0] + forced[0] > own[1] + forced[1]
     }
 
     /// The polynomial of a border, into the scratch; returns the size of what its first term is summed from.

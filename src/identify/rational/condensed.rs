@@ -1,0 +1,298 @@
+//! Fewer lines that say the same of smooth functions. Over a block of lines away from the poles every function of a fit is nearly a
+//! polynomial; the Gauss rule of the block's own weights, `Σ_k f_k² g(x_k) = Σ_m λ_m g(ξ_m)` for polynomials g of degree below 2d
+//! (Golub and Welsch 1969), then stands for all of its lines: nodes ξ_m with factors √λ_m, and the data projected on the polynomials
+//! of degree below d. The projection is orthogonal, so that noise of unit variance stays so. Where a pole is near, lines are kept.
+
+use std::borrow::{Borrow, Cow};
+use std::collections::HashMap;
+
+use crate::numeric::definite::symmetric;
+use crate::numeric::orthonormal::{thin_qr, transposed_product};
+use crate::numeric::{Complex, Matrix, registers};
+
+use super::basis::{Pole, Problem};
+use super::projection::{Model, sum_of_squares};
+use super::scan::Peak;
+
+/// Nodes of a block, d.
+const NODES: usize = 16;
+
+/// A block of fewer lines is kept as it is.
+const FEWEST: usize = 40;
+
+/// The functions of a fit differ from polynomials by less than this, in units of the noise, over all lines together. No parameter moves by
+/// more than this share of its standard deviation.
+const MISMATCH: f64 = 1e-3;
+
+/// Where the mismatch would have to be a smaller share of the data, all lines are kept: rounding is not far.
+const LEAST_SHARE: f64 = 1e-13;
+
+/// Weighted polynomials of which one is closer than this to those of lower degree are not independent.
+const INDEPENDENT: f64 = 1e-8;
+
+/// A problem of fewer lines.
+#[derive(Debug, Clone)]
+pub(super) struct Condensed<'a> {
+    /// With as many responses, over the nodes.
+    pub problem: Cow<'a, Problem>,
+    /// Middle and half-width of what was condensed.
+    blocks: Vec<(f64, f64)>,
+    /// Least sum of half-axes of the ellipse around a block with a pole on it.
+    clear: f64,
+}
+
+impl Borrow<Problem> for Condensed<'_> {
+    fn borrow(&self) -> &Problem {
+        &self.problem
+    }
+}
+
+impl<'a> Condensed<'a> {
+    /// All lines of a problem.
+    pub fn whole(problem: &'a Problem) -> Condensed<'a> {
+        Condensed {
+            problem: Cow::Borrowed(problem),
+            blocks: Vec::new(),
+            clear: 0.0,
+        }
+    }
+
+    /// All lines were kept.
+    pub fn is_whole(&self) -> bool {
+        self.blocks.is_empty()
+    }
+
+    /// Whether it still holds all there is to poles that have moved.
+    pub fn serves(&self, poles: &[Pole]) -> bool {
+        let mut blocks = self.blocks.iter();
+        blocks.all(|&(middle, half)| is_clear(middle, half, poles, self.clear))
+    }
+}
+
+/// Half-widths down to this share of a pole's, and of a candidate's, are provided for.
+const NARROWER: (f64, f64) = (0.7, 0.35);
+
+/// Condenses a problem again and again, for poles that move.
+#[derive(Debug)]
+pub(super) struct Condenser<'a> {
+    problem: &'a Problem,
+    /// `Σ y²`.
+    total: f64,
+    /// By first line and end: blocks that were condensed, or could not be.
+    known: HashMap<(usize, usize), Option<Block>>,
+}
+
+impl<'a> Condenser<'a> {
+    /// Of all lines of a problem.
+    pub fn new(problem: &'a Problem) -> Condenser<'a> {
+        Condenser {
+            problem,
+            total: sum_of_squares(&problem.y),
+            known: HashMap::new(),
+        }
+    }
+
+    /// The lines needed for the poles of a model and for candidates. All of them where there is a delay, which turns the data line by
+    /// line.
+    pub fn condensed(&mut self, model: &Model, candidates: &[Peak]) -> Condensed<'a> {
+        let problem = self.problem;
+        let share = MISMATCH / self.total.sqrt();
+        if !model.delays.is_empty() || !(share > LEAST_SHARE) {
+            return Condensed::whole(problem);
+        }
+        let narrow = |p: &Pole, share: f64| Pole {
+            sigma: share * p.sigma,
+            ..*p
+        };
+        let poles: Vec<Pole> = (model.poles.iter().map(|p| narrow(p, NARROWER.0)))
+            .chain(candidates.iter().map(|c| narrow(&c.pole, NARROWER.1)))
+            .collect();
+        let clear = share.min(0.1).powf(-1.0 / NODES as f64);
+        let mut parts = Vec::new();
+        split(&problem.x, 0, problem.lines(), &poles, clear, &mut parts);
+        for part in parts.iter_mut().filter(|part| part.smooth) {
+            let known = (self.known.entry((part.from, part.to)))
+                .or_insert_with(|| Block::new(problem, part.from, part.to));
+            part.smooth = known.is_some();
+        }
+        if parts.iter().all(|part| !part.smooth) {
+            return Condensed::whole(problem);
+        }
+        let n = parts.iter().map(Part::rows).sum();
+        let mut fewer = Problem {
+            x: Vec::with_capacity(n),
+            factor: Vec::with_capacity(n),
+            fixed: Matrix::zeros(2 * n, problem.fixed.ncols()),
+            y: Matrix::zeros(2 * n, problem.y.ncols()),
+            first: problem.first,
+            step: problem.step,
+            left_out: 0.0,
+        };
+        let mut blocks = Vec::new();
+        for part in &parts {
+            let (from, to, at) = (part.from, part.to, fewer.x.len());
+            match self.known.get(&(from, to)) {
+                Some(Some(block)) if part.smooth => {
+                    blocks.push(middle_and_half(&problem.x, from, to));
+                    fewer.x.extend(&block.x);
+                    fewer.factor.extend(&block.factor);
+                    copy(&block.y, 0, NODES, &mut fewer.y, at);
+                    copy(&block.fixed, 0, NODES, &mut fewer.fixed, at);
+                }
+                _ => {
+                    fewer.x.extend(&problem.x[from..to]);
+                    fewer.factor.extend(&problem.factor[from..to]);
+                    copy(&problem.y, from, to, &mut fewer.y, at);
+                    copy(&problem.fixed, from, to, &mut fewer.fixed, at);
+                }
+            }
+        }
+        fewer.left_out = problem.left_out + self.total - sum_of_squares(&fewer.y);
+        Condensed {
+            problem: Cow::Owned(fewer),
+            blocks,
+            clear,
+        }
+    }
+}
+
+/// Lines in a row, to be kept or condensed.
+struct Part {
+    from: usize,
+    to: usize,
+    smooth: bool,
+}
+
+impl Part {
+    /// Lines or nodes.
+    fn rows(&self) -> usize {
+        match self.smooth {
+            true => NODES,
+            false => self.to - self.from,
+        }
+    }
+}
+
+fn split(x: &[f64], from: usize, to: usize, poles: &[Pole], clear: f64, parts: &mut Vec<Part>) {
+    if to - from <= FEWEST {
+        match parts.last_mut() {
+            Some(last) if !last.smooth => last.to = to,
+            _ => parts.push(Part {
+                from,
+                to,
+                smooth: false,
+            }),
+        }
+        return;
+    }
+    let (middle, half) = middle_and_half(x, from, to);
+    if is_clear(middle, half, poles, clear) {
+        parts.push(Part {
+            from,
+            to,
+            smooth: true,
+        });
+        return;
+    }
+    let between = from + (to - from) / 2;
+    split(x, from, between, poles, clear, parts);
+    split(x, between, to, poles, clear, parts);
+}
+
+fn middle_and_half(x: &[f64], from: usize, to: usize) -> (f64, f64) {
+    let (first, last) = (x[from], x[to - 1]);
+    (0.5 * (first + last), 0.5 * (last - first))
+}
+
+/// Whether the ellipses around a block through the poles, and through zero where the residual term below is singular, all have
+/// half-axes of at least `clear` together: polynomials of degree d then miss a pole's function by about `clear^−d`.
+fn is_clear(middle: f64, half: f64, poles: &[Pole], clear: f64) -> bool {
+    let axes = |w: f64, sigma: f64| {
+        let (x, y) = ((w - middle) / half, sigma / half);
+        let sum = 0.5 * ((x - 1.0).hypot(y) + (x + 1.0).hypot(y));
+        sum + (sum * sum - 1.0).max(0.0).sqrt()
+    };
+    axes(0.0, 0.0) > clear && poles.iter().all(|p| axes(p.w, p.sigma) > clear)
+}
+
+/// A block of lines, condensed.
+#[derive(Debug)]
+struct Block {
+    x: Vec<f64>,
+    factor: Vec<Complex>,
+    y: Matrix,
+    fixed: Matrix,
+}
+
+impl Block {
+    /// Nodes are the eigenvalues of the lines' places projected on the polynomials of degree below d (Golub and Welsch 1969); `None`
+    /// where weights vanish on so many lines that these are not independent.
+    fn new(problem: &Problem, from: usize, to: usize) -> Option<Block> {
+        let lines = to - from;
+        let (middle, half) = middle_and_half(&problem.x, from, to);
+        let place: Vec<f64> = problem.x[from..to]
+            .iter()
+            .map(|x| (x - middle) / half)
+            .collect();
+        let factors = &problem.factor[from..to];
+        let total = factors.iter().map(|f| f.norm_sqr()).sum::<f64>().sqrt();
+        let phase = factors[0] / factors[0].norm();
+        let weight = Matrix::from_fn(lines, 1, |k, _| factors[k].norm_sqr().sqrt() / total);
+        // Chebyshev's polynomials times the weight
+        let mut polynomials = Matrix::zeros(lines, NODES);
+        for k in 0..lines {
+            let (mut before, mut now) = (0.0, weight[(k, 0)]);
+            for j in 0..NODES {
+                polynomials[(k, j)] = now;
+                let factor = if j == 0 { 1.0 } else { 2.0 };
+                (before, now) = (now, factor * place[k] * now - before);
+            }
+        }
+        let qr = thin_qr(&polynomials);
+        if (0..NODES).any(|j| !(qr.r[(j, j)].abs() > INDEPENDENT)) {
+            return None;
+        }
+        let mut moved = qr.q.clone();
+        for j in 0..NODES {
+            let column = moved.col_as_slice_mut(j);
+            column.iter_mut().zip(&place).for_each(|(q, t)| *q *= t);
+        }
+        let nodes = symmetric(&transposed_product(&qr.q, &moved)).ok()?;
+        // orthonormal columns, one per node: from values on lines to values at nodes
+        let onto = &qr.q * &nodes.vectors;
+        let sizes = transposed_product(&onto, &weight);
+        let block = Block {
+            x: nodes.values.iter().map(|t| middle + half * t).collect(),
+            factor: (0..NODES)
+                .map(|m| phase * (total * sizes[(m, 0)]))
+                .collect(),
+            y: projected(&problem.y, from, to, &onto),
+            fixed: projected(&problem.fixed, from, to, &onto),
+        };
+        registers::clear();
+        Some(block)
+    }
+}
+
+/// Values at nodes of columns on lines.
+fn projected(all: &Matrix, from: usize, to: usize, onto: &Matrix) -> Matrix {
+    let n = all.nrows() / 2;
+    let mut values = Matrix::zeros(2 * NODES, all.ncols());
+    for (half, start) in [(0, from), (NODES, n + from)] {
+        let rows = all.subrows(start, to - from);
+        let part = onto.transpose() * rows;
+        values.subrows_mut(half, NODES).copy_from(part);
+    }
+    values
+}
+
+/// Rows `from..to` of both halves, to those from `at` on.
+fn copy(all: &Matrix, from: usize, to: usize, fewer: &mut Matrix, at: usize) {
+    let (n, m, count) = (all.nrows() / 2, fewer.nrows() / 2, to - from);
+    for j in 0..all.ncols() {
+        for (from, at) in [(from, at), (n + from, m + at)] {
+            let values = &all.col_as_slice(j)[from..from + count];
+            fewer.col_as_slice_mut(j)[at..at + count].copy_from_slice(values);
+        }
+    }
+}

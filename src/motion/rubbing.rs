@@ -1,0 +1,125 @@
+//! Dry friction whose capacity goes by forces of the machine itself: `C = C₀ + μ l |N|`; of teeth l moves along the path of contact.
+//!
+//! Teeth at s from the pitch point push the gears against each other by `μ |N| Σ|s|` along `θ₁ − θ₂` and by `μ |N| Σ sign s` along
+//! what sliding at the pitch point would be, both against the sense of `θ̇₁ − θ̇₂`.
+
+use std::f64::consts::TAU;
+
+use super::friction::Friction;
+use super::wave::Phase;
+use crate::gear::path::{Piece, Reach};
+use crate::machine::direction::Direction;
+
+/// Friction pressed by forces of branches.
+#[derive(Debug, Clone)]
+pub struct Pressed {
+    /// For a capacity of one.
+    pub friction: Friction,
+    /// C₀, N or N·m.
+    pub constant: f64,
+    /// μ l; of teeth μ alone.
+    pub coefficient: f64,
+    /// Components of N: forces of branches, so much of each.
+    pub by: Vec<Vec<(usize, f64)>>,
+    /// Where teeth touch.
+    pub path: Option<Path>,
+}
+
+/// Where teeth touch.
+#[derive(Debug, Clone)]
+pub struct Path {
+    /// What sliding at the pitch point would be, on drive flanks and on coast flanks.
+    pub aside: [Direction; 2],
+    /// Levers over the mesh cycle.
+    pub pieces: Vec<Piece>,
+    /// What carries the cycle on; absent: levers are the same always.
+    pub phase: Option<Phase>,
+}
+
+impl Path {
+    /// Which piece of the cycle holds ψ.
+    pub fn piece(&self, psi: f64) -> usize {
+        let psi = psi.rem_euclid(1.0);
+        self.pieces.partition_point(|p| p.from <= psi).max(1) - 1
+    }
+
+    /// Where a piece begins or ends in the cycle.
+    pub fn edge(&self, at: usize) -> f64 {
+        self.pieces.get(at).map_or(1.0, |p| p.from)
+    }
+
+    /// The levers at ψ with the piece `piece` carried on beyond its ends: of the load from the pitch point, m, and its balance.
+    pub fn levers(&self, psi: f64, piece: usize, coasts: bool) -> (f64, f64) {
+        let Piece { from, flanks } = &self.pieces[piece];
+        let Reach {
+            distance,
+            slope,
+            balance,
+        } = flanks[usize::from(coasts)];
+        let into = match self.phase {
+            Some(_) => psi - from - (psi - 0.5 * (from + self.edge(piece + 1))).round(),
+            None => 0.0,
+        };
+        (distance + slope * into, balance)
+    }
+
+    /// The next instant at which a piece ends, where time carries the cycle on, s.
+    pub fn next_edge(&self, t: f64) -> f64 {
+        let Some(Phase::Imposed { omega, start }) = self.phase else {
+            return f64::INFINITY;
+        };
+        if omega == 0.0 {
+            return f64::INFINITY;
+        }
+        let psi = (omega * t + start) / TAU;
+        let whole = psi.floor();
+        let edges = (-1..=2).flat_map(|turn| {
+            let turn = whole + f64::from(turn);
+            self.pieces.iter().map(move |p| turn + p.from)
+        });
+        // The instant of an edge and the edge at an instant differ by rounding.
+        let near = 16.0 * f64::EPSILON * t.abs();
+        edges
+            .map(|edge| (edge * TAU - start) / omega)
+            .filter(|&at| at > t + near)
+            .fold(f64::INFINITY, f64::min)
+    }
+}
+
+impl Pressed {
+    /// In fewer coordinates and branches: what becomes of directions, of phases and of the numbers of branches.
+    ///
+    /// # Errors
+    /// The number of a branch that presses it and is no more.
+    pub fn moved(
+        &self,
+        direction: impl Fn(&Direction) -> Direction,
+        phase: impl Fn(&Phase) -> Phase,
+        numbers: &[Option<usize>],
+    ) -> Result<Pressed, usize> {
+        let renumbered = |&(at, share): &(usize, f64)| Ok((numbers[at].ok_or(at)?, share));
+        let component = |forces: &Vec<(usize, f64)>| forces.iter().map(renumbered).collect();
+        let path = self.path.as_ref().map(|path| Path {
+            aside: [direction(&path.aside[0]), direction(&path.aside[1])],
+            pieces: path.pieces.clone(),
+            phase: path.phase.as_ref().map(phase),
+        });
+        Ok(Pressed {
+            by: self
+                .by
+                .iter()
+                .map(component)
+                .collect::<Result<_, usize>>()?,
+            path,
+            ..self.clone()
+        })
+    }
+
+    /// Everything it acts along beside its branch.
+    pub fn along(&self) -> impl Iterator<Item = &Direction> {
+        self.path.iter().flat_map(|path| {
+            let angle = path.phase.as_ref().and_then(Phase::angle);
+            path.aside.iter().chain(angle)
+        })
+    }
+}

@@ -1,0 +1,606 @@
+//! The motion of the parts of a machine in time: from a state under `β₀ + β₁ τ` and resonances, to any τ exactly or on by strides.
+//!
+//! A number that turns obeys `ζ̇ = λ ζ + β`, so that `ζ(τ) = ζ₀ + μ₀ (e^{λτ} − 1)` with `μ₀ = ζ̇₀/λ` under a constant β: nothing
+//! cancels, however small λτ is. `μ = μ₀ e^{λτ}` goes on by one product a stride, `ζ̈ = λ² μ`.
+
+use super::dense::DenseRun;
+use super::phi;
+use super::spectrum::{Other, Part, Resonance, Spectrum};
+use crate::numeric::Complex;
+
+/// The parts of a machine and the harmonics it is pushed by, which are numbers that turn as well.
+#[derive(Debug)]
+pub struct Parts {
+    /// λ: iω of every harmonic, then those of the swings.
+    pub turning: Vec<Complex>,
+    /// How many of these are harmonics.
+    pub known: usize,
+    /// 1/λ and λ².
+    inverses: Vec<Complex>,
+    squares: Vec<Complex>,
+    others: Vec<Other>,
+    near: Vec<Resonance>,
+    /// `iω − λ` of the resonances of swings; zero for those of others.
+    beats: Vec<Complex>,
+    /// All that bounds say of accelerations is what they are.
+    plain: bool,
+    /// The largest |λ| of what turns.
+    fastest: f64,
+    /// The fastest growth, 1/s; zero where none grows.
+    pub growth: f64,
+}
+
+/// A motion; used again for the next, so that nothing is allocated on the way.
+#[derive(Debug, Default)]
+pub struct Course {
+    /// Where it is: two states of every number that turns, then those of the others.
+    pub sigma: Vec<f64>,
+    /// For how long it has been going, s.
+    pub tau: f64,
+    start: Vec<Complex>,
+    first: Vec<Complex>,
+    moving: Vec<Complex>,
+    ramps: Vec<Ramp>,
+    others: Vec<OtherCourse>,
+    /// `push · e^{iωt₀}` of every resonance, and where it is.
+    pushes: Vec<Complex>,
+    ringing: Vec<Ringing>,
+    /// Strides since it was set exactly.
+    strides: u32,
+    /// Bounds on |σ|, part by part: of every number that turns, then of every other state.
+    pub sizes: Vec<f64>,
+    /// Bounds on what resonances add to |σ̈|, in the same order; empty where there are none.
+    lasting: Vec<f64>,
+}
+
+/// What a β that rises does to a swing beside turning: `drift τ`, by series for small λτ.
+#[derive(Debug, Clone, Copy)]
+struct Ramp {
+    drift: Complex,
+    rate: Complex,
+    slope: Complex,
+    small: f64,
+}
+
+/// `e^{λτ}` and `e^{κτ} − 1`.
+#[derive(Debug, Clone, Copy)]
+struct Ringing {
+    turned: Complex,
+    beaten: Complex,
+}
+
+#[derive(Debug, Clone)]
+enum OtherCourse {
+    Decay {
+        lambda: f64,
+        start: f64,
+        push: [f64; 2],
+    },
+    Coast {
+        lambda: f64,
+        start: [f64; 2],
+        push: [f64; 2],
+    },
+    Critical {
+        half: f64,
+        square: f64,
+        start: [f64; 2],
+        still: [f64; 2],
+        bounds: [f64; 2],
+    },
+    Dense(DenseRun),
+}
+
+/// A stride: `e^{λh} − 1` of everything that turns, `e^{κh} − 1` of every beat.
+#[derive(Debug, Clone, Default)]
+pub struct Stride {
+    /// h, s.
+    pub span: f64,
+    turns: Vec<Complex>,
+    beats: Vec<Complex>,
+}
+
+/// After so many strides everything is set anew, so that rounding does not add up.
+const ANCHORED: u32 = 16;
+
+impl Parts {
+    /// Of a machine, the harmonics that push it, and those of them that are near a root.
+    pub fn new(spectrum: Spectrum, frequencies: &[f64], near: Vec<Resonance>) -> Parts {
+        let growth = spectrum.growth();
+        let known = frequencies.iter().map(|&omega| Complex::new(0.0, omega));
+        let beats = near.iter().map(|near| match near.part {
+            Part::Swing(k) => {
+                let lambda = spectrum.swings[k];
+                Complex::new(-lambda.re, near.omega - lambda.im)
+            }
+            Part::Other(..) => Complex::ZERO,
+        });
+        let beats = beats.collect();
+        let turning: Vec<Complex> = known.chain(spectrum.swings).collect();
+        let plain = |other: &Other| matches!(other, Other::Decay(_) | Other::Coast(_));
+        Parts {
+            known: frequencies.len(),
+            fastest: turning.iter().map(|l| size_of(*l)).fold(0.0, f64::max),
+            inverses: turning.iter().map(|lambda| lambda.inv()).collect(),
+            squares: turning.iter().map(|lambda| lambda * lambda).collect(),
+            plain: near.is_empty() && spectrum.others.iter().all(plain),
+            others: spectrum.others,
+            turning,
+            near,
+            beats,
+            growth,
+        }
+    }
+
+    /// Whether accelerations are known, not only bounds on them.
+    pub fn is_plain(&self) -> bool {
+        self.plain
+    }
+
+    /// The largest angle that a swing turns through while there is something left of it, within `span` seconds, rad.
+    pub fn turned(&self, span: f64) -> f64 {
+        const GONE: f64 = 36.0; // e⁻³⁶ is below rounding
+        let angle = |l: &Complex| match l.re < 0.0 {
+            true => l.im * span.min(GONE / -l.re),
+            false => l.im * span,
+        };
+        self.turning[self.known..]
+            .iter()
+            .map(angle)
+            .fold(0.0, f64::max)
+    }
+
+    /// A stride of h.
+    pub fn stride(&self, h: f64) -> Stride {
+        let mut decay = Decay::default();
+        let turns = self.turning.iter();
+        Stride {
+            span: h,
+            turns: turns.map(|&lambda| decay.beyond_one(lambda, h)).collect(),
+            beats: self
+                .beats
+                .iter()
+                .map(|&kappa| decay.beyond_one(kappa, h))
+                .collect(),
+        }
+    }
+
+    /// Where the states of the others begin.
+    fn first_other(&self) -> usize {
+        2 * self.turning.len()
+    }
+
+    /// How many numbers and other states there are.
+    pub fn count(&self) -> usize {
+        self.turning.len() + self.others.iter().map(Other::count).sum::<usize>()
+    }
+
+    /// Bounds on the third derivatives from those on the second, part by part; for plain parts.
+    pub fn jerks(&self, bounds: &[f64], out: &mut Vec<f64>) {
+        out.clear();
+        let turning = self.turning.iter().zip(bounds);
+        out.extend(turning.map(|(lambda, bound)| size_of(*lambda) * bound));
+        let mut at = self.turning.len();
+        for other in &self.others {
+            match other {
+                Other::Coast(lambda) => out.extend([bounds[at + 1], lambda.abs() * bounds[at + 1]]),
+                Other::Decay(lambda) => out.push(lambda.abs() * bounds[at]),
+                _ => out.extend(std::iter::repeat_n(f64::INFINITY, other.count())),
+            }
+            at += other.count();
+        }
+    }
+}
+
+impl Course {
+    /// Starts at [`Course::sigma`], whose first numbers hold `e^{iωt₀}` of every harmonic and whose rest is without the steady answers,
+    /// under `β₀` and `β₁`; `span` is the time it will be used for, s.
+    pub fn start(&mut self, parts: &Parts, (b0, b1): (&[f64], &[f64]), span: f64) {
+        self.tau = 0.0;
+        self.strides = 0;
+        self.start.clear();
+        self.first.clear();
+        self.ramps.clear();
+        self.others.clear();
+        self.sizes.clear();
+        let turning = 2 * parts.turning.len();
+        let pairs = self.sigma[..turning]
+            .chunks_exact(2)
+            .zip(b0.chunks_exact(2));
+        let each = parts.turning.iter().zip(&parts.inverses);
+        for ((&lambda, inverse), (x, push)) in each.zip(pairs) {
+            let start = Complex::new(x[0], x[1]);
+            let rate = lambda * start + Complex::new(push[0], push[1]);
+            let moving = rate * inverse;
+            self.sizes.push(size_of(start) + 2.0 * size_of(moving));
+            self.start.push(start);
+            self.first.push(moving);
+        }
+        if b1[..turning].iter().any(|slope| *slope != 0.0) {
+            self.start_ramps(parts, b1, span);
+        }
+        self.start_others(parts, (b0, b1), span);
+        self.start_resonances(parts, span);
+        self.moving.clone_from(&self.first);
+    }
+
+    fn start_ramps(&mut self, parts: &Parts, b1: &[f64], span: f64) {
+        for (k, slope) in b1.chunks_exact(2).take(parts.turning.len()).enumerate() {
+            let (lambda, inverse) = (parts.turning[k], parts.inverses[k]);
+            let slope = Complex::new(slope[0], slope[1]);
+            let drift = -(slope * inverse);
+            self.ramps.push(Ramp {
+                drift,
+                rate: lambda * self.first[k],
+                slope,
+                small: phi::SMALL / size_of(lambda),
+            });
+            let more = drift * inverse;
+            self.first[k] -= more;
+            self.sizes[k] += 2.0 * size_of(more) + size_of(drift) * span;
+        }
+    }
+
+    fn start_others(&mut self, parts: &Parts, (b0, b1): (&[f64], &[f64]), span: f64) {
+        let mut at = parts.first_other();
+        for other in &parts.others {
+            let sigma = &self.sigma;
+            match other {
+                Other::Decay(lambda) => {
+                    self.sizes.push(sigma[at].abs() + (b0[at] * span).abs());
+                    self.others.push(OtherCourse::Decay {
+                        lambda: *lambda,
+                        start: sigma[at],
+                        push: [b0[at], b1[at]],
+                    });
+                }
+                Other::Coast(lambda) => {
+                    let (push, ramp) = (b0[at + 1], b1[at + 1]);
+                    let fast = sigma[at + 1].abs() + push.abs() * span;
+                    self.sizes.extend([sigma[at].abs(), fast]);
+                    self.others.push(OtherCourse::Coast {
+                        lambda: *lambda,
+                        start: [sigma[at], sigma[at + 1]],
+                        push: [push, ramp],
+                    });
+                }
+                Other::Critical { d, square } => {
+                    let slope = b1[at + 1] / square;
+                    let still = [(b0[at + 1] - d * slope) / square, slope];
+                    let start = [sigma[at] - still[0], sigma[at + 1] - slope];
+                    let w = square.sqrt();
+                    let energy = (w * start[0]).hypot(start[1]);
+                    let fast = d.abs() + w;
+                    self.sizes.extend([
+                        energy / w + still[0].abs() + (slope * span).abs(),
+                        energy + slope.abs(),
+                    ]);
+                    self.others.push(OtherCourse::Critical {
+                        half: 0.5 * d,
+                        square: *square,
+                        start,
+                        still,
+                        bounds: [fast * energy, fast * fast * energy],
+                    });
+                }
+                Other::Dense(dense) => {
+                    let turns = self.start[..parts.known].iter();
+                    let turns: Vec<Complex> = turns.copied().collect();
+                    let started = dense.start((&sigma[at..], &b0[at..], &b1[at..]), &turns, span);
+                    self.sizes.extend(started.sizes());
+                    self.others.push(OtherCourse::Dense(started));
+                }
+            }
+            at += other.count();
+        }
+    }
+
+    fn start_resonances(&mut self, parts: &Parts, span: f64) {
+        self.pushes.clear();
+        self.ringing.clear();
+        self.lasting.clear();
+        if parts.near.is_empty() {
+            return;
+        }
+        self.lasting.resize(parts.count(), 0.0);
+        for (near, kappa) in parts.near.iter().zip(&parts.beats) {
+            let turn = self.start[near.frequency];
+            let turn = match near.part {
+                Part::Swing(_) if near.omega < 0.0 => turn.conj(),
+                _ => turn,
+            };
+            let push = near.push * turn;
+            self.pushes.push(push);
+            self.ringing.push(Ringing {
+                turned: Complex::ONE,
+                beaten: Complex::ZERO,
+            });
+            let (size, omega) = (push.norm(), near.omega.abs());
+            match near.part {
+                Part::Swing(k) => {
+                    let lambda = parts.turning[parts.known + k];
+                    let longest = span.min(2.0 / kappa.norm());
+                    let fast = omega + lambda.norm() + lambda.norm_sqr() * longest;
+                    self.lasting[parts.known + k] += size * fast;
+                    self.sizes[parts.known + k] += size * longest;
+                }
+                Part::Other(number, at) => {
+                    // Its number among all parts: swings count once, not twice.
+                    let swings = parts.turning.len() - parts.known;
+                    let place = parts.known + at - swings;
+                    match parts.others[number] {
+                        Other::Decay(l) => self.lasting[place] += size * (2.0 * l.abs() + omega),
+                        Other::Coast(l) => {
+                            self.lasting[place] += 2.0 * size;
+                            self.lasting[place + 1] += size * (2.0 * l.abs() + omega);
+                        }
+                        _ => {}
+                    }
+                }
+            }
+        }
+    }
+
+    /// Goes to τ, exactly.
+    pub fn go(&mut self, parts: &Parts, tau: f64) {
+        self.tau = tau;
+        self.strides = 0;
+        let mut decay = Decay::default();
+        let both = self.first.iter().zip(&self.start);
+        let each = parts.turning.iter().zip(both);
+        let out = self.moving.iter_mut().zip(self.sigma.chunks_exact_mut(2));
+        for ((&lambda, (first, start)), (moving, out)) in each.zip(out) {
+            let more = first * decay.beyond_one(lambda, tau);
+            *moving = first + more;
+            out[0] = start.re + more.re;
+            out[1] = start.im + more.im;
+        }
+        for ((ringing, near), &kappa) in self.ringing.iter_mut().zip(&parts.near).zip(&parts.beats)
+        {
+            if let Part::Swing(k) = near.part {
+                let lambda = parts.turning[parts.known + k];
+                ringing.turned = decay.beyond_one(lambda, tau) + 1.0;
+                ringing.beaten = decay.beyond_one(kappa, tau);
+            }
+        }
+        self.rest(parts);
+    }
+
+    /// Goes on by a stride, to τ.
+    pub fn stride(&mut self, parts: &Parts, stride: &Stride, tau: f64) {
+        if self.strides == ANCHORED {
+            return self.go(parts, tau);
+        }
+        self.tau = tau;
+        self.strides += 1;
+        let out = self.moving.iter_mut().zip(self.sigma.chunks_exact_mut(2));
+        for ((moving, out), turn) in out.zip(&stride.turns) {
+            let more = *moving * turn;
+            *moving += more;
+            out[0] += more.re;
+            out[1] += more.im;
+        }
+        let turns = parts.near.iter().zip(&stride.beats);
+        for (ringing, (near, beat)) in self.ringing.iter_mut().zip(turns) {
+            if let Part::Swing(k) = near.part {
+                let turn = stride.turns[parts.known + k];
+                ringing.turned += ringing.turned * turn;
+                ringing.beaten += *beat + ringing.beaten * beat;
+            }
+        }
+        if !self.ringing.is_empty() {
+            // What rings is added to what was there before.
+            for (k, out) in self
+                .sigma
+                .chunks_exact_mut(2)
+                .take(self.start.len())
+                .enumerate()
+            {
+                let free = self.start[k] + (self.moving[k] - self.first[k]);
+                (out[0], out[1]) = (free.re, free.im);
+            }
+        }
+        self.rest(parts);
+    }
+
+    /// Whether no stride has led here.
+    pub fn is_exact(&self) -> bool {
+        self.strides == 0
+    }
+
+    /// Goes on, or back, to a τ so near that a few terms of a series are exact to rounding; false where it is not.
+    pub fn nudge(&mut self, parts: &Parts, tau: f64) -> bool {
+        const SHORT: f64 = 1e-4; // x⁴/24 is below rounding
+        let delta = tau - self.tau;
+        let fast = parts.fastest * delta.abs() > SHORT;
+        if fast || !parts.plain || !self.ramps.is_empty() || !self.is_exact() {
+            return false;
+        }
+        self.tau = tau;
+        let out = self.moving.iter_mut().zip(self.sigma.chunks_exact_mut(2));
+        for ((moving, out), lambda) in out.zip(&parts.turning) {
+            let x = lambda * delta;
+            let more = *moving * (x + x * x * (x * (1.0 / 6.0) + 0.5));
+            *moving += more;
+            out[0] += more.re;
+            out[1] += more.im;
+        }
+        self.others_at(parts);
+        true
+    }
+
+    /// All that is no product of turns.
+    fn rest(&mut self, parts: &Parts) {
+        let tau = self.tau;
+        for (k, ramp) in self.ramps.iter().enumerate() {
+            let zeta = if tau < ramp.small {
+                let (first, second) = phi::small(parts.turning[k] * tau);
+                self.start[k] + (first * ramp.rate + second * ramp.slope * tau) * tau
+            } else {
+                (self.start[k] - self.first[k]) + ramp.drift * tau + self.moving[k]
+            };
+            (self.sigma[2 * k], self.sigma[2 * k + 1]) = (zeta.re, zeta.im);
+        }
+        self.others_at(parts);
+        for (at, near) in parts.near.iter().enumerate() {
+            let push = self.pushes[at];
+            match near.part {
+                Part::Swing(k) => {
+                    let Ringing { turned, beaten } = self.ringing[at];
+                    let kappa = parts.beats[at];
+                    let beat = match kappa == Complex::ZERO {
+                        true => Complex::new(tau, 0.0),
+                        false => beaten / kappa,
+                    };
+                    let answer = push * turned * beat;
+                    let first = 2 * (parts.known + k);
+                    self.sigma[first] += answer.re;
+                    self.sigma[first + 1] += answer.im;
+                }
+                Part::Other(number, state) => {
+                    let first = 2 * parts.known + state;
+                    match parts.others[number] {
+                        Other::Decay(lambda) => {
+                            let rate = phi::pushed(lambda, near.omega, tau).0;
+                            self.sigma[first] += (push * rate).re;
+                        }
+                        Other::Coast(lambda) => {
+                            let (rate, place) = phi::pushed(lambda, near.omega, tau);
+                            self.sigma[first] += (push * place).re;
+                            self.sigma[first + 1] += (push * rate).re;
+                        }
+                        _ => {}
+                    }
+                }
+            }
+        }
+    }
+
+    fn others_at(&mut self, parts: &Parts) {
+        let (tau, sigma) = (self.tau, &mut self.sigma);
+        let mut at = parts.first_other();
+        for (part, other) in self.others.iter().zip(&parts.others) {
+            match part {
+                OtherCourse::Decay {
+                    lambda,
+                    start,
+                    push,
+                } => {
+                    let [e, f1, f2, _] = phi::real(*lambda, tau);
+                    sigma[at] = start * e + push[0] * f1 + push[1] * f2;
+                }
+                OtherCourse::Coast {
+                    lambda,
+                    start,
+                    push,
+                } => {
+                    let [e, f1, f2, f3] = phi::real(*lambda, tau);
+                    sigma[at] = start[0] + start[1] * f1 + push[0] * f2 + push[1] * f3;
+                    sigma[at + 1] = start[1] * e + push[0] * f1 + push[1] * f2;
+                }
+                OtherCourse::Critical {
+                    half,
+                    square,
+                    start: [y, v],
+                    still,
+                    ..
+                } => {
+                    let (c, s) = phi::faded(*half, *square, tau);
+                    sigma[at] = y * c + (v + half * y) * s + still[0] + still[1] * tau;
+                    sigma[at + 1] = v * c - (square * y + half * v) * s + still[1];
+                }
+                OtherCourse::Dense(started) => {
+                    if let Other::Dense(dense) = other {
+                        dense.at(started, tau, &mut sigma[at..at + dense.count()]);
+                    }
+                }
+            }
+            at += other.count();
+        }
+    }
+
+    /// σ̈ where it is, zero where only a bound is known; and bounds on |σ̈|, part by part, from here on for `horizon` seconds at most.
+    pub fn accelerations(&self, parts: &Parts, horizon: f64, out: &mut [f64], bounds: &mut [f64]) {
+        let turning = self.moving.iter().zip(&parts.squares);
+        let places = out.chunks_exact_mut(2).zip(bounds.iter_mut());
+        for ((moving, square), (out, bound)) in turning.zip(places) {
+            let bent = moving * square;
+            (out[0], out[1]) = (bent.re, bent.im);
+            *bound = size_of(bent);
+        }
+        let mut state = parts.first_other();
+        let mut at = parts.turning.len();
+        for (part, other) in self.others.iter().zip(&parts.others) {
+            match part {
+                OtherCourse::Decay { lambda, push, .. } => {
+                    let rate = lambda * self.sigma[state] + push[0] + push[1] * self.tau;
+                    out[state] = lambda * rate + push[1];
+                    bounds[at] = out[state].abs();
+                }
+                OtherCourse::Coast { lambda, push, .. } => {
+                    let bent = lambda * self.sigma[state + 1] + push[0] + push[1] * self.tau;
+                    let change = lambda * bent + push[1];
+                    (out[state], out[state + 1]) = (bent, change);
+                    // It goes one way from here on, by no more than this.
+                    let last = match *lambda > 0.0 {
+                        true => bent.abs() + change.abs() * horizon,
+                        false => (bent + change * horizon.min(-1.0 / lambda)).abs(),
+                    };
+                    bounds[at] = bent.abs().max(last);
+                    bounds[at + 1] = change.abs();
+                }
+                OtherCourse::Critical { bounds: own, .. } => {
+                    let grown = (parts.growth * self.tau).exp();
+                    out[state..state + 2].fill(0.0);
+                    (bounds[at], bounds[at + 1]) = (own[0] * grown, own[1] * grown);
+                }
+                OtherCourse::Dense(started) => {
+                    let grown = (parts.growth * self.tau).exp();
+                    let count = other.count();
+                    out[state..state + count].fill(0.0);
+                    bounds[at..at + count].fill(started.bound() * grown);
+                }
+            }
+            state += other.count();
+            at += other.count();
+        }
+        let lasting = bounds.iter_mut().zip(&self.lasting);
+        match parts.growth > 0.0 {
+            true => {
+                let until = (parts.growth * self.tau).exp();
+                lasting.for_each(|(bound, more)| *bound += more * until);
+                let grown = (parts.growth * horizon).exp();
+                bounds.iter_mut().for_each(|bound| *bound *= grown);
+            }
+            false => lasting.for_each(|(bound, more)| *bound += more),
+        }
+    }
+}
+
+/// The last exponential taken: parts with the same drag share it.
+#[derive(Debug, Default)]
+struct Decay {
+    exponent: f64,
+    /// `e^x − 1`.
+    more: f64,
+}
+
+impl Decay {
+    /// `e^{λτ} − 1`, also where λτ is small: `(e^a − 1) − 2 e^a sin²(b/2) + i e^a sin b`.
+    fn beyond_one(&mut self, lambda: Complex, tau: f64) -> Complex {
+        let exponent = lambda.re * tau;
+        if exponent != self.exponent {
+            self.exponent = exponent;
+            self.more = exponent.exp_m1();
+        }
+        let (s, c) = (0.5 * lambda.im * tau).sin_cos();
+        let size = 1.0 + self.more;
+        Complex::new(self.more - 2.0 * s * s * size, 2.0 * s * c * size)
+    }
+}
+
+/// |z|, or up to a twelfth more.
+fn size_of(z: Complex) -> f64 {
+    let (re, im) = (z.re.abs(), z.im.abs());
+    re.max(im) + (std::f64::consts::SQRT_2 - 1.0) * re.min(im)
+}

@@ -1,0 +1,348 @@
+//! Frequency responses by local polynomials: over a window of neighbouring lines of unwindowed transforms
+//! `Y(r) = Σ_j (Σ_s h_js r^s) X_j(r) + Σ_s t_s r^s + N`, by least squares; `h_j0` is the response at the window's middle.
+//!
+//! Pintelon, Schoukens, Vandersteen & Barbé, Estimation of nonparametric noise and FRF models for multivariable systems, Mech. Syst.
+//! Signal Process. 24 (2010), pp. 573–595. What rings into a block from before it, and out of it, is smooth over frequency: the second
+//! polynomial takes it, where a window would smear the response. So there is no leakage, whatever the excitation, as long as it has
+//! power on every line: noise, bursts, sweeps, not what repeats inside the block.
+
+use super::frf::{Estimate, Function};
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::numeric::definite::solve_complex;
+use crate::numeric::fft::RealFft;
+use crate::numeric::{Complex, ComplexMatrix};
+
+/// Coefficients of each polynomial: a parabola.
+const TERMS: usize = 3;
+
+/// An input's power in a window, relative to its largest, that is but the rounding of transforms.
+const NO_POWER: f64 = 1e-26;
+
+/// A coefficient that the others determine to this share, and noise on it inflated as much, is not told.
+const MOST_INFLATION: f64 = 1e5;
+
+/// The smallest half width of a window, in lines, that leaves its residual so many freedoms over so many blocks.
+pub fn least_half_width(inputs: usize, blocks: usize, freedoms: usize) -> usize {
+    let wanted = (TERMS * inputs + freedoms).div_ceil(blocks.max(1)) + TERMS;
+    // Fewer lines than this are no polynomial's worth, however many blocks.
+    wanted.max(2 * TERMS + 1) / 2
+}
+
+/// Gathers the windows of blocks.
+pub struct Local {
+    rate_hz: f64,
+    inputs: usize,
+    half_width: usize,
+    /// First line of the first window, and the number of windows.
+    first: usize,
+    /// Orthonormal polynomials over a window.
+    basis: Vec<Vec<f64>>,
+    fft: RealFft,
+    work: Vec<f64>,
+    transforms: Vec<Vec<Complex>>,
+    windows: Vec<Gathered>,
+    blocks: usize,
+}
+
+/// Windows whose power is below this share of the largest do not count for how even an input is.
+const DRIVEN: f64 = 1e-4;
+
+/// Normal equations of a window.
+#[derive(Clone)]
+struct Gathered {
+    /// `Aᴴ A`, its columns input by input inside power by power, row by row.
+    normal: Vec<Complex>,
+    /// `Aᴴ Y` by output.
+    right: Vec<Vec<Complex>>,
+    /// `|Y|²` without the transient, by output.
+    power: Vec<f64>,
+    /// `Σ|X|²` by input.
+    driven: Vec<f64>,
+    /// `(Σ|X|²)²/Σ|X|⁴` over the number of lines by input, summed over blocks.
+    even: Vec<f64>,
+}
+
+impl Local {
+    /// Nothing yet, for channels of which the first `inputs` drive; `block` samples each, windows of `2 half_width + 1` lines inside
+    /// the band, Hz.
+    ///
+    /// # Errors
+    /// `TooShort` where the band holds no window.
+    pub fn new(
+        rate_hz: f64,
+        inputs: usize,
+        outputs: usize,
+        block: usize,
+        half_width: usize,
+        band_hz: (f64, f64),
+    ) -> Result<Local, Error> {
+        let fft = RealFft::new(block);
+        let width = 2 * half_width + 1;
+        let df = rate_hz / block as f64;
+        // Neither the mean nor half the rate.
+        let first = ((band_hz.0 / df).floor().max(1.0)) as usize;
+        let last = ((band_hz.1 / df).ceil() as usize).min(block.div_ceil(2).saturating_sub(1));
+        let count = (last + 1).saturating_sub(first) / width;
+        if count == 0 {
+            return Err(Error::new(
+                Code::TooShort,
+                format!("the band holds fewer than {width} lines of {df:.4} Hz"),
+            ));
+        }
+        let size = TERMS * inputs;
+        let zero = Complex::new(0.0, 0.0);
+        let empty = Gathered {
+            normal: vec![zero; size * size],
+            right: vec![vec![zero; size]; outputs],
+            power: vec![0.0; outputs],
+            driven: vec![0.0; inputs],
+            even: vec![0.0; inputs],
+        };
+        Ok(Local {
+            rate_hz,
+            inputs,
+            half_width,
+            first,
+            basis: polynomials(half_width),
+            work: vec![0.0; block],
+            transforms: vec![vec![zero; fft.lines()]; inputs + outputs],
+            fft,
+            windows: vec![empty; count],
+            blocks: 0,
+        })
+    }
+
+    /// Takes a block of every channel, inputs first.
+    ///
+    /// # Panics
+    /// Another number of channels or samples than announced: mistakes of the caller.
+    pub fn push(&mut self, channels: &[&[f64]]) {
+        assert_eq!(channels.len(), self.transforms.len());
+        for (channel, transform) in channels.iter().zip(&mut self.transforms) {
+            self.work.copy_from_slice(channel);
+            self.fft.forward(&mut self.work, transform);
+        }
+        self.blocks += 1;
+        let width = 2 * self.half_width + 1;
+        let size = TERMS * self.inputs;
+        let zero = Complex::new(0.0, 0.0);
+        let mut columns = vec![vec![zero; width]; size];
+        let mut answer = vec![zero; width];
+        for (at, gathered) in self.windows.iter_mut().enumerate() {
+            let from = self.first + at * width;
+            for (j, input) in self.transforms[..self.inputs].iter().enumerate() {
+                let lines = &input[from..from + width];
+                let second: f64 = lines.iter().map(Complex::norm_sqr).sum();
+                let fourth: f64 = lines.iter().map(|x| x.norm_sqr().powi(2)).sum();
+                gathered.driven[j] += second;
+                if fourth > 0.0 {
+                    gathered.even[j] += second * second / fourth / width as f64;
+                }
+                for s in 0..TERMS {
+                    let column = &mut columns[s * self.inputs + j];
+                    for (k, (c, x)) in column.iter_mut().zip(lines).enumerate() {
+                        *c = *x * place(k, self.half_width).powi(s as i32);
+                    }
+                    project(&self.basis, column);
+                }
+            }
+            for a in 0..size {
+                for b in 0..=a {
+                    let sum = product(&columns[a], &columns[b]);
+                    gathered.normal[a * size + b] += sum;
+                    if a != b {
+                        gathered.normal[b * size + a] += sum.conj();
+                    }
+                }
+            }
+            for (o, output) in self.transforms[self.inputs..].iter().enumerate() {
+                answer.copy_from_slice(&output[from..from + width]);
+                project(&self.basis, &mut answer);
+                gathered.power[o] += answer.iter().map(Complex::norm_sqr).sum::<f64>();
+                for (a, column) in columns.iter().enumerate() {
+                    gathered.right[o][a] += product(column, &answer);
+                }
+            }
+        }
+    }
+
+    /// The share of lines in a window of a band, Hz, that carry an input's power, by `(Σ|X|²)²/Σ|X|⁴`: the median over the windows that have power, of
+    /// the least even input. About one half for noise, one for a sweep, the inverse of the number of repetitions for what repeats.
+    pub fn evenness(&self, band_hz: (f64, f64)) -> f64 {
+        let df = self.rate_hz / self.work.len() as f64;
+        let width = 2 * self.half_width + 1;
+        let inside = |at: &usize| {
+            let middle = (self.first + at * width + self.half_width) as f64 * df;
+            (band_hz.0..=band_hz.1).contains(&middle)
+        };
+        let windows: Vec<&Gathered> = (0..self.windows.len())
+            .filter(inside)
+            .map(|at| &self.windows[at])
+            .collect();
+        let of = |j: usize| {
+            let largest = windows.iter().map(|w| w.driven[j]).fold(0.0, f64::max);
+            let has_power = |w: &&&Gathered| w.driven[j] > DRIVEN * largest;
+            let share = |w: &&Gathered| w.even[j] / self.blocks.max(1) as f64;
+            let mut shares: Vec<f64> = windows.iter().filter(has_power).map(share).collect();
+            let middle = shares.len() / 2;
+            match shares.is_empty() {
+                true => 0.0,
+                false => *shares.select_nth_unstable_by(middle, f64::total_cmp).1,
+            }
+        };
+        (0..self.inputs).map(of).fold(1.0, f64::min)
+    }
+
+    /// The responses at the middles of the windows.
+    ///
+    /// # Errors
+    /// `NoSignal` where no window tells a response.
+    pub fn finish(self) -> Result<Estimate, Error> {
+        let width = 2 * self.half_width + 1;
+        let df = self.rate_hz / self.work.len() as f64;
+        let (inputs, size) = (self.inputs, TERMS * self.inputs);
+        let outputs = self.transforms.len() - inputs;
+        let lines = self.windows.len();
+        let total = (self.blocks * (width - TERMS)) as f64;
+        let freedoms = total - size as f64;
+        let empty = |at: usize| Function {
+            input: at % inputs,
+            output: inputs + at / inputs,
+            value: vec![Complex::new(0.0, 0.0); lines],
+            variance: Some(vec![f64::INFINITY; lines]),
+            ordinary: vec![0.0; lines],
+            partial: vec![0.0; lines],
+        };
+        let mut functions: Vec<Function> = (0..inputs * outputs).map(empty).collect();
+        let mut multiple = vec![vec![0.0; lines]; outputs];
+        let largest: Vec<f64> = (0..inputs)
+            .map(|j| self.windows.iter().map(|w| w.driven[j]).fold(0.0, f64::max))
+            .collect();
+        let mut undetermined = Vec::new();
+        for (at, window) in self.windows.iter().enumerate() {
+            let is_driven = (0..inputs).all(|j| window.driven[j] > NO_POWER * largest[j]);
+            let Some(inverse) = (is_driven.then(|| window.inverse(size))).flatten() else {
+                undetermined.push(at);
+                continue;
+            };
+            for o in 0..outputs {
+                let right = &window.right[o];
+                let theta: Vec<Complex> = (0..size)
+                    .map(|a| (0..size).map(|b| inverse[(a, b)] * right[b]).sum())
+                    .collect();
+                let explained: f64 = theta
+                    .iter()
+                    .zip(right)
+                    .map(|(t, r)| (t.conj() * r).re)
+                    .sum();
+                let residual = (window.power[o] - explained).max(0.0);
+                let (noise, all) = (residual / freedoms, window.power[o] / total);
+                multiple[o][at] = if all > 0.0 {
+                    (1.0 - noise / all).clamp(0.0, 1.0)
+                } else {
+                    0.0
+                };
+                for j in 0..inputs {
+                    let function = &mut functions[o * inputs + j];
+                    let spread = inverse[(j, j)].re;
+                    function.value[at] = theta[j];
+                    if let Some(variance) = &mut function.variance {
+                        variance[at] = noise * spread;
+                    }
+                    let own = theta[j].norm_sqr() / spread;
+                    function.partial[at] = own / (own + residual).max(f64::MIN_POSITIVE);
+                    if inputs == 1 {
+                        // So that |H|² (1 − γ²)/γ²/(n − 1) is the variance, as of an average.
+                        multiple[o][at] = function.partial[at];
+                    }
+                    function.ordinary[at] = multiple[o][at];
+                }
+            }
+        }
+        if undetermined.len() == lines {
+            return Err(Error::new(
+                Code::NoSignal,
+                "the inputs have no power of their own on neighbouring lines",
+            ));
+        }
+        let middle = |at: usize| (self.first + at * width + self.half_width) as f64 * df;
+        Ok(Estimate {
+            frequency_hz: (0..lines).map(middle).collect(),
+            functions,
+            multiple,
+            undetermined,
+            // As many as leave a residual of the same freedoms.
+            averages: freedoms + inputs as f64,
+            window_decay: 0.0,
+            warnings: Vec::new(),
+        })
+    }
+}
+
+impl Gathered {
+    /// The inverse of the normal matrix; nothing where it does not tell the responses.
+    fn inverse(&self, size: usize) -> Option<ComplexMatrix> {
+        // Over the sizes of the columns.
+        let scale: Vec<f64> = (0..size)
+            .map(|a| self.normal[a * size + a].re.sqrt())
+            .collect();
+        if scale.iter().any(|s| !(*s > 0.0)) {
+            return None;
+        }
+        let scaled = ComplexMatrix::from_fn(size, size, |a, b| {
+            self.normal[a * size + b] / (scale[a] * scale[b])
+        });
+        let one = ComplexMatrix::identity(size, size);
+        let inverse = solve_complex(&scaled, &one).ok()?;
+        let is_told = |a: usize| inverse[(a, a)].re > 0.0 && inverse[(a, a)].re < MOST_INFLATION;
+        (0..size).all(is_told).then(|| {
+            ComplexMatrix::from_fn(size, size, |a, b| inverse[(a, b)] / (scale[a] * scale[b]))
+        })
+    }
+}
+
+/// Where a line lies in its window, −1 to 1.
+fn place(line: usize, half_width: usize) -> f64 {
+    (line as f64 - half_width as f64) / half_width as f64
+}
+
+/// Orthonormal polynomials over a window, by Gram and Schmidt.
+fn polynomials(half_width: usize) -> Vec<Vec<f64>> {
+    let mut all: Vec<Vec<f64>> = Vec::new();
+    for s in 0..TERMS {
+        let mut next: Vec<f64> = (0..=2 * half_width)
+            .map(|k| place(k, half_width).powi(s as i32))
+            .collect();
+        for known in &all {
+            let along: f64 = known.iter().zip(&next).map(|(a, b)| a * b).sum();
+            next.iter_mut()
+                .zip(known)
+                .for_each(|(n, k)| *n -= along * k);
+        }
+        let size = next.iter().map(|x| x * x).sum::<f64>().sqrt();
+        next.iter_mut().for_each(|x| *x /= size);
+        all.push(next);
+    }
+    all
+}
+
+/// Takes the polynomials out.
+fn project(basis: &[Vec<f64>], values: &mut [Complex]) {
+    for polynomial in basis {
+        let along: Complex = polynomial
+            .iter()
+            .zip(values.iter())
+            .map(|(p, v)| v * *p)
+            .sum();
+        values
+            .iter_mut()
+            .zip(polynomial)
+            .for_each(|(v, p)| *v -= along * *p);
+    }
+}
+
+/// `aᴴ b`.
+fn product(a: &[Complex], b: &[Complex]) -> Complex {
+    a.iter().zip(b).map(|(a, b)| a.conj() * b).sum()
+}
