@@ -434,7 +434,7 @@ fn exact_errors_behind_a_free_driver() {
     );
     let arguments = [
         "te", csv, "--input", "m.theta", "--output", "t.theta", "--teeth", "13:40", "--model",
-        scene, "--at", "m,t", "--json",
+        scene, "--at", "m,t", "--after", "0.2 s", "--json",
     ];
     let found = document(&arguments);
     let orders = found["attribution"]["orders"].as_array().unwrap();

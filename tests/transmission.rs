@@ -735,7 +735,7 @@ fn exact_largest_between_speeds() {
         };
         traced(&prepared, &study).map.unwrap()
     };
-    let (coarse, fine) = (over("100:1500:11"), over("1235:1250:301"));
+    let (coarse, fine) = (over("200:1400:4"), over("1241:1243:5"));
     let most = |largest: &[(f64, f64)]| {
         let all = largest.iter().enumerate();
         let best = all.max_by(|a, b| a.1.1.total_cmp(&b.1.1)).unwrap();
