@@ -232,7 +232,9 @@ fn periodic_motions() {
             let ratio = seconds / ours;
             let text = match error < NEAR {
                 true => format!("{what}: {name}, {periods} periods, ratio {ratio:.0}"),
-                false => format!("{what}: {name}, given up after {periods} periods, ratio {ratio:.0}"),
+                false => {
+                    format!("{what}: {name}, given up after {periods} periods, ratio {ratio:.0}")
+                }
             };
             row(
                 WIDTH,

@@ -376,7 +376,10 @@ fn exact_motions_of_two_periods() {
         },
         true,
     );
-    let doublings = found.specials.iter().filter(|s| s.kind == Kind::PeriodDoubling);
+    let doublings = found
+        .specials
+        .iter()
+        .filter(|s| s.kind == Kind::PeriodDoubling);
     assert_eq!(doublings.count(), 2);
     assert_eq!(found.doubled.len(), 1);
     let doubled = &found.doubled[0].points;
@@ -403,7 +406,10 @@ fn exact_motions_of_two_periods() {
         (method.run)(&train, &ask, &mut sink).unwrap();
         let last = &states[states.len() - 2..];
         let off = |y: &Vec<f64>| {
-            y.iter().zip(&point.start).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+            y.iter()
+                .zip(&point.start)
+                .map(|(a, b)| (a - b).abs())
+                .fold(0.0, f64::max)
         };
         let nearest = last.iter().map(off).fold(f64::INFINITY, f64::min);
         assert!(nearest < 1e-7, "{}: {nearest:e}", point.omega);

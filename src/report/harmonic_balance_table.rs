@@ -107,10 +107,15 @@ fn doubled(answer: &Answer, factor: f64, unit: &str) -> String {
         }
         let born = speed(&special.point);
         let Some(found) = curve.doubled.iter().find(|d| d.born == at) else {
-            let reached = |d: &&crate::response::harmonic::doubled::Doubled| d.stands_beside(special.after);
+            let reached =
+                |d: &&crate::response::harmonic::doubled::Doubled| d.stands_beside(special.after);
             text += &match curve.doubled.iter().find(reached) {
-                Some(_) => format!("the doubling at {born} rpm ends the motions of two periods told above\n"),
-                None => format!("the motion of two periods born at {born} rpm was not found: simulate in time to see it\n"),
+                Some(_) => format!(
+                    "the doubling at {born} rpm ends the motions of two periods told above\n"
+                ),
+                None => format!(
+                    "the motion of two periods born at {born} rpm was not found: simulate in time to see it\n"
+                ),
             };
             continue;
         };

@@ -3,8 +3,8 @@
 
 use super::axes::{frame, span};
 use super::style::{
-    Anchor, BLACK, BLUE, Canvas, FAINT, GREY, ORANGE, Panel, SMALL, Spot, Stroke, TITLE, WIDTH, picture,
-    push_apart, ticks, width_of,
+    Anchor, BLACK, BLUE, Canvas, FAINT, GREY, ORANGE, Panel, SMALL, Spot, Stroke, TITLE, WIDTH,
+    picture, push_apart, ticks, width_of,
 };
 
 /// What is shown.

@@ -235,7 +235,12 @@ mod tests {
             let found = filtered(&along, &wave, cutoff).unwrap();
             let passes = (-LN_2 * (cutoff / length).powi(2)).exp();
             for k in 200..1800 {
-                assert!((found[k] - passes * wave[k]).abs() < 1e-5, "{length} {k}: {} {}", found[k], passes * wave[k]);
+                assert!(
+                    (found[k] - passes * wave[k]).abs() < 1e-5,
+                    "{length} {k}: {} {}",
+                    found[k],
+                    passes * wave[k]
+                );
             }
         }
         let line: Vec<f64> = along.iter().map(|x| 3.0 * x - 0.01).collect();

@@ -55,7 +55,8 @@ pub(super) fn doubled(
         let rising = points[other].unstable() > points[one].unstable();
         let stretch = stretch(points, one, rising);
         // The other end of a stretch that has been followed from here.
-        let known = |d: &Doubled| stretch.contains(&d.beside.start) || d.beside.contains(&stretch.start);
+        let known =
+            |d: &Doubled| stretch.contains(&d.beside.start) || d.beside.contains(&stretch.start);
         if all.iter().any(known) {
             continue;
         }
@@ -105,7 +106,13 @@ fn along(family: &Family, asked: &Asked, points: &[Point], order: &[usize]) -> V
         let Ok(outputs) = sampled_exactly(family, single.omega, 2, &start, asked.outputs) else {
             break;
         };
-        beside = Some(start.iter().zip(&single.start).map(|(a, b)| a - b).collect());
+        beside = Some(
+            start
+                .iter()
+                .zip(&single.start)
+                .map(|(a, b)| a - b)
+                .collect(),
+        );
         found.push(Point {
             omega: single.omega,
             orders: single.orders,
@@ -127,7 +134,12 @@ fn near(
     offsets: &[Vec<f64>],
 ) -> Option<(Vec<f64>, Vec<crate::numeric::Complex>)> {
     offsets.iter().find_map(|offset| {
-        let guess: Vec<f64> = single.start.iter().zip(offset).map(|(y, o)| y + o).collect();
+        let guess: Vec<f64> = single
+            .start
+            .iter()
+            .zip(offset)
+            .map(|(y, o)| y + o)
+            .collect();
         let found = orbit(train, &guess, 2).ok()?;
         let once = after(train, &found.start, 1).ok()?;
         let size = |values: &[f64]| values.iter().fold(0.0f64, |m, x| m.max(x.abs()));
