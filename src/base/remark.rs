@@ -187,6 +187,11 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         Warning,
         "An encoder lost counts or counted too many; the step this makes was taken out, because --repair was given.",
     ),
+    (
+        "input-uneven",
+        Warning,
+        "The input of an encoder record does not turn evenly at the orders of declared errors: its driver is free and answers the meshes. What it does is in the record; what of it reaches the output is taken off through the model.",
+    ),
     // Identification.
     (
         "one-stretch",
