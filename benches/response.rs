@@ -1,7 +1,9 @@
 //! Steady answers, in one run: frequency responses against NumPy, harmonic balance against integration until steady.
 //!
-//! `cargo bench --bench response` (`-- responses` or `-- motions` for one half) prints times on the processor, errors and ratios; the
-//! peer needs `python3` with NumPy and SciPy, on one thread as ours is; where it is missing only our side is shown. Responses are those of a uniform chain of 200 discs held at its start,
+//! `cargo bench --bench response` (`-- responses` or `-- motions` for one half) prints times, errors and ratios: of responses the time
+//! on the processor, of motions, which take less than that clock tells, the time that passed. The peer needs `python3` with NumPy and
+//! SciPy, on one thread as ours is; where it is missing only our side is shown. Responses are those of a uniform chain of 200 discs held
+//! at its start,
 //! 10 000 lines, last disc by first; errors are against its modes in closed form, by the largest value. Periodic motions start
 //! from nothing on both sides; errors are against the orbit by shooting with every switch located. An integration that is not near it in
 //! half a minute is given up, and its row says so.
@@ -10,7 +12,7 @@ use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-use beside::{Took, best_on_processor as best, peers, row};
+use beside::{Took, best, best_on_processor, peers, row};
 use geardyn::machine::direction::Direction;
 use geardyn::motion::contact::{Contact, Flanks, Losses};
 use geardyn::motion::floquet::orbit::orbit;
@@ -98,7 +100,7 @@ fn frequency_responses() {
             3,
         ),
     ] {
-        let (seconds, found) = best(runs, || {
+        let (seconds, found) = best_on_processor(runs, || {
             responses(&setting, &ports, &omega, way).expect("damped")
         });
         let off = found
