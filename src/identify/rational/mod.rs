@@ -16,20 +16,20 @@ use super::mode::IdentifiedMode;
 /// The functions a fit is made of.
 pub mod basis;
 
-/// Fewer lines for the same fit.
-mod condensed;
+/// Places for new poles.
+mod scan;
 
 /// The least squares of a fit.
 mod projection;
+
+/// Fewer lines for the same fit.
+mod condensed;
 
 /// What was measured, checked and scaled.
 mod lines;
 
 /// The variance of the lines.
 mod variance;
-
-/// Places for new poles.
-mod scan;
 
 /// New poles brought to their place.
 mod local;
