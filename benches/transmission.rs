@@ -70,9 +70,9 @@ fn main() {
         rate_hz: Some(10_000.0),
         multiples: Some(2),
         repair: false,
-        named: Named::default(),
         every: false,
         input: false,
+        named: Named::default(),
     };
     let rows = InMemory(&input, &output);
     let (seconds, found) = best(3, || evaluate(&rows, &ask).expect("the record is sound"));

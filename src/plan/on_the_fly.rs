@@ -306,8 +306,8 @@ impl Rows {
             stamps: false,
             angle_base: false,
             multiples: None,
-            repair: false,
             every: false,
+            repair: false,
             radius: None,
             pressure_angle: None,
         };
