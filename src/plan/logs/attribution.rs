@@ -151,11 +151,17 @@ impl Model {
         Ok(named)
     }
 
-    /// What makes the lines of a flank, the output turning at `speed`, rad/s, where it is known.
+    /// What makes the lines of a flank, the output turning at `speed`, rad/s, where it is known;
+    /// `error` of a line is lost or added by the cells, relative.
     ///
     /// # Errors
     /// Those of the chain at speed.
-    pub fn attribute(&self, flank: &Flank, speed: Option<f64>) -> Result<Attribution, Error> {
+    pub fn attribute(
+        &self,
+        flank: &Flank,
+        speed: Option<f64>,
+        error: f64,
+    ) -> Result<Attribution, Error> {
         let machine = &self.prepared.machine;
         if machine.errors.is_empty() {
             return Ok(Attribution::default());
@@ -204,12 +210,11 @@ impl Model {
                 Some(known) => known.sources.push(source),
                 None => {
                     let omega = row.line.order.value() * output_speed;
-                    let (even, deviation) = match &passing {
-                        Some(passing) => evenly(passing, omega, line, flank.forward)?,
+                    let (even, wider) = match &passing {
+                        Some(passing) => evenly(passing, omega, line, flank.forward, error)?,
                         None => (line.amplitude, 0.0),
                     };
                     let by = even - line.amplitude;
-                    let wider = TWO_SIDED * deviation;
                     all.rows.push(Row {
                         order: row.line.order.clone(),
                         amplitude: line.amplitude,
@@ -238,8 +243,14 @@ impl Model {
 /// The normal deviate of 95 %, two-sided.
 const TWO_SIDED: f64 = 1.96;
 
-/// What a line would be, were the input even, and the deviation that taking it off adds.
-fn evenly(passing: &Passing, omega: f64, line: &Line, forward: bool) -> Result<(f64, f64), Error> {
+/// What a line would be, were the input even, and by how much taking that off widens its interval on either side.
+fn evenly(
+    passing: &Passing,
+    omega: f64,
+    line: &Line,
+    forward: bool,
+    error: f64,
+) -> Result<(f64, f64), Error> {
     let Some((ahead, deviation)) = line.input else {
         return Ok((line.amplitude, 0.0));
     };
@@ -247,7 +258,9 @@ fn evenly(passing: &Passing, omega: f64, line: &Line, forward: bool) -> Result<(
     // Turning back, the angle runs against time.
     let more = if forward { more } else { more.conj() };
     let whole = Complex::from_polar(line.amplitude, line.phase);
-    Ok(((whole - more * ahead).norm(), more.norm() * deviation))
+    let off = more * ahead;
+    let wider = TWO_SIDED * more.norm() * deviation + error * off.norm();
+    Ok(((whole - off).norm(), wider))
 }
 
 fn name(machine: &Machine, line: &Declared) -> String {

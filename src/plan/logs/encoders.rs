@@ -143,7 +143,7 @@ pub fn encoders(
     }
     let speed = measured.speed.as_ref().map(|s| s.range().0);
     let attribution = match (model, measured.flanks.first()) {
-        (Some(model), Some(flank)) => Some(model.attribute(flank, speed)?),
+        (Some(model), Some(flank)) => Some(model.attribute(flank, speed, measured.error)?),
         _ => None,
     };
     warnings.extend(attribution.as_ref().and_then(uneven));
