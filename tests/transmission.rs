@@ -718,7 +718,7 @@ fn exact_grades() {
     }
 }
 
-/// Between the speeds asked for lines are told at their resonances: twice as many speeds about the peak find no more.
+/// Between the speeds asked for lines are told at their resonances: speeds closely about the peak find no more.
 #[test]
 fn exact_largest_between_speeds() {
     use geardyn::scene::study::SpeedRange;
@@ -735,19 +735,21 @@ fn exact_largest_between_speeds() {
         };
         traced(&prepared, &study).map.unwrap()
     };
-    let (coarse, fine) = (over("200:1400:4"), over("1241:1243:5"));
-    let most = |largest: &[(f64, f64)]| {
-        let all = largest.iter().enumerate();
-        let best = all.max_by(|a, b| a.1.1.total_cmp(&b.1.1)).unwrap();
-        (best.0, best.1.0, best.1.1)
-    };
-    let (row, speed, amplitude) = most(&coarse.largest);
-    let grid = coarse.amplitudes[row].iter().copied().fold(0.0, f64::max);
-    assert!(amplitude > 1.5 * grid, "{amplitude} {grid}");
+    let coarse = over("200:1400:4");
+    let grid = |row: usize| coarse.amplitudes[row].iter().copied().fold(0.0, f64::max);
+    let rise = |row: usize| coarse.largest[row].1 / grid(row);
+    let row = (0..coarse.largest.len())
+        .filter(|&row| grid(row) > 0.0)
+        .max_by(|&a, &b| rise(a).total_cmp(&rise(b)))
+        .unwrap();
+    let (speed, amplitude) = coarse.largest[row];
+    assert!(rise(row) > 1.5, "{}", rise(row));
+    let rpm = speed * 30.0 / std::f64::consts::PI;
+    let fine = over(&format!("{}:{}:5", 0.998 * rpm, 1.002 * rpm));
     let near = fine.amplitudes[row].iter().copied().fold(0.0, f64::max);
     assert!(
-        amplitude > near * (1.0 - 1e-4) && amplitude < near * 1.05,
-        "{amplitude} {near} at {speed}"
+        (amplitude / near - 1.0).abs() < 1e-3,
+        "{amplitude} {near} at {rpm} rpm"
     );
 }
 
