@@ -70,6 +70,8 @@ fn main() {
         rate_hz: Some(10_000.0),
         multiples: Some(2),
         repair: false,
+        every: false,
+        input: false,
         named: Named::default(),
     };
     let rows = InMemory(&input, &output);

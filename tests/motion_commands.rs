@@ -65,6 +65,40 @@ fn law_outputs_of_simulate_agree() {
     assert_eq!(found["effort"]["linear_machines"], 1);
 }
 
+/// The clutch of the example slips, locks the ends together and carries the share of a rigid link; the drive then takes
+/// what accelerates all three discs.
+#[test]
+fn law_example_of_a_clutch_locks() {
+    let found = document(&["simulate", "examples/lock_up_clutch.toml", "--json"]);
+    let values = |key: &str| -> Vec<f64> {
+        let list = found["outputs"][key].as_array().unwrap().iter();
+        list.map(|x| x.as_f64().unwrap()).collect()
+    };
+    let (near, far) = (
+        values("disc_1.theta.speed_rad_s"),
+        values("disc_3.theta.speed_rad_s"),
+    );
+    let (drive, loss) = (values("drive.torque_nm"), values("lock_up.loss_w"));
+    let apart = |k: usize| (near[k] - far[k]).abs();
+    assert!((0..250).any(|k| apart(k) > 1e-3), "it slips at first");
+    assert!(
+        (1100..1500).all(|k| apart(k) < 1e-9),
+        "and then it is locked"
+    );
+    assert!(loss.iter().all(|p| *p >= -1e-12) && loss[1400].abs() < 1e-9);
+    assert!(loss.iter().any(|p| *p > 0.0));
+    // 38 kg·m² at 100 rpm in 2 s, the mean of the ramp; nothing after it but what still swings.
+    let mean = |from: usize, to: usize| drive[from..to].iter().sum::<f64>() / (to - from) as f64;
+    let ramp = 38.0 * 100.0 * std::f64::consts::PI / 30.0 / 2.0;
+    assert!(
+        (mean(0, 1000) / ramp - 1.0).abs() < 0.03,
+        "{} {ramp}",
+        mean(0, 1000)
+    );
+    let gap = found["energy_balance"]["gap"].as_f64().unwrap();
+    assert!(gap.abs() < 1e-4, "{gap}");
+}
+
 /// A method by its word gives what the exact one gives, to what its tolerance promises; a step is for those that take one.
 #[test]
 fn law_methods_agree_from_the_command() {

@@ -15,7 +15,9 @@ use geardyn::motion::contact::Losses;
 use geardyn::motion::floquet::chart::tongues;
 use geardyn::motion::floquet::orbit::orbit;
 use geardyn::motion::friction::Friction;
+use geardyn::motion::methods;
 use geardyn::motion::outputs::{Output, Outputs, Quantity};
+use geardyn::motion::problem::{Ask, Wanted};
 use geardyn::motion::signal::Signal;
 use geardyn::motion::train::{Law, Train};
 use geardyn::response::harmonic::curve::{Course, Curve, TOLERANCE, follow};
@@ -359,4 +361,60 @@ fn refuses_what_has_no_curve() {
     let mut slow = pair("S1");
     slow.drives.push(push(0, Signal::harmonic(0.1, 1e-3, 0.0)));
     assert!(Family::new(&slow, &[0.0, 0.0]).is_err());
+}
+
+/// A pair whose stiffness swings by 0.3 about twice its frequency: within Mathieu's tongue the motion of one period repels, and the one of
+/// two periods, held by loss of contact, is where an integration in time settles.
+#[test]
+fn exact_motions_of_two_periods() {
+    let family = Family::new(&pair("S3"), &[0.0, 0.0]).unwrap();
+    let found = curve(
+        &family,
+        Course {
+            tolerance: 1e-5,
+            ..course(1.7, 2.3, 0.05)
+        },
+        true,
+    );
+    let doublings = found
+        .specials
+        .iter()
+        .filter(|s| s.kind == Kind::PeriodDoubling);
+    assert_eq!(doublings.count(), 2);
+    assert_eq!(found.doubled.len(), 1);
+    let doubled = &found.doubled[0].points;
+    assert!(doubled.len() > 3);
+    let mut compared = 0;
+    for point in doubled.iter().filter(|p| p.unstable() == 0).step_by(2) {
+        let train = family.at(point.omega);
+        // From beside the motion of one period, until 400 periods have passed.
+        let ask = Ask {
+            from: 0.0,
+            to: 400.0 * TAU / point.omega,
+            start: vec![1.2, 0.05],
+            samples: 400,
+            effort: Wanted::Tolerance(1e-11),
+            budget: 100_000_000,
+            stop: Stop::default(),
+        };
+        let mut states: Vec<Vec<f64>> = Vec::new();
+        let mut sink = |_: f64, y: &[f64]| {
+            states.push(y.to_vec());
+            std::ops::ControlFlow::Continue(())
+        };
+        let method = methods::find("dop853-events").unwrap();
+        (method.run)(&train, &ask, &mut sink).unwrap();
+        let last = &states[states.len() - 2..];
+        let off = |y: &Vec<f64>| {
+            y.iter()
+                .zip(&point.start)
+                .map(|(a, b)| (a - b).abs())
+                .fold(0.0, f64::max)
+        };
+        let nearest = last.iter().map(off).fold(f64::INFINITY, f64::min);
+        assert!(nearest < 1e-7, "{}: {nearest:e}", point.omega);
+        assert!(off(&last[0]).max(off(&last[1])) > 1e-3);
+        compared += 1;
+    }
+    assert!(compared > 1);
 }

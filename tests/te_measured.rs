@@ -371,7 +371,7 @@ fn refuses_lost_counts_or_mends_them() {
         found,
         Code::LostCounts,
         &[
-            "2 counts lost on the output at 3.0",
+            "2 counts lost on the output or 6 too many on the input at 3.0",
             "7 counts too many on the input at 6.0",
             "--repair",
         ],
@@ -503,7 +503,7 @@ fn exact_ranges_of_the_orders() {
             (orders - exact).abs() < 4.0 * deviation,
             "{orders} {exact} {deviation}"
         );
-        assert!(deviation < 0.1 * exact);
+        assert!(deviation < 0.4 * exact, "{deviation} {exact}");
     }
 }
 
@@ -524,7 +524,7 @@ fn keeps_names_near_unexplained_lines() {
         turns: 3.3,
         ..Rig::default()
     };
-    rig.errors.push((6.0, 0.2 * ARCSEC, 1.0));
+    rig.errors.push((8.0, 0.2 * ARCSEC, 1.0));
     let (a, b) = rig.readings();
     let ask = Ask {
         every: true,
@@ -532,9 +532,9 @@ fn keeps_names_near_unexplained_lines() {
     };
     let found = evaluate(&InMemory(&a, &b), &ask).unwrap();
     let lines = &found.flanks[0].lines;
-    let six = lines.iter().find(|l| l.order.value == 6.0).unwrap();
-    assert_eq!(six.order.names, ["6 × output"]);
-    assert!((six.amplitude / ARCSEC - 0.2).abs() < 0.02);
+    let eight = lines.iter().find(|l| l.order.value == 8.0).unwrap();
+    assert_eq!(eight.order.names, ["8 × output"]);
+    assert!((eight.amplitude / ARCSEC - 0.2).abs() < 0.02);
 }
 
 #[test]

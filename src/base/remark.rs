@@ -187,6 +187,11 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         Warning,
         "An encoder lost counts or counted too many; the step this makes was taken out, because --repair was given.",
     ),
+    (
+        "input-uneven",
+        Warning,
+        "The input of an encoder record does not turn evenly at the orders of declared errors: its driver is free and answers the meshes. What it does is in the record; what of it reaches the output is taken off through the model.",
+    ),
     // Identification.
     (
         "one-stretch",
@@ -328,6 +333,11 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "curve-lost",
         Warning,
         "A curve of periodic motions could not be followed any further: the motion may stop repeating with the excitation there.",
+    ),
+    (
+        "doubling",
+        Warning,
+        "A motion of two periods begins at a period doubling. Such motions are followed where every switch can be located; simulate in time just beyond the doubling to see one elsewhere.",
     ),
     (
         "orders-limited",

@@ -282,7 +282,7 @@ fn study(args: &TeArgs) -> Result<EncoderStudy, Error> {
     })
 }
 
-/// `N1,N2`, or one number for both.
+/// `N1,N2`: one number for two encoders would be a guess.
 fn lines(text: &str) -> Result<(usize, usize), Error> {
     const MOST: usize = 100_000_000;
     let wrong = || {
@@ -301,7 +301,15 @@ fn lines(text: &str) -> Result<(usize, usize), Error> {
     };
     match text.split_once(',') {
         Some((a, b)) => Ok((number(a)?, number(b)?)),
-        None => number(text).map(|n| (n, n)),
+        None => {
+            let message = format!(
+                "--lines {} is one number, and there are two encoders",
+                units::shortened(text)
+            );
+            Err(Error::new(Code::Usage, message).hint(format!(
+                "give two, input first: --lines {text},{text} where both are alike"
+            )))
+        }
     }
 }
 

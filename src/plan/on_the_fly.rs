@@ -306,6 +306,7 @@ impl Rows {
             stamps: false,
             angle_base: false,
             multiples: None,
+            every: false,
             repair: false,
             radius: None,
             pressure_angle: None,

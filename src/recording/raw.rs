@@ -2,7 +2,6 @@
 
 use super::column::Column;
 use super::responses::{FrequencyResponses, Spectrum};
-use super::settings::DialectSettings;
 use crate::base::error::{Error, Warning};
 
 /// What a reader understood of one file.
@@ -13,7 +12,7 @@ pub struct Raw {
     /// Format and dialect in words: `CSV, semicolon, decimal comma, Latin-1, 3 header lines`.
     pub dialect: String,
     /// How a text was laid out, to be said again.
-    pub layout: DialectSettings,
+    pub layout: Layout,
     /// What the header says beside channels and rate, as written: date, operator, instrument.
     pub facts: Vec<(String, String)>,
     /// Channels, grouped by the clock they share; nearly always one group.
@@ -28,6 +27,19 @@ pub struct Raw {
     pub warnings: Vec<Warning>,
     /// What was passed over or changed on the way in (footer lines, cells that hold no number), never silently.
     pub repairs: Vec<Repair>,
+}
+
+/// How a text was laid out; nothing of other formats.
+#[derive(Debug, Default)]
+pub struct Layout {
+    /// Between cells; none of a single column.
+    pub delimiter: Option<char>,
+    /// `.` or `,`.
+    pub decimal: Option<char>,
+    /// A label of the encoding standard.
+    pub encoding: Option<String>,
+    /// Lines above the first line of numbers.
+    pub header_lines: Option<usize>,
 }
 
 /// Channels sampled by one clock.

@@ -13,8 +13,8 @@ use crate::transmission::measured::flank::Flank;
 const LEFT: f64 = 70.0;
 const RIGHT: f64 = WIDTH - 24.0;
 const RECORD: (f64, f64) = (64.0, 304.0);
-const ORDERS: (f64, f64) = (525.0, 725.0);
-const BOTTOM: f64 = 775.0;
+const ORDERS: (f64, f64) = (655.0, 855.0);
+const BOTTOM: f64 = 905.0;
 
 /// Lines that get a name.
 const NAMED: usize = 14;
@@ -104,7 +104,7 @@ fn orders(canvas: &mut Canvas, flank: &Flank) {
         order: l.order.value,
         size: arcsec(l.amplitude),
         interval: l.interval.map(|(a, b)| (arcsec(a), arcsec(b))),
-        name: format!("{} {}", l.order.exact, l.order.names.join(" = ")),
+        name: format!("{} {}", l.order.exact, with_others(&l.order.names)),
         known: true,
     });
     let others = flank.unexplained.iter().map(|u| Stem {
@@ -171,9 +171,18 @@ fn orders(canvas: &mut Canvas, flank: &Flank) {
     names(canvas, &panel, &stems, place);
 }
 
+/// The first of the sources that share an order, and how many more.
+fn with_others(names: &[String]) -> String {
+    match names {
+        [] => String::new(),
+        [one] => one.clone(),
+        [first, others @ ..] => format!("{first} and {} more", others.len()),
+    }
+}
+
 /// The names of the strongest, upright above the panel.
 fn names(canvas: &mut Canvas, panel: &Panel, stems: &[Stem], place: impl Fn(f64) -> f64) {
-    const LONGEST: usize = 34;
+    const LONGEST: usize = 60;
     const APART: f64 = 12.0;
     let mut strongest: Vec<&Stem> = stems.iter().collect();
     strongest.sort_by(|a, b| b.size.total_cmp(&a.size));

@@ -59,6 +59,10 @@ pub fn json(sources: &[Arc<Source>], answer: &Answer) -> Value {
         "nonlinear": answer.branches,
         "special": answer.curve.specials.iter().zip(&answer.jumps).map(special).collect::<Vec<_>>(),
         "points": answer.curve.points.iter().map(|p| motion(answer, p)).collect::<Vec<_>>(),
+        "doubled": answer.curve.doubled.iter().map(|d| json!({
+            "born_at_special": d.born,
+            "points": d.points.iter().map(|p| motion(answer, p)).collect::<Vec<_>>(),
+        })).collect::<Vec<_>>(),
         "tongues": tongues,
         "complete": answer.curve.ended.is_none(),
         "effort": { "run_time_s": answer.seconds },
@@ -99,6 +103,7 @@ pub fn csv(answer: &Answer) -> String {
         "orders",
         "left out",
         "found by",
+        "periods",
     ]
     .map(str::to_string)
     .to_vec();
@@ -108,10 +113,12 @@ pub fn csv(answer: &Answer) -> String {
         }
     }
     let mut text = head.join(",") + "\n";
-    for p in &answer.curve.points {
+    let single = answer.curve.points.iter().map(|p| (p, 1));
+    let doubled = answer.curve.doubled.iter().flat_map(|d| &d.points);
+    for (p, periods) in single.chain(doubled.map(|p| (p, 2))) {
         let largest = p.multipliers.first().map_or(0.0, |m| m.norm());
         text += &format!(
-            "{},{},{},{largest},{},{},{}",
+            "{},{},{},{largest},{},{},{},{periods}",
             rpm(answer.speed(p.omega)),
             p.omega / TAU,
             p.unstable() == 0,
@@ -146,11 +153,16 @@ pub fn picture(title: &str, answer: &Answer) -> String {
             .curve
             .points
             .iter()
+            .chain(answer.curve.doubled.iter().flat_map(|d| &d.points))
             .map(amplitude)
             .fold(0.0, f64::max),
         unit,
     );
     let at = |p: &Point| (rpm(answer.speed(p.omega)), factor * amplitude(p));
+    let shown = |p: &Point| {
+        let (x, y) = at(p);
+        (x, y, p.unstable() == 0)
+    };
     let mark = |s: &Special| {
         let (speed, height) = at(&s.point);
         (
@@ -178,12 +190,9 @@ pub fn picture(title: &str, answer: &Answer) -> String {
         title: title.to_string(),
         across: format!("speed of {}, rpm", answer.node),
         up: format!("{name}, half of peak to peak, {unit}"),
-        points: along(answer)
-            .into_iter()
-            .map(|p| {
-                let (x, y) = at(p);
-                (x, y, p.unstable() == 0)
-            })
+        points: along(answer).into_iter().map(shown).collect(),
+        others: (answer.curve.doubled.iter())
+            .map(|d| d.points.iter().map(shown).collect())
             .collect(),
         marks: answer.curve.specials.iter().map(mark).collect(),
         jumps: answer

@@ -67,6 +67,7 @@ pub fn table(answer: &Answer) -> String {
         right_but_last(&mut table);
         text += &finish(&table);
     }
+    text += &doubled(answer, factor, &unit);
     if let Ok(tongues) = &answer.tongues {
         for t in tongues {
             text += &format!(
@@ -93,4 +94,51 @@ fn happens(s: &Special) -> String {
         Kind::Fold => format!("fold: the end for {sense} speed"),
         kind => named(kind).to_string(),
     }
+}
+
+/// What the motions of two periods do that doublings begin.
+fn doubled(answer: &Answer, factor: f64, unit: &str) -> String {
+    let curve = &answer.curve;
+    let speed = |p: &Point| significant(rpm(answer.speed(p.omega)));
+    let mut text = String::new();
+    for (at, special) in curve.specials.iter().enumerate() {
+        if special.kind != Kind::PeriodDoubling {
+            continue;
+        }
+        let born = speed(&special.point);
+        let Some(found) = curve.doubled.iter().find(|d| d.born == at) else {
+            let reached =
+                |d: &&crate::response::harmonic::doubled::Doubled| d.stands_beside(special.after);
+            text += &match curve.doubled.iter().find(reached) {
+                Some(_) => format!(
+                    "the doubling at {born} rpm ends the motions of two periods told above\n"
+                ),
+                None => format!(
+                    "the motion of two periods born at {born} rpm was not found: simulate in time to see it\n"
+                ),
+            };
+            continue;
+        };
+        let (first, last) = (&found.points[0], &found.points[found.points.len() - 1]);
+        let stable = found.points.iter().filter(|p| p.unstable() == 0).count();
+        let largest = found
+            .points
+            .iter()
+            .filter_map(|p| p.outputs.first())
+            .map(|o| o.amplitude())
+            .fold(0.0, f64::max);
+        text += &format!(
+            "{} of two periods, born at {born} rpm, from {} to {} rpm, {} stable, the largest {} {unit}\n",
+            counted(found.points.len(), "motion"),
+            speed(first),
+            speed(last),
+            match stable {
+                n if n == found.points.len() => "all".to_string(),
+                0 => "none".to_string(),
+                n => n.to_string(),
+            },
+            brief(factor * largest)
+        );
+    }
+    text
 }

@@ -3,8 +3,8 @@
 
 use super::axes::{frame, span};
 use super::style::{
-    Anchor, BLACK, BLUE, FAINT, GREY, ORANGE, Panel, SMALL, Spot, Stroke, TITLE, WIDTH, picture,
-    push_apart, ticks, width_of,
+    Anchor, BLACK, BLUE, Canvas, FAINT, GREY, ORANGE, Panel, SMALL, Spot, Stroke, TITLE, WIDTH,
+    picture, push_apart, ticks, width_of,
 };
 
 /// What is shown.
@@ -18,6 +18,8 @@ pub struct JumpCurve {
     pub up: String,
     /// Speed, amplitude and whether it is stable, along the curve.
     pub points: Vec<(f64, f64, bool)>,
+    /// Curves beside it, of motions of two periods.
+    pub others: Vec<Vec<(f64, f64, bool)>>,
     /// Places with a name: speed, amplitude, text.
     pub marks: Vec<(f64, f64, String)>,
     /// Jumps: speed, from, to.
@@ -49,8 +51,13 @@ pub fn jump_curve(shown: &JumpCurve) -> String {
             BLACK,
             Anchor::Start,
         );
-        let x = span(shown.points.iter().map(|p| p.0));
-        let y = span(shown.points.iter().map(|p| p.1).chain([0.0]));
+        if !shown.others.is_empty() {
+            let words = "thin: motions of two periods";
+            canvas.text(words, (LEFT + 190.0, 36.0), SMALL, BLACK, Anchor::Start);
+        }
+        let all = || shown.points.iter().chain(shown.others.iter().flatten());
+        let x = span(all().map(|p| p.0));
+        let y = span(all().map(|p| p.1).chain([0.0]));
         let (Some(x), Some(y)) = (x, y) else {
             canvas.text(
                 "nothing to show",
@@ -89,22 +96,9 @@ pub fn jump_curve(shown: &JumpCurve) -> String {
                 Stroke::Dotted,
             );
         }
-        for pair in shown
-            .points
-            .chunk_by(|a, b| a.2 == b.2)
-            .map(<[_]>::to_vec)
-            .scan(None, |last: &mut Option<(f64, f64, bool)>, run| {
-                // A run begins where the one before it ended, so that the curve has no gap.
-                let begin = last.map(|p| (p.0, p.1, run[0].2));
-                *last = run.last().copied();
-                Some(begin.into_iter().chain(run).collect::<Vec<_>>())
-            })
-        {
-            let spots: Vec<Spot> = pair.iter().map(|p| panel.at(p.0, p.1)).collect();
-            match pair[0].2 {
-                true => canvas.path(&spots, BLUE, 1.6, Stroke::Solid),
-                false => canvas.path(&spots, ORANGE, 1.4, Stroke::Dashed),
-            }
+        line_of(canvas, &panel, &shown.points, 1.6);
+        for other in &shown.others {
+            line_of(canvas, &panel, other, 0.8);
         }
         let wanted: Vec<f64> = shown.marks.iter().map(|m| panel.right_of(m.0)).collect();
         let widest = shown
@@ -128,4 +122,19 @@ pub fn jump_curve(shown: &JumpCurve) -> String {
             canvas.text(text, (right, TOP - 11.0), SMALL, BLACK, Anchor::Middle);
         }
     })
+}
+
+/// A curve: stable motions as a line, unstable ones in dashes.
+fn line_of(canvas: &mut Canvas, panel: &Panel, points: &[(f64, f64, bool)], width: f64) {
+    let mut last: Option<(f64, f64, bool)> = None;
+    for run in points.chunk_by(|a, b| a.2 == b.2) {
+        // A run begins where the one before it ended, so that the curve has no gap.
+        let all = last.iter().chain(run);
+        let spots: Vec<Spot> = all.map(|p| panel.at(p.0, p.1)).collect();
+        last = run.last().copied();
+        match run[0].2 {
+            true => canvas.path(&spots, BLUE, width, Stroke::Solid),
+            false => canvas.path(&spots, ORANGE, width - 0.2, Stroke::Dashed),
+        }
+    }
 }

@@ -26,6 +26,7 @@ pub fn key(output: &Output) -> String {
         "m/s²" => "m_s2",
         "N·m" => "nm",
         "N" => "n",
+        "W" => "w",
         other => other,
     };
     format!("{}_{unit}", output.name)

@@ -16,6 +16,9 @@ const LEFT: f64 = 70.0;
 /// Orders with a name.
 const NAMED: usize = 28;
 
+/// Of the largest line: smaller ones are not drawn.
+const DRAWN: f64 = 1e-5;
+
 /// Of the worst case: lines below this have no size of their own to which speed could be compared.
 const COUNTS: f64 = 1e-9;
 
@@ -63,7 +66,10 @@ fn lines(title: &str, machine: &Machine, answer: &Answer) -> String {
     const NAME: f64 = 9.0;
     let unit = Unit::of(machine, answer);
     let order = largest(answer);
-    let amplitude = |k: usize| answer.slow(&answer.rows[k]).norm() * unit.times;
+    let size = |k: usize| answer.slow(&answer.rows[k]).norm() * unit.times;
+    let least = order.first().map_or(0.0, |&k| DRAWN * size(k));
+    let amplitude = |k: usize| if size(k) < least { 0.0 } else { size(k) };
+    let order: Vec<usize> = order.into_iter().filter(|&k| amplitude(k) > 0.0).collect();
     let place = |k: usize| answer.rows[k].line.order.value().log10();
     let groups = orders(answer, amplitude);
     let names: Vec<String> = groups

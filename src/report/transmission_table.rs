@@ -3,6 +3,7 @@
 use super::number::{brief, percent, significant};
 use super::table::{finish, plain};
 use super::transmission::{Unit, cause, phase, source, test};
+use crate::base::words::counted;
 use crate::machine::parts::Machine;
 use crate::plan::transmission::run::Answer;
 use crate::transmission::budget::Budget;
@@ -34,7 +35,10 @@ pub fn table(machine: &Machine, answer: &Answer, all: bool) -> String {
     ) {
         text += &format!(": {turns} turns of {} a turn", name(chain.ends.driver));
     }
-    text += &format!(". Orders per turn of {per}.\n\n");
+    text += &format!(
+        ". Orders per turn of {per}. The angle of {} is prescribed and answers nothing.\n\n",
+        name(chain.ends.driver)
+    );
     let shown = shown(answer, all);
     let mut table = plain();
     let at_speed = answer.speed.is_some();
@@ -109,7 +113,13 @@ pub fn table(machine: &Machine, answer: &Answer, all: bool) -> String {
     }
     align(&mut table);
     text += &finish(&table);
-    if shown.len() < answer.rows.len() {
+    let still = answer.rows.len() - shown.len();
+    if all && still > 0 {
+        text += &format!(
+            "{} not shown: both ends move alike, or neither does\n",
+            counted(still, "line")
+        );
+    } else if still > 0 {
         let hidden = |size: &dyn Fn(usize) -> f64| {
             let all = 0..answer.rows.len();
             let (mut out, mut sum) = (0.0, 0.0);

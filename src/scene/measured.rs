@@ -131,6 +131,17 @@ pub struct TraceChart {
     pub design: Vec<Modification>,
     /// Where a relief begins that is to be told, m.
     pub relief_from: Option<f64>,
+    /// What is shorter is taken out of the trace first.
+    pub filter: Option<TraceFilter>,
+}
+
+/// A Gaussian filter of a trace.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum TraceFilter {
+    /// Cut-off, m.
+    Cutoff(f64),
+    /// A thirtieth of the evaluation range, 25 µm at least.
+    OfRange,
 }
 
 /// Whether a TOML file describes a measured gear.
@@ -451,7 +462,19 @@ fn trace(f: &mut Fields, is_profile: bool) -> TraceChart {
             "it takes a place between the ends of `active`",
         );
     }
+    let of_range = f.has("filter")
+        && f.place_of("filter").text().trim_matches(['"', '\'']) == "ISO 1328-1:2013";
+    let filter = match of_range {
+        true => {
+            f.item("filter", "a length, or \"ISO 1328-1:2013\"");
+            Some(TraceFilter::OfRange)
+        }
+        false => f
+            .optional_quantity("filter", Kind::Length, Range::Positive)
+            .map(TraceFilter::Cutoff),
+    };
     TraceChart {
+        filter,
         is_profile,
         along: along.unwrap_or_default(),
         along_unit,

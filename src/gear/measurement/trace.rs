@@ -141,6 +141,43 @@ pub fn line(
     Ok(line)
 }
 
+/// A trace without what is shorter than a cut-off: means under Gauss's weight `exp(−π (x/αλ_c)²)`, `α = √(ln 2/π)`, which passes half of a
+/// wave of the length λ_c (ISO 16610-21). Points stand for the length about them; near an end the weight that is left is brought to one.
+///
+/// # Errors
+/// `OutOfRange`: lengths that differ or do not rise; a cut-off that holds fewer than two steps of the trace. `NotANumber`.
+pub fn filtered(along: &[f64], deviation: &[f64], cutoff: f64) -> Result<Vec<f64>, Error> {
+    /// Beyond this the weight is e^(−2π·…) < 1e-6 of its crest, in cut-offs.
+    const REACH: f64 = 1.0;
+    check(along, deviation)?;
+    let alpha = (std::f64::consts::LN_2 / std::f64::consts::PI).sqrt();
+    let n = along.len();
+    let span = |i: usize| 0.5 * (along[(i + 1).min(n - 1)] - along[i.saturating_sub(1)]);
+    let widest = (1..n).map(|i| along[i] - along[i - 1]).fold(0.0, f64::max);
+    if !(cutoff.is_finite() && cutoff >= 2.0 * widest) {
+        let message = format!(
+            "a filter of {:.4} mm is shorter than two steps of the trace, of {:.4} mm",
+            1e3 * cutoff,
+            1e3 * widest
+        );
+        return Err(Error::new(Code::OutOfRange, message)
+            .hint("leave the filter out, or take the trace at nearer points"));
+    }
+    let mean = |i: usize| {
+        let near = along.partition_point(|&x| x < along[i] - REACH * cutoff)
+            ..along.partition_point(|&x| x <= along[i] + REACH * cutoff);
+        let (mut weights, mut sum) = (0.0, 0.0);
+        for j in near {
+            let u = (along[j] - along[i]) / (alpha * cutoff);
+            let w = span(j) * (-std::f64::consts::PI * u * u).exp();
+            weights += w;
+            sum += w * deviation[j];
+        }
+        sum / weights
+    };
+    Ok((0..n).map(mean).collect())
+}
+
 /// How much a trace's last point falls short of the line through the points below the relief.
 ///
 /// # Errors
@@ -179,5 +216,43 @@ fn check(along: &[f64], deviation: &[f64]) -> Result<(), Error> {
             format!("places of the trace do not rise at point {}", i + 2),
         )
         .hint("a profile runs from root to tip, a helix from one face to the other")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::{LN_2, TAU};
+
+    /// A wave of length λ passes `exp(−ln 2 (λ_c/λ)²)`, half of it at the cut-off; a straight line as it is, and both on uneven points.
+    #[test]
+    fn exact_gaussian_filter() {
+        let uneven = |k: usize| 1e-5 * (k as f64 + 0.3 * (0.7 * k as f64).sin());
+        let along: Vec<f64> = (0..2000).map(uneven).collect();
+        let cutoff = 0.8e-3;
+        for length in [0.4e-3, 0.8e-3, 1.6e-3, 8e-3] {
+            let wave: Vec<f64> = along.iter().map(|x| (TAU * x / length).cos()).collect();
+            let found = filtered(&along, &wave, cutoff).unwrap();
+            let passes = (-LN_2 * (cutoff / length).powi(2)).exp();
+            for k in 200..1800 {
+                assert!(
+                    (found[k] - passes * wave[k]).abs() < 1e-5,
+                    "{length} {k}: {} {}",
+                    found[k],
+                    passes * wave[k]
+                );
+            }
+        }
+        let line: Vec<f64> = along.iter().map(|x| 3.0 * x - 0.01).collect();
+        let found = filtered(&along, &line, cutoff).unwrap();
+        assert!((200..1800).all(|k| (found[k] - line[k]).abs() < 1e-9));
+    }
+
+    #[test]
+    fn refuses_filters_finer_than_the_trace() {
+        let along = [0.0, 1e-4, 2e-4, 3e-4];
+        let error = filtered(&along, &[0.0; 4], 1.5e-4).unwrap_err();
+        assert_eq!(error.code, Code::OutOfRange);
+        assert!(filtered(&along, &[0.0; 4], f64::NAN).is_err());
     }
 }

@@ -94,41 +94,50 @@ pub fn of_machine(
             }
         }
     }
-    let mut all: Vec<Expected> = rotations.iter().flat_map(|(_, f)| f.lines()).collect();
-    all.extend(meshes.iter().flat_map(|(_, mesh)| mesh.lines()));
-    let plain = all.len();
+    // What is counted in each name: the fewer, the likelier it is meant.
+    let counted = |family: &Family| family.lines().into_iter().zip(1..).collect::<Vec<_>>();
+    let mut all: Vec<(Expected, usize)> = rotations.iter().flat_map(|(_, f)| counted(f)).collect();
     for (element, mesh) in &meshes {
+        all.extend(counted(mesh));
         for (_, rotation) in rotations.iter().filter(|(of, _)| of == element) {
-            all.extend(mesh.sidebands(&Family {
-                harmonics: SIDEBANDS,
-                ..rotation.clone()
-            }));
+            for (carrier, h) in counted(mesh) {
+                for (side, k) in counted(rotation).into_iter().take(SIDEBANDS) {
+                    let pair = alone(&carrier, mesh).sidebands(&alone(&side, rotation));
+                    all.extend(pair.into_iter().map(|line| (line, h + k)));
+                }
+            }
         }
     }
-    Ok(without_other_words(all, plain))
+    Ok(shortest_words(all))
 }
 
-/// Without sidebands that stand where a line before them in the list does: multiples of a rotation make up a mesh, so that a sideband
-/// of one harmonic is one of the next, and the shorter name is enough. The first `plain` are no sidebands, and all stay.
-fn without_other_words(all: Vec<Expected>, plain: usize) -> Vec<Expected> {
+/// A line as a family of its own.
+fn alone(line: &Expected, of: &Family) -> Family {
+    Family {
+        name: line.name.clone(),
+        fundamental: line.position,
+        relative_tolerance: of.relative_tolerance,
+        harmonics: 1,
+    }
+}
+
+/// Of lines at one place those in whose names the least is counted: multiples of a rotation make up a mesh, so that a sideband of one
+/// harmonic is also one of the next, and a high multiple of the rotation.
+fn shortest_words(all: Vec<(Expected, usize)>) -> Vec<Expected> {
     /// Of sums and multiples of one speed.
     const ROUNDING: f64 = 1e-9;
-    let mut order: Vec<usize> = (0..all.len()).collect();
-    order.sort_by(|&a, &b| all[a].position.total_cmp(&all[b].position));
-    let mut stays = vec![true; all.len()];
-    let alike = |a: &usize, b: &usize| {
-        (all[*b].position - all[*a].position).abs() <= ROUNDING * all[*b].position
+    let mut all = all;
+    all.sort_by(|a, b| a.0.position.total_cmp(&b.0.position));
+    let alike = |a: &(Expected, usize), b: &(Expected, usize)| {
+        (b.0.position - a.0.position).abs() <= ROUNDING * b.0.position
     };
-    for group in order.chunk_by(alike) {
-        let first = group.iter().min().copied().unwrap_or(0);
-        for &i in group.iter().filter(|&&i| i >= plain && i != first) {
-            stays[i] = false;
-        }
+    let mut kept = Vec::new();
+    for group in all.chunk_by(alike) {
+        let least = group.iter().map(|(_, counted)| *counted).min();
+        let short = group.iter().filter(|(_, counted)| Some(*counted) == least);
+        kept.extend(short.map(|(line, _)| line.clone()));
     }
-    let mut stays = stays.into_iter();
-    all.into_iter()
-        .filter(|_| stays.next() == Some(true))
-        .collect()
+    kept
 }
 
 /// Each name once, with the element it belongs to.

@@ -11,7 +11,7 @@ use crate::gear::measurement::quantity::Quantity;
 use crate::gear::measurement::runout::{self, Runout};
 use crate::gear::measurement::sizes::Way;
 use crate::gear::measurement::trace::{self, Line};
-use crate::scene::measured::{Chart, ChartKind, MeasuredGear, TraceChart};
+use crate::scene::measured::{Chart, ChartKind, MeasuredGear, TraceChart, TraceFilter};
 
 /// What a picture of a chart shows. Lengths in m.
 #[derive(Debug, Clone)]
@@ -288,11 +288,16 @@ impl Evaluation<'_> {
                     .zip(&design)
                     .map(|(y, d)| y - d)
                     .collect();
+                let in_column = |e: Error| {
+                    e.at(&chart.place)
+                        .label(format!("column \"{}\"", column.name))
+                };
+                let plain = match cutoff(how.filter, (from, to)) {
+                    Some(cutoff) => trace::filtered(&along, &plain, cutoff).map_err(in_column)?,
+                    None => plain,
+                };
                 let line =
-                    trace::line(&along, &plain, (from, to), reach, chart.std).map_err(|e| {
-                        e.at(&chart.place)
-                            .label(format!("column \"{}\"", column.name))
-                    })?;
+                    trace::line(&along, &plain, (from, to), reach, chart.std).map_err(in_column)?;
                 if let Some(begins) = how.relief_from {
                     let relief = trace::tip_relief(
                         &along,
@@ -304,6 +309,14 @@ impl Evaluation<'_> {
                     reliefs.push(relief);
                 }
                 traces.push((column.name, column.values, line));
+            }
+            if let Some(cutoff) = cutoff(how.filter, (from, to)) {
+                self.out.notes.push(format!(
+                    "{} {}: Gaussian filter, cut-off {:.4} mm",
+                    if how.is_profile { "profile" } else { "helix" },
+                    side.word(),
+                    1e3 * cutoff
+                ));
             }
             self.worst_lines(side, how.is_profile, &traces);
             self.tip_relief(side, &reliefs);
@@ -595,4 +608,13 @@ fn finite(column: &Column, chart: &Chart) -> Result<(), Error> {
         .at(&chart.place)
         .hint("measure it again, or take its row out of the file")),
     }
+}
+
+/// The cut-off of a trace's filter, m: by ISO 1328-1:2013 a thirtieth of the evaluation range, 25 µm at least.
+fn cutoff(filter: Option<TraceFilter>, (from, to): (f64, f64)) -> Option<f64> {
+    const LEAST: f64 = 25e-6;
+    filter.map(|filter| match filter {
+        TraceFilter::Cutoff(cutoff) => cutoff,
+        TraceFilter::OfRange => ((to - from) / 30.0).max(LEAST),
+    })
 }

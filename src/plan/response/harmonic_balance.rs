@@ -17,6 +17,7 @@ use crate::response::harmonic::curve::{Course, Curve, TOLERANCE, follow};
 use crate::response::harmonic::family::Family;
 use crate::response::harmonic::lines::Lines;
 use crate::response::harmonic::point::{Asked, Found, Point};
+use crate::response::harmonic::special::{Kind, Special};
 use crate::scene::laws::{PhaseOf, StartAt};
 use crate::scene::start::Start;
 use crate::scene::study::{HarmonicBalanceStudy, MOST_ORDERS, SimulateStudy, SpeedRange};
@@ -345,6 +346,8 @@ impl Answer {
     }
 
     fn warn(&mut self, plain: bool, tolerance: f64) {
+        let doublings = |s: &Special| s.kind == Kind::PeriodDoubling;
+        let not_followed = self.counts().0 == 0 && self.curve.specials.iter().any(doublings);
         let mut warn = |code, message: String, hint: &str| {
             self.warnings.push(Warning {
                 code,
@@ -379,6 +382,13 @@ impl Answer {
                     "the balance would need more orders than it takes: those left out add up to {worst:.1e}, not {tolerance:.1e}"
                 ),
                 "motions refined by events do not depend on it; of the others take as many digits as that",
+            );
+        }
+        if not_followed {
+            warn(
+                "doubling",
+                "motions of two periods begin at a period doubling, and are followed only where motions are refined by events".to_string(),
+                "simulate in time just beyond the doubling to see one",
             );
         }
         if !plain {

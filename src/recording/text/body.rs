@@ -222,16 +222,22 @@ impl<'p> Reader<'p> {
                 false => Ok(()),
             };
         }
-        let begins = cells::Cells::new(line, self.marks.delimiter)
-            .map(|(_, cell)| cells::bare(cell))
-            .find(|c| !c.is_empty());
+        let bare = || {
+            let cells = cells::Cells::new(line, self.marks.delimiter);
+            cells.map(|(_, cell)| cells::bare(cell))
+        };
+        let begins = bare().find(|c| !c.is_empty());
+        let is_number = |c: &&[u8]| matches!(cells::read(c, self.marks.decimal), Cell::Number(_));
+        // A row whose stamp or frequency alone cannot be.
+        let is_row = bare().count() >= self.plan.required
+            && begins.is_some_and(|c| c[0].is_ascii_digit())
+            && bare().skip(1).any(|c| is_number(&c));
         let text_first = begins.is_some_and(|cell| {
             matches!(cells::read(cell, self.marks.decimal), Cell::Text)
                 && super::stamps::form(cell).is_none()
-                && !cells::is_too_large(cell, self.marks.decimal)
         });
         let error = self.error(&fault, line, number);
-        if !text_first || self.body.rows == 0 {
+        if !text_first || is_row || self.body.rows == 0 {
             return Err(error);
         }
         let text = self.coding.text(&line[..line.len().min(200)]);

@@ -117,14 +117,6 @@ pub fn read(cell: &[u8], decimal: u8) -> Cell {
     word(cell)
 }
 
-/// Whether a cell is a number beyond the range of numbers.
-pub fn is_too_large(cell: &[u8], decimal: u8) -> bool {
-    let begins = |b: &u8| b.is_ascii_digit() || matches!(*b, b'+' | b'-' | b'.');
-    let text = std::str::from_utf8(cell).unwrap_or("");
-    let text = text.replace(char::from(decimal), ".");
-    cell.first().is_some_and(begins) && text.parse().is_ok_and(f64::is_infinite)
-}
-
 /// A cell without the blanks and quotes around it.
 pub fn bare(cell: &[u8]) -> &[u8] {
     let cell = cell.trim_ascii();

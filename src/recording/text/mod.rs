@@ -3,8 +3,8 @@
 use std::io::{Cursor, Read};
 
 use super::column::Column;
-use super::raw::{Clock, Group, Raw, RawChannel, Repair, Stamps};
-use super::settings::{DialectSettings, Settings};
+use super::raw::{Clock, Group, Layout, Raw, RawChannel, Repair, Stamps};
+use super::settings::Settings;
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors, Warning};
 use crate::base::place::Place;
@@ -99,12 +99,11 @@ pub fn read(path: &str, mut reader: impl Read, settings: &Settings) -> Result<Ra
     let mut raw = Raw {
         path: path.to_string(),
         dialect: in_words(&layout, coding_name),
-        layout: DialectSettings {
+        layout: Layout {
             delimiter: (layout.kinds.len() > 1).then(|| char::from(layout.marks.delimiter)),
             decimal: Some(char::from(layout.marks.decimal)),
             encoding: Some(label.to_lowercase()),
             header_lines: Some(layout.first),
-            day_first: settings.dialect.day_first,
         },
         facts: said.facts.clone(),
         warnings: said.warnings.clone(),

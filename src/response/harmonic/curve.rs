@@ -1,6 +1,7 @@
 //! The curve of periodic motions over speed, followed by arc length (Keller 1977; Allgower and Georg 1990, ch. 6): around folds
 //! and through bifurcations, stable or not.
 
+use super::doubled::{Doubled, doubled};
 use super::family::Family;
 use super::follower::Follower;
 pub use super::follower::{Course, TOLERANCE};
@@ -17,6 +18,8 @@ pub struct Curve {
     pub points: Vec<Point>,
     /// Folds and bifurcations, in that order.
     pub specials: Vec<Special>,
+    /// Motions of two periods that doublings begin, where motions are refined by events.
+    pub doubled: Vec<Doubled>,
     /// The number of unknowns was the limit of the orders at some points.
     pub limited: bool,
     /// The curve was given up before the end of the range, and why.
@@ -74,6 +77,7 @@ fn along(follower: &mut Follower, progress: &mut dyn FnMut(f64)) -> Result<Curve
     let mut curve = Curve {
         points: Vec::new(),
         specials: Vec::new(),
+        doubled: Vec::new(),
         limited: false,
         ended: None,
     };
@@ -137,5 +141,13 @@ fn along(follower: &mut Follower, progress: &mut dyn FnMut(f64)) -> Result<Curve
     let lost = losses(follower, &curve.points, &places, &steps, &curve.specials);
     curve.specials.extend(lost);
     curve.specials.sort_by_key(|s| s.after);
+    if follower.asked.events {
+        curve.doubled = doubled(
+            follower.family,
+            &follower.asked,
+            &curve.points,
+            &curve.specials,
+        );
+    }
     Ok(curve)
 }

@@ -31,5 +31,8 @@ mod follower;
 /// Folds and bifurcations.
 pub mod special;
 
+/// Motions of two periods.
+pub mod doubled;
+
 /// The curve.
 pub mod curve;

@@ -142,7 +142,7 @@ pub fn point(
         None => (Found::Orders, start, judged(balance, x)?),
     };
     let outputs = match found {
-        Found::Events => sampled_exactly(family, omega, &start, asked.outputs)?,
+        Found::Events => sampled_exactly(family, omega, 1, &start, asked.outputs)?,
         Found::Orders => sampled(balance, &motion, omega, asked.outputs),
     };
     let sense = tangent[tangent.len() - 1];
@@ -233,25 +233,28 @@ fn sampled(
     extents(&rows, outputs.list.len())
 }
 
-fn sampled_exactly(
+/// Extents of outputs over so many periods, by events.
+pub(super) fn sampled_exactly(
     family: &Family,
     omega: f64,
+    periods: usize,
     start: &[f64],
     outputs: &Outputs,
 ) -> Result<Vec<Extent>, Error> {
     let (train, given) = (family.at(omega), family.whole_at(omega));
+    let samples = periods * SAMPLES;
     let ask = Ask {
         from: 0.0,
-        to: TAU / omega,
+        to: periods as f64 * TAU / omega,
         start: start.to_vec(),
-        samples: SAMPLES,
+        samples,
         effort: Wanted::Tolerance(1e-12),
         budget: u64::MAX,
         stop: Stop::default(),
     };
-    let mut rows = Vec::with_capacity(SAMPLES);
+    let mut rows = Vec::with_capacity(samples);
     let mut sink = |t: f64, y: &[f64]| {
-        if rows.len() < SAMPLES {
+        if rows.len() < samples {
             rows.push(outputs.at(&given, t, &whole(family, y)));
         }
         ControlFlow::Continue(())

@@ -254,6 +254,18 @@ impl Survey {
             u64::from(largest.max(100)) * 2,
         );
         let near = near.map_or(String::new(), |(a, b)| format!(": that is {a}:{b}"));
+        let times = found.value.abs() / declared;
+        let whole = times.max(1.0 / times);
+        let is_whole = whole > 1.5 && (whole / whole.round() - 1.0).abs() <= found.known_to;
+        if is_whole {
+            let message = format!(
+                "{said}, {} by exactly {whole:.0}",
+                if times > 1.0 { "too many" } else { "too few" }
+            );
+            return Err(Error::new(Code::RatioMismatch, message).hint(
+                "a whole factor comes from the encoders: look at --lines and --counts-per-line of both, then at --teeth",
+            ));
+        }
         Err(Error::new(Code::RatioMismatch, format!("{said}{near}"))
             .hint("look at --teeth (driver first), at --lines and --counts-per-line of both encoders, and whether input and output are interchanged"))
     }
