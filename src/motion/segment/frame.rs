@@ -6,6 +6,7 @@
 use crate::base::error::Error;
 use crate::machine::direction::Direction;
 use crate::motion::train::{Mass, Train};
+use crate::numeric::slices::add;
 pub use crate::numeric::slices::dot;
 use crate::numeric::{Matrix, definite, graded};
 
@@ -226,7 +227,7 @@ fn left_free(motions: &[Vec<f64>], rows: &[Vec<f64>]) -> Result<Vec<Vec<f64>>, E
     let sum = |share: &Vec<f64>| {
         let mut all = vec![0.0; motions[0].len()];
         let both = share.iter().zip(motions);
-        both.for_each(|(a, motion)| super::stage::add(&mut all, *a, motion));
+        both.for_each(|(a, motion)| add(&mut all, *a, motion));
         all
     };
     Ok(shares.iter().map(sum).collect())
