@@ -190,6 +190,18 @@ impl Law {
         }
     }
 
+    /// A rate of dry friction up to which a state says nothing of sliding, m/s or rad/s: what a method leaves of a pair that sticks
+    /// while both its bodies move. Where it would have to hold more than it can it slides all the same.
+    fn still(&self) -> f64 {
+        const SHARE_OF_CREEP: f64 = 1e-5;
+        SHARE_OF_CREEP
+            * match self {
+                Law::Friction(friction) | Law::Clutch { friction, .. } => friction.creep,
+                Law::Pressed(pressed) => pressed.friction.creep,
+                _ => 0.0,
+            }
+    }
+
     /// It is dry friction.
     pub fn is_dry(&self) -> bool {
         matches!(
@@ -365,6 +377,7 @@ impl Train {
                 law if law.is_dry() => {
                     let (_, rate) = b.deflection(t, q, v, piece);
                     BranchStand::Friction(match rate {
+                        r if r.abs() <= law.still() => Slip::Stick,
                         r if r > 0.0 => Slip::Forward,
                         r if r < 0.0 => Slip::Backward,
                         _ => Slip::Stick,

@@ -21,9 +21,6 @@ pub mod radau;
 /// Both, on machines and on plain problems.
 pub mod stepping;
 
-/// Exponential, order 4.
-pub mod exponential;
-
 /// Newmark's and its kin.
 pub mod alpha;
 
@@ -88,15 +85,6 @@ pub const METHODS: &[Method] = &[
         locates_events: true,
         refuses: |_| None,
         run: stepping::radau5,
-    },
-    Method {
-        name: "etdrk4",
-        title: "exponential Runge–Kutta of order 4 with switches located, the linear part exact",
-        ladder: Ladder::Tolerance,
-        order: Some(4),
-        locates_events: true,
-        refuses: |_| None,
-        run: exponential::etdrk4,
     },
     Method {
         name: "dop853",

@@ -49,8 +49,7 @@ pub fn radau5_plain<P: Problem>(problem: &P, ask: &Ask, sink: &mut Sink) -> Resu
     stepper::run(&Plain(problem), ask, sink, &mut stepper)
 }
 
-/// How steps are chosen.
-pub fn control(ask: &Ask) -> Control {
+fn control(ask: &Ask) -> Control {
     match ask.effort {
         Wanted::Tolerance(tolerance) => Control::Tolerance(tolerance),
         Wanted::Step(h) => Control::Fixed(h),
