@@ -163,7 +163,7 @@ fn refuses_what_is_asked_in_vain() {
     let alone: &[&str] = &["identify", "--output", "a"];
     let with: &[&str] = IDENTIFY;
     let cases: [(&[&str], &[&str], &str, &str); 7] = [
-        (with, &["--order", "9999"], "out-of-range", "pole pairs"),
+        (with, &["--order", "9999"], "out-of-range", "500"),
         (
             with,
             &["--method", "plscf", "--delay", "common"],

@@ -113,6 +113,7 @@ pub fn among(
         .max()
         .unwrap_or(0);
     let mut candidates: Vec<Candidate> = Vec::new();
+    let mut models = Vec::new();
     let mut failure = None;
     let (y, _) = centred(record.output());
     let nothing = Candidate::nothing(&y[first.min(y.len())..]);
@@ -133,6 +134,7 @@ pub fn among(
                     (least, in_vain) = (candidate.value(criterion), 0);
                 }
                 candidates.push(candidate);
+                models.push(model);
             }
             Err(error) => failure = failure.or(Some(error)),
         }
@@ -141,7 +143,12 @@ pub fn among(
         return Err(error);
     }
     let choice = choose(candidates, nothing, criterion)?;
-    let model = super::prediction_error::fit(record, choice.family)?;
+    // Where poles and zeros cancel, as in noise, a few samples more may keep the iteration from settling.
+    let whole = super::prediction_error::fit(record, choice.family);
+    let model = whole.or_else(|error| {
+        let own = models.into_iter().find(|m| m.family == choice.family);
+        own.ok_or(error)
+    })?;
     Ok((model, choice))
 }
 

@@ -302,7 +302,8 @@ fn averaged(
 }
 
 /// Responses by local polynomials over blocks as long as the record has them, in words, and how near lines can be had; nothing where
-/// the input repeats, or gaps leave too little.
+/// the input repeats, gaps leave too little, or several inputs drive: where these are coherent on some lines, few lines tell no more
+/// than that they are not told apart, and an average says which lines those are.
 fn locally(
     recording: &Recording,
     channels: &[&Channel],
@@ -310,6 +311,9 @@ fn locally(
     band: (f64, f64),
     apart_hz: Option<f64>,
 ) -> Result<Option<(Estimate, String, f64)>, Error> {
+    if inputs > 1 {
+        return Ok(None);
+    }
     let longest = (recording.stretches.iter().map(|s| s.len())).max();
     let most = LONGEST_WHOLE.min(TRANSFORMED / channels.len().max(1));
     let longest = longest.unwrap_or(0);
