@@ -455,3 +455,38 @@ fn refuses_a_pipe_as_output() {
         said(folder.path(), &["convert", "a.csv", "--to", "o.csv"], 2);
     }
 }
+
+/// The part used begins at the trigger less the pre-trigger, also where another channel is converted; a level never reached is said.
+#[test]
+fn exact_trigger() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let mut text = String::from("t [s],force [N],a [g]\n");
+    for k in 0..2000 {
+        let force = if k >= 1234 { -7.5 } else { 0.1 };
+        writeln!(text, "{:.3},{force},{}", f64::from(k) * 1e-3, k % 9).unwrap();
+    }
+    fs::write(at.join("a.csv"), text).unwrap();
+    let (_, err) = said(
+        at,
+        &[
+            "convert",
+            "a.csv",
+            "--to",
+            "o.csv",
+            "--channel",
+            "a",
+            "--trigger",
+            "force=5",
+            "--pre-trigger",
+            "0.034",
+        ],
+        0,
+    );
+    assert!(err.contains("triggered"), "{err}");
+    let kept = times(&at.join("o.csv"));
+    assert_eq!((kept.len(), kept[0]), (800, 1.2));
+    let head = fs::read_to_string(at.join("o.csv")).unwrap();
+    assert!(!head.lines().next().unwrap().contains("force"), "{head}");
+    said(at, &["check", "a.csv", "--trigger", "force=9"], 2);
+}

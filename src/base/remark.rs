@@ -106,6 +106,11 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "Samples are missing. The record falls into stretches there, and no average reaches across. --fill-gaps bridges them instead.",
     ),
     (
+        "triggered",
+        Repair,
+        "What lies before the level of --trigger was left out, but for what --pre-trigger keeps. The level is compared with the size of the numbers as the log has them.",
+    ),
+    (
         "gap-filled",
         Repair,
         "Straight lines were laid over missing samples, as asked.",

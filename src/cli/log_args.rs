@@ -8,7 +8,7 @@ use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::kind::Kind;
 use crate::base::units;
-use crate::recording::settings::{ChannelSettings, Gaps, RateSource, Settings};
+use crate::recording::settings::{ChannelSettings, Gaps, RateSource, Settings, Trigger};
 use crate::scene;
 
 /// Flags of every command that reads a log.
@@ -45,6 +45,12 @@ pub struct LogArgs {
     /// Leave out what lies from this time on (s where bare)
     #[arg(long, value_name = "TIME")]
     pub before: Option<String>,
+    /// Begin where a channel reaches a level, in its numbers: --trigger force=5
+    #[arg(long, value_name = "CHANNEL=LEVEL")]
+    pub trigger: Option<String>,
+    /// How much to keep before the trigger (s where bare)
+    #[arg(long, value_name = "TIME", requires = "trigger")]
+    pub pre_trigger: Option<String>,
     /// Between cells: , ; tab space |
     #[arg(long, value_name = "MARK")]
     pub delimiter: Option<String>,
@@ -105,6 +111,21 @@ impl LogArgs {
         };
         settings.from_s = time(&self.after, "--after")?.or(settings.from_s);
         settings.to_s = time(&self.before, "--before")?.or(settings.to_s);
+        if let Some(text) = &self.trigger {
+            let (channel, level) = level(text, "--trigger")?;
+            let before_s = time(&self.pre_trigger, "--pre-trigger")?.unwrap_or(0.0);
+            if before_s < 0.0 {
+                let message = "--pre-trigger takes a time of at least 0";
+                return Err(Error::new(Code::OutOfRange, message)
+                    .hint("what is kept before the trigger: --pre-trigger 0.01")
+                    .into());
+            }
+            settings.trigger = Some(Trigger {
+                channel: channel.to_string(),
+                level,
+                before_s,
+            });
+        }
         settings.time_column = self.time.clone().or(settings.time_column);
         settings.time_unit = self.time_unit.clone().or(settings.time_unit);
         if self.fill_gaps {
@@ -158,16 +179,8 @@ impl LogArgs {
             said(settings, name).sensitivity = Some(value.to_string());
         }
         for text in &self.overload {
-            let (name, level) = pair(text, "--overload", "force=5")?;
-            let level = level
-                .parse()
-                .ok()
-                .filter(|l: &f64| *l > 0.0 && l.is_finite());
-            let wrong = || {
-                Error::new(Code::Usage, format!("\"{text}\" names no level above zero"))
-                    .hint("write --overload force=5")
-            };
-            said(settings, name).overload = Some(level.ok_or_else(wrong)?);
+            let (name, level) = level(text, "--overload")?;
+            said(settings, name).overload = Some(level);
         }
         Ok(())
     }
@@ -187,6 +200,19 @@ fn said<'s>(settings: &'s mut Settings, name: &str) -> &'s mut ChannelSettings {
             settings.channels.len() - 1
         });
     &mut settings.channels[at]
+}
+
+/// A channel and a level above zero of its numbers.
+fn level<'t>(text: &'t str, flag: &str) -> Result<(&'t str, f64), Error> {
+    let (name, level) = pair(text, flag, "force=5")?;
+    let found = level.parse().ok();
+    match found.filter(|l: &f64| *l > 0.0 && l.is_finite()) {
+        Some(level) => Ok((name, level)),
+        None => Err(
+            Error::new(Code::Usage, format!("\"{text}\" names no level above zero"))
+                .hint(format!("write {flag} force=5")),
+        ),
+    }
 }
 
 fn pair<'t>(text: &'t str, flag: &str, example: &str) -> Result<(&'t str, &'t str), Error> {

@@ -23,8 +23,34 @@ pub struct Settings {
     pub from_s: Option<f64>,
     /// Nothing from this time on is kept, s from the first sample.
     pub to_s: Option<f64>,
+    /// The part used begins where a channel reaches a level.
+    pub trigger: Option<Trigger>,
     /// What was read beside the log to say all this, said in every answer.
     pub notes: Vec<Repair>,
+}
+
+/// A level that begins the part of a log that is used.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trigger {
+    /// The channel.
+    pub channel: String,
+    /// The size its numbers reach.
+    pub level: f64,
+    /// What is kept before, s.
+    pub before_s: f64,
+}
+
+impl Settings {
+    /// The channels to read: those kept, then the one that triggers; all where none is named.
+    pub fn read(&self) -> Vec<String> {
+        let mut read = self.only.clone();
+        let own = self.trigger.iter().map(|t| &t.channel);
+        let more: Vec<&String> = own.filter(|t| !read.contains(t)).collect();
+        if !read.is_empty() {
+            read.extend(more.into_iter().cloned());
+        }
+        read
+    }
 }
 
 /// How a text log is laid out.

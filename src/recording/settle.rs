@@ -7,7 +7,7 @@ use super::column::Column;
 use super::names;
 use super::raw::{Clock, Group, Raw, RawChannel, Repair};
 use super::resample::{self, Grid};
-use super::settings::{ChannelSettings, Gaps, RateSource, Settings};
+use super::settings::{ChannelSettings, Gaps, RateSource, Settings, Trigger};
 use super::signals::{Channel, Recording};
 use super::time_base::{self, Spacing, TimeBase};
 use crate::base::code::Code;
@@ -103,6 +103,10 @@ fn settled(mut raw: Raw, settings: &Settings) -> Result<Recording, Error> {
     }
     settled.split_at_missing(&empty)?;
     settled.crop(settings)?;
+    if !settings.only.is_empty() {
+        // The trigger was read for its level alone.
+        settled.channels.truncate(settings.only.len());
+    }
     if settings.gaps == Gaps::Fill {
         settled.fill()?;
     }
@@ -174,7 +178,8 @@ fn choose(raw: &mut Raw, settings: &Settings) -> Result<Group, Error> {
         return Ok(raw.groups.swap_remove(largest.unwrap_or(0)));
     }
     let (mut at, mut wanted) = (Vec::new(), Vec::new());
-    for word in &settings.only {
+    let words = settings.read();
+    for word in &words {
         let named = |s: &&ChannelSettings| s.rename.as_ref().is_some_and(|r| r == word);
         let word = (settings.channels.iter())
             .find(named)
@@ -203,7 +208,7 @@ fn choose(raw: &mut Raw, settings: &Settings) -> Result<Group, Error> {
         if !same_clock(one, two) {
             let message = format!(
                 "the channels {} do not share one clock: {} and {} samples",
-                listed(settings.only.iter().map(String::as_str)),
+                listed(words.iter().map(String::as_str)),
                 samples(one),
                 samples(two)
             );
@@ -219,6 +224,10 @@ fn choose(raw: &mut Raw, settings: &Settings) -> Result<Group, Error> {
             .iter()
             .position(|c| c.name == *name);
         let Some(place) = place else {
+            // The trigger may be one of the channels kept, by another word.
+            if settings.trigger.is_some() && channels.len() == settings.only.len() {
+                continue;
+            }
             return Err(Error::new(Code::Conflict, format!("{name} is named twice"))
                 .hint("name each channel once"));
         };
@@ -719,14 +728,64 @@ impl Settled {
         Ok(())
     }
 
+    /// The place, at or after another, before which nothing is kept: the trigger's level is reached there or a little later.
+    fn triggered(&mut self, trigger: &Trigger, from: f64) -> Result<f64, Error> {
+        let known: Vec<String> = self.channels.iter().map(|c| c.name.clone()).collect();
+        let found = names::find(&trigger.channel, &known);
+        let at = found.ok_or_else(|| no_channel(&trigger.channel, &known))?;
+        let mut largest = 0.0f64;
+        let mut reached = None;
+        for stretch in &self.stretches {
+            let mut block = vec![0.0; BLOCK.min(stretch.rows.len())];
+            let mut row = stretch.rows.start;
+            while row < stretch.rows.end && reached.is_none() {
+                let count = BLOCK.min(stretch.rows.end - row);
+                self.channels[at].samples.read(row, &mut block[..count])?;
+                for (k, x) in block[..count].iter().enumerate() {
+                    let place = stretch.start + (row + k - stretch.rows.start) as f64;
+                    if place < from {
+                        continue;
+                    }
+                    largest = largest.max(x.abs());
+                    if x.abs() >= trigger.level {
+                        reached = Some(place);
+                        break;
+                    }
+                }
+                row += count;
+            }
+        }
+        let Some(place) = reached else {
+            let message = format!(
+                "the channel {} never reaches the level {} of the trigger: {largest:.6} at most",
+                known[at], trigger.level
+            );
+            return Err(Error::new(Code::NoSignal, message)
+                .hint("choose a lower level, in the numbers of the log"));
+        };
+        let start = (place - (trigger.before_s * self.rate_hz).round()).max(from);
+        let message = format!(
+            "kept from {:.6} s on: {} reaches {} at {:.6} s",
+            start / self.rate_hz,
+            known[at],
+            trigger.level,
+            place / self.rate_hz
+        );
+        self.repair("triggered", message);
+        Ok(start)
+    }
+
     /// Only the time that was asked for.
     fn crop(&mut self, settings: &Settings) -> Result<(), Error> {
         let end = self.stretches.last().map_or(0.0, Stretch::end);
         let steps = |t: f64| (t * self.rate_hz).round();
-        let (from, to) = (
+        let (mut from, to) = (
             settings.from_s.map_or(0.0, steps),
             settings.to_s.map_or(end, steps),
         );
+        if let Some(trigger) = &settings.trigger {
+            from = self.triggered(trigger, from)?;
+        }
         if from >= to.min(end) {
             let message = format!(
                 "nothing lies between the times asked for: the log lasts {:.6} s",

@@ -122,6 +122,7 @@ fn log(f: &mut Fields) -> Settings {
             .unwrap_or_default(),
         from_s: f.optional_quantity("after", Kind::Time, Range::NotNegative),
         to_s: f.optional_quantity("before", Kind::Time, Range::Positive),
+        trigger: None,
         notes: Vec::new(),
     }
 }

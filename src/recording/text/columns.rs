@@ -521,7 +521,7 @@ impl Wanted {
             by.map_or(word.to_string(), |c| c.name.clone())
         };
         let found: Result<Vec<usize>, Error> = settings
-            .only
+            .read()
             .iter()
             .map(|word| position(columns, width, &renamed(word)))
             .collect();
