@@ -31,7 +31,6 @@ const PREFERRED: &[&str] = &[
     "exact",
     "switched",
     "periodic",
-    "taylor",
     "radau5",
     "generalized-alpha",
     "dopri5",
