@@ -181,7 +181,7 @@ impl Moved {
     /// The tables.
     pub fn text(&self) -> String {
         let mut text = report::motion_table::readings(&self.scene, &self.motion);
-        text += &report::on_the_fly::text(&self.scene, &self.found);
+        text += &report::on_the_fly_table::text(&self.scene, &self.found);
         if let Some(at) = self.step_at.filter(|_| !self.motion.time.is_empty()) {
             text += &report::motion_table::steps(&self.scene, &self.motion, at);
         }

@@ -142,6 +142,10 @@ pub mod encoders_table;
 /// What was found while a motion ran.
 pub mod on_the_fly;
 
+/// The same as tables.
+#[cfg(feature = "cli")]
+pub mod on_the_fly_table;
+
 /// Tables of state-space forms and reduced machines.
 #[cfg(feature = "cli")]
 pub mod system_tables;
