@@ -98,7 +98,7 @@ pub fn autoregressive(
 const IN_VAIN: usize = 2;
 
 /// The best of `families`, by rising order; those the samples do not determine are passed over, and where coefficients are iterated the
-/// search ends after [`IN_VAIN`] that better nothing.
+/// search ends after two that better nothing.
 ///
 /// # Errors
 /// Of the first family, where none can be fitted.
