@@ -630,20 +630,23 @@ fn exact_high_multiple_of_a_bearing() {
     assert_eq!(peaks.iter().find(near).unwrap()["names"][0], "6 × BPFO");
 }
 
-/// Orders end where half the sample rate does at the highest speed.
-#[test]
-fn law_orders_end_with_the_rate() {
-    let found = document(&[
+/// The order spectrum of the shipped run-up.
+fn orders_of_run_up(flags: &[&str]) -> Value {
+    let of = [
         "spectrum",
         "data/run_up.csv",
         "--channel",
         "ax",
         "--kind",
         "order",
-        "--tacho",
-        "tacho",
-        "--json",
-    ]);
+    ];
+    document(&[&of[..], &["--tacho", "tacho", "--json"], flags].concat())
+}
+
+/// Orders end where half the sample rate does at the highest speed.
+#[test]
+fn law_orders_end_with_the_rate() {
+    let found = orders_of_run_up(&[]);
     let orders = numbers(&found["order"]);
     let highest = 1000.0 / (400.0 / 60.0);
     assert!(orders.iter().all(|o| *o < highest), "{:?}", orders.last());
@@ -684,21 +687,7 @@ fn refuses_what_no_spectrum_holds() {
 /// The shipped drive names the two orders of the shipped run-up, each once.
 #[test]
 fn exact_names_of_the_run_up() {
-    let found = document(&[
-        "spectrum",
-        "data/run_up.csv",
-        "--channel",
-        "ax",
-        "--kind",
-        "order",
-        "--tacho",
-        "tacho",
-        "--model",
-        "models/spindle_drive.toml",
-        "--at",
-        "spindle",
-        "--json",
-    ]);
+    let found = orders_of_run_up(&["--model", "models/spindle_drive.toml", "--at", "spindle"]);
     let names = |at: usize| found["channels"][0]["peaks"][at]["names"].clone();
     assert_eq!(names(0), serde_json::json!(["mesh index_drive"]));
     assert_eq!(names(1), serde_json::json!(["rotation of worm"]));

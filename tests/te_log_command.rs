@@ -11,6 +11,15 @@ mod command;
 
 use command::{document, geardyn, put, refusal};
 
+/// The motion of a scene as CSV.
+fn simulated(folder: &Path, scene: &str) -> PathBuf {
+    let csv = folder.join("motion.csv");
+    let done = geardyn(&["simulate", scene, "--csv", csv.to_str().unwrap(), "--quiet"]);
+    let said = String::from_utf8_lossy(&done.stderr);
+    assert_eq!(done.status.code(), Some(0), "{said}");
+    csv
+}
+
 /// A temporary folder of this test.
 fn folder(name: &str) -> PathBuf {
     let path = std::env::temp_dir().join(format!("geardyn-te-{name}-{}", std::process::id()));
@@ -334,15 +343,8 @@ fn exact_simulated_motion() {
         "title = \"turning\"\nmodel = \"pair.toml\"\n[start]\nat = \"steady\"\n[[study]]\nkind = \"simulate\"\nuntil = \"8 s\"\nsamples = 8000\noutputs = [\"a.theta\", \"b.theta\"]\n",
     );
     let scene = scene.to_str().unwrap();
-    let csv = folder.join("motion.csv");
+    let csv = simulated(&folder, scene);
     let csv = csv.to_str().unwrap();
-    let done = geardyn(&["simulate", scene, "--csv", csv, "--quiet"]);
-    assert_eq!(
-        done.status.code(),
-        Some(0),
-        "{}",
-        String::from_utf8_lossy(&done.stderr)
-    );
     let chain = document(&["te", scene, "--driver", "a", "--output", "b", "--json"]);
     let expected = chain["orders"][0]["amplitude_arcsec"].as_f64().unwrap();
     let found = document(&[
@@ -423,15 +425,9 @@ fn exact_errors_behind_a_free_driver() {
         "scene.toml",
         "title = \"turning\"\nmodel = \"pair.toml\"\n[start]\nat = \"steady\"\nmesh_phase = \"speed\"\n[[study]]\nkind = \"simulate\"\nuntil = \"1 s\"\nsamples = 20000\noutputs = [\"m.theta\", \"t.theta\"]\n",
     );
-    let (scene, csv) = (scene.to_str().unwrap(), folder.join("motion.csv"));
+    let scene = scene.to_str().unwrap();
+    let csv = simulated(&folder, scene);
     let csv = csv.to_str().unwrap();
-    let done = geardyn(&["simulate", scene, "--csv", csv, "--quiet"]);
-    assert_eq!(
-        done.status.code(),
-        Some(0),
-        "{}",
-        String::from_utf8_lossy(&done.stderr)
-    );
     let arguments = [
         "te", csv, "--input", "m.theta", "--output", "t.theta", "--teeth", "13:40", "--model",
         scene, "--at", "m,t", "--after", "0.2 s", "--json",

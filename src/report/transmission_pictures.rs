@@ -9,7 +9,7 @@ use super::style::{
 };
 use super::transmission::{Unit, cause, source};
 use crate::machine::parts::Machine;
-use crate::plan::transmission::run::{Answer, Map};
+use crate::plan::transmission::run::{Answer, Map, Row};
 
 const LEFT: f64 = 70.0;
 
@@ -147,18 +147,21 @@ fn lines(title: &str, machine: &Machine, answer: &Answer) -> String {
 
 /// An order with the largest of its sources.
 fn named(machine: &Machine, answer: &Answer, group: &[usize]) -> String {
-    let row = &answer.rows[group[0]];
     let more = match group.len() {
         1 => String::new(),
         n => format!(" and {} more", n - 1),
     };
-    let name = format!(
-        "{}: {}, {}{more}",
+    shortened(&(of_row(machine, &answer.rows[group[0]]) + &more), 90)
+}
+
+/// An order, its source and its cause.
+fn of_row(machine: &Machine, row: &Row) -> String {
+    format!(
+        "{}: {}, {}",
         brief(row.line.order.value()),
         source(machine, row),
         cause(machine, row)
-    );
-    shortened(&name, 90)
+    )
 }
 
 /// Shares of the sum of squares by element.
@@ -240,16 +243,7 @@ fn speeds(title: &str, machine: &Machine, answer: &Answer, map: &Map) -> String 
         let scale = (-most.min(40.0), most.min(40.0));
         let names: Vec<String> = shown
             .iter()
-            .map(|&k| {
-                let row = &answer.rows[k];
-                let name = format!(
-                    "{}: {}, {}",
-                    brief(row.line.order.value()),
-                    source(machine, row),
-                    cause(machine, row)
-                );
-                shortened(&name, 40)
-            })
+            .map(|&k| shortened(&of_row(machine, &answer.rows[k]), 40))
             .collect();
         let left = 16.0
             + names

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::common;
+use super::friction;
 use super::laws::{Course, Curve, Drive, FaceMill, Friction, History, Swing};
 use super::model::{Brake, Load, Motor};
 use super::waves;
@@ -349,16 +350,7 @@ pub fn clutch(f: &mut Fields) -> Brake {
             "let it rise over a short time in place of the jump",
         );
     }
-    let over = Range::Within(1.0, 100.0, "at least 1 and below 100");
-    let ratio = f.optional_number("breakaway_ratio", over).unwrap_or(1.0);
-    let stribeck = f.optional_quantity("stribeck_speed", Kind::Speed, Range::Positive);
-    if ratio > 1.0 && stribeck.is_none() {
-        f.missing(
-            "stribeck_speed",
-            ", over which the torque falls from the breakaway to the sliding one",
-        );
-    }
-    let creep = f.optional_quantity("creep_speed", Kind::Speed, Range::Positive);
+    let law = friction::of_one(f);
     let largest = points.iter().fold(0.0f64, |m, p| m.max(p.1));
     let grip = (points.len() > 1 && largest > 0.0)
         .then(|| points.iter().map(|p| (p.0, p.1 / largest)).collect());
@@ -367,9 +359,8 @@ pub fn clutch(f: &mut Fields) -> Brake {
         between,
         friction: Friction {
             sliding: largest,
-            breakaway: ratio * largest,
-            stribeck: stribeck.unwrap_or(1.0),
-            creep: creep.unwrap_or(1e-4), // rad/s: a turn in 17 h
+            breakaway: law.breakaway * largest,
+            ..law
         },
         grip,
     }
@@ -389,24 +380,10 @@ pub fn brake(f: &mut Fields) -> Brake {
             "give at least the sliding torque, or leave it out",
         );
     }
-    let stribeck = f.optional_quantity("stribeck_speed", Kind::Speed, Range::Positive);
-    if breakaway.is_some_and(|b| b > sliding) && stribeck.is_none() {
-        f.missing(
-            "stribeck_speed",
-            ", over which the torque falls from the breakaway to the sliding one",
-        );
-    }
-    let creep = f.optional_quantity("creep_speed", Kind::Speed, Range::Positive);
-    let friction = Friction {
-        sliding,
-        breakaway: breakaway.unwrap_or(sliding),
-        stribeck: stribeck.unwrap_or(1.0),
-        creep: creep.unwrap_or(1e-4), // rad/s: a turn in 17 h
-    };
     Brake {
         name,
         between,
-        friction,
+        friction: friction::falling(f, sliding, breakaway.unwrap_or(sliding)),
         grip: None,
     }
 }

@@ -1,4 +1,4 @@
-//! Friction of bearings and of teeth: keys of `[[bearing]]` and `[[gear_pair]]`.
+//! Dry friction: how the force falls once a pair slides, and what bearings and teeth rub with.
 
 use super::laws::{Friction, ToothFriction};
 use super::model::{BearingFriction, Name};
@@ -50,12 +50,17 @@ pub fn of_bearing(f: &mut Fields) -> Option<BearingFriction> {
     })
 }
 
-/// A law of the capacity one: how much more sticking bears, how fast that falls, how methods without events spread the step.
-fn of_one(f: &mut Fields) -> Friction {
+/// A law of the capacity one, and how much more sticking bears.
+pub fn of_one(f: &mut Fields) -> Friction {
     let over = Range::Within(1.0, 100.0, "at least 1 and below 100");
     let ratio = f.optional_number("breakaway_ratio", over).unwrap_or(1.0);
+    falling(f, 1.0, ratio)
+}
+
+/// How fast breakaway falls to sliding, and how methods without events spread the step.
+pub fn falling(f: &mut Fields, sliding: f64, breakaway: f64) -> Friction {
     let stribeck = f.optional_quantity("stribeck_speed", Kind::Speed, Range::Positive);
-    if ratio > 1.0 && stribeck.is_none() {
+    if breakaway > sliding && stribeck.is_none() {
         f.missing(
             "stribeck_speed",
             ", over which the torque falls from the breakaway to the sliding one",
@@ -63,8 +68,8 @@ fn of_one(f: &mut Fields) -> Friction {
     }
     let creep = f.optional_quantity("creep_speed", Kind::Speed, Range::Positive);
     Friction {
-        sliding: 1.0,
-        breakaway: ratio,
+        sliding,
+        breakaway,
         stribeck: stribeck.unwrap_or(1.0),
         creep: creep.unwrap_or(1e-4), // rad/s: a turn in 17 h
     }

@@ -327,13 +327,7 @@ fn added_up(values: &[f64]) -> Vec<f64> {
 
 /// A misaligned coupling.
 fn joint(builder: &Builder, model: &Model, part: &model::FormError) -> Result<FormError, Error> {
-    let missing = || {
-        let message = format!("there is no coupling `{}`", part.on.text);
-        let hint = "cause = \"misalignment\" stands on a [[coupling]] by its name";
-        Error::new(Code::UnknownNode, message)
-            .at(&part.on.place)
-            .hint(hint)
-    };
+    let missing = || no_element(part, "coupling", "misalignment");
     let coupling = (model.couplings.iter())
         .find(|c| c.name.text == part.on.text)
         .ok_or_else(missing)?;
@@ -355,13 +349,7 @@ fn joint(builder: &Builder, model: &Model, part: &model::FormError) -> Result<Fo
 
 /// The joint of a belt.
 fn belt(builder: &Builder, model: &Model, part: &model::FormError) -> Result<FormError, Error> {
-    let missing = || {
-        let message = format!("there is no belt `{}`", part.on.text);
-        let hint = "cause = \"belt-joint\" stands on a [[belt]] by its name";
-        Error::new(Code::UnknownNode, message)
-            .at(&part.on.place)
-            .hint(hint)
-    };
+    let missing = || no_element(part, "belt", "belt-joint");
     let found: &Belt = (model.belts.iter())
         .find(|b| b.name.text == part.on.text)
         .ok_or_else(missing)?;
@@ -381,13 +369,7 @@ fn belt(builder: &Builder, model: &Model, part: &model::FormError) -> Result<For
 
 /// The lead of a screw; a table over its travel is run through there and back, so that no step stands at the ends.
 fn screw(builder: &Builder, model: &Model, part: &model::FormError) -> Result<FormError, Error> {
-    let missing = || {
-        let message = format!("there is no screw `{}`", part.on.text);
-        let hint = "cause = \"lead\" stands on a [[screw]] by its name";
-        Error::new(Code::UnknownNode, message)
-            .at(&part.on.place)
-            .hint(hint)
-    };
+    let missing = || no_element(part, "screw", "lead");
     let found = (model.screws.iter())
         .find(|screw| screw.name.text == part.on.text)
         .ok_or_else(missing)?;
@@ -435,6 +417,16 @@ fn fixed(
         tolerance: part.tolerance,
         assumed: None,
     }
+}
+
+/// An error that stands on no element of its kind.
+fn no_element(part: &model::FormError, kind: &str, cause: &str) -> Error {
+    let message = format!("there is no {kind} `{}`", part.on.text);
+    Error::new(Code::UnknownNode, message)
+        .at(&part.on.place)
+        .hint(format!(
+            "cause = \"{cause}\" stands on a [[{kind}]] by its name"
+        ))
 }
 
 /// The first branch of an element.
