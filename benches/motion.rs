@@ -297,7 +297,7 @@ impl Moved {
             stop: Stop::default(),
         };
         let mut states = Vec::with_capacity((self.samples + 1) * self.start.len());
-        let run = (method.run)(&self.train, &ask, &mut |_, y| {
+        let run = (method.run)(&self.train, &ask, &mut |_, y, _| {
             states.extend_from_slice(y);
             ControlFlow::Continue(())
         });
@@ -342,7 +342,7 @@ impl Moved {
         let mut sizes = vec![0.0f64; self.outputs.list.len()];
         for (at, y) in states.chunks(self.train.len()).enumerate() {
             let t = self.until * at as f64 / self.samples as f64;
-            let values = self.outputs.at(&self.train, t, y);
+            let values = self.outputs.at(&self.train, None, t, y);
             sizes
                 .iter_mut()
                 .zip(values)

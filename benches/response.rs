@@ -19,6 +19,7 @@ use geardyn::motion::floquet::orbit::orbit;
 use geardyn::motion::methods;
 use geardyn::motion::outputs::Outputs;
 use geardyn::motion::problem::{Ask, Wanted};
+use geardyn::motion::regime::Regime;
 use geardyn::motion::signal::Signal;
 use geardyn::motion::train::{Branch, Drive, Law, Mass, Train};
 use geardyn::numeric::Complex;
@@ -281,7 +282,7 @@ fn settled(train: &Train, name: &str, effort: Wanted, omega: f64, exact: &[f64])
         stop: Default::default(),
     };
     let (mut error, mut periods) = (f64::INFINITY, 0);
-    let mut sink = |_: f64, y: &[f64]| {
+    let mut sink = |_: f64, y: &[f64], _: Option<&Regime>| {
         error = apart(y, exact);
         periods += 1;
         match error < NEAR || begun.elapsed().as_secs_f64() > PATIENCE_S {

@@ -81,7 +81,7 @@ fn try_run(method: &str, train: &Train, ask: &Ask) -> Result<(Samples, Effort), 
     let method = methods::find(method).unwrap();
     assert_eq!((method.refuses)(train), None);
     let mut samples = Vec::new();
-    let effort = (method.run)(train, ask, &mut |t, y| {
+    let effort = (method.run)(train, ask, &mut |t, y, _| {
         samples.push((t, y.to_vec()));
         ControlFlow::Continue(())
     })?;
@@ -1066,14 +1066,18 @@ fn survives_a_break() {
     let machine = gear_pair(0.85);
     let method = methods::find("switched").unwrap();
     let mut seen = 0;
-    let effort = (method.run)(&machine, &ask(&[0.841, 0.0987], 100.0, 50), &mut |_, _| {
-        seen += 1;
-        if seen == 3 {
-            ControlFlow::Break(())
-        } else {
-            ControlFlow::Continue(())
-        }
-    });
+    let effort = (method.run)(
+        &machine,
+        &ask(&[0.841, 0.0987], 100.0, 50),
+        &mut |_, _, _| {
+            seen += 1;
+            if seen == 3 {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        },
+    );
     assert!(seen == 3 && effort.is_ok());
 }
 

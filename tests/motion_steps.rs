@@ -25,7 +25,7 @@ type Samples = Vec<(f64, Vec<f64>)>;
 
 fn gather<P>(run: Run<P>, problem: &P, ask: &Ask) -> Result<(Samples, Effort), Error> {
     let mut samples = Vec::new();
-    let effort = run(problem, ask, &mut |t, y| {
+    let effort = run(problem, ask, &mut |t, y, _| {
         samples.push((t, y.to_vec()));
         ControlFlow::Continue(())
     })?;
@@ -672,7 +672,7 @@ fn law_damping_at_infinity() {
     ] {
         let ask = ask(80.0, &[1.0, 0.0], 80, Wanted::Step(1.0));
         let mut size = Vec::new();
-        alpha::run(&weights, &machine, &ask, &mut |_, y| {
+        alpha::run(&weights, &machine, &ask, &mut |_, y, _| {
             size.push(y[0].abs());
             ControlFlow::Continue(())
         })
@@ -855,14 +855,18 @@ fn law_refusals() {
             assert_eq!(refused(&dear), Code::Hopeless, "{}", method.name);
         }
         let mut ended = 0;
-        let effort = (method.run)(&machine, &ask(1.0, &[1.0, 0.0], 9, effort), &mut |_, _| {
-            ended += 1;
-            if ended == 4 {
-                ControlFlow::Break(())
-            } else {
-                ControlFlow::Continue(())
-            }
-        });
+        let effort = (method.run)(
+            &machine,
+            &ask(1.0, &[1.0, 0.0], 9, effort),
+            &mut |_, _, _| {
+                ended += 1;
+                if ended == 4 {
+                    ControlFlow::Break(())
+                } else {
+                    ControlFlow::Continue(())
+                }
+            },
+        );
         assert!(effort.is_ok() && ended == 4, "{}", method.name);
     }
     let late = train(

@@ -18,6 +18,7 @@ use geardyn::motion::friction::Friction;
 use geardyn::motion::methods;
 use geardyn::motion::outputs::{Output, Outputs, Quantity};
 use geardyn::motion::problem::{Ask, Wanted};
+use geardyn::motion::regime::Regime;
 use geardyn::motion::signal::Signal;
 use geardyn::motion::train::{Law, Train};
 use geardyn::response::harmonic::curve::{Course, Curve, TOLERANCE, follow};
@@ -398,7 +399,7 @@ fn exact_motions_of_two_periods() {
             stop: Stop::default(),
         };
         let mut states: Vec<Vec<f64>> = Vec::new();
-        let mut sink = |_: f64, y: &[f64]| {
+        let mut sink = |_: f64, y: &[f64], _: Option<&Regime>| {
             states.push(y.to_vec());
             std::ops::ControlFlow::Continue(())
         };

@@ -170,9 +170,8 @@ pub struct Meter {
 
 impl Meter {
     /// Takes one more sample; `driven` is what prescribed motions put in beside the machine's own drives, W.
-    pub fn sample(&mut self, train: &Train, t: f64, y: &[f64], driven: f64) {
-        let regime = train.regime(t, y);
-        let stored = train.stored(&regime, t, y);
+    pub fn sample(&mut self, train: &Train, regime: &Regime, (t, y): (f64, &[f64]), driven: f64) {
+        let stored = train.stored(regime, t, y);
         match &self.last {
             None => self.balance.before = stored,
             Some((before, from)) => {
@@ -181,7 +180,7 @@ impl Meter {
         }
         self.balance.after = stored;
         self.balance.largest = self.balance.largest.max(stored.abs());
-        let mut powers = train.powers(&regime, t, y);
+        let mut powers = train.powers(regime, t, y);
         powers.put_in += driven;
         self.samples.push((t, powers));
         self.last = Some((t, y.to_vec()));

@@ -60,10 +60,10 @@ where
         y: ask.start.clone(),
     };
     let mut sample = way.y.clone();
-    samples.give_until(way.t, &mut sample, |_, _| ())?;
     while samples.due().is_some() && way.t < ask.to {
         let stop = next_stop(|t| train.next_break(t), way.t, ask.to);
         way.enter_stretch(stop);
+        way.give(&mut samples, &mut sample)?;
         stepper.restart();
         let mut standing = 0;
         while way.t < stop && samples.due().is_some() {
@@ -71,10 +71,9 @@ where
             let switched = way.step(stop, stepper)?;
             within_budget(ask, &way.effort, way.t)?;
             if way.t > t {
-                let (reached, span) = (way.t, way.t - t);
-                samples.give_until(reached, &mut sample, |due, into| match due == reached {
-                    true => into.copy_from_slice(&way.y),
-                    false => stepper.inside((due - t) / span, into),
+                let (before, span) = (way.t.next_down(), way.t - t);
+                samples.give_until(before, &mut sample, Some(&way.regime), |due, into| {
+                    stepper.inside((due - t) / span, into);
                 })?;
                 way.entered.fill(false);
             }
@@ -89,12 +88,23 @@ where
                 way.switch(border);
                 stepper.restart();
             }
+            if way.t < stop {
+                way.give(&mut samples, &mut sample)?;
+            }
         }
     }
+    way.give(&mut samples, &mut sample)?;
     Ok(way.effort)
 }
 
 impl Way<'_> {
+    /// Hands over what is due at the present instant, as everything stands from then on.
+    fn give(&self, samples: &mut Samples, sample: &mut [f64]) -> Result<(), Error> {
+        samples.give_until(self.t, sample, Some(&self.regime), |_, into| {
+            into.copy_from_slice(&self.y);
+        })
+    }
+
     /// The pieces known beforehand, up to the next known break.
     fn enter_stretch(&mut self, stop: f64) {
         let middle = self.t + 0.5 * (stop - self.t);

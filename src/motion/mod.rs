@@ -18,6 +18,9 @@ pub mod curve;
 /// Dry friction pressed by forces of the machine.
 pub mod rubbing;
 
+/// How everything that switches stands.
+pub mod regime;
+
 /// What methods take and give.
 pub mod problem;
 

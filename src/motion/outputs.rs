@@ -1,9 +1,11 @@
 //! What of a state is wanted: angles, speeds, accelerations, deflections and forces.
 
+use std::cell::OnceCell;
+
 use super::combination::Combination;
 use super::prescribed::Prescribed;
 use super::problem::Problem;
-use super::train::Train;
+use super::train::{Regime, Train};
 
 /// One wanted quantity.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,17 +60,18 @@ pub struct Outputs {
 }
 
 impl Outputs {
-    /// Every output at a state.
-    pub fn at(&self, train: &Train, t: f64, y: &[f64]) -> Vec<f64> {
+    /// Every output at a state, in its regime where there is one.
+    pub fn at(&self, train: &Train, regime: Option<&Regime>, t: f64, y: &[f64]) -> Vec<f64> {
         let n = train.n();
+        let found = OnceCell::new();
+        let stands = || -> &Regime { found.get_or_init(|| train.stands(regime, t, y)) };
         let slope = self
             .list
             .iter()
             .any(|o| matches!(o.quantity, Quantity::Acceleration(_)))
             .then(|| {
                 let mut dy = vec![0.0; train.len()];
-                let regime = train.regime(t, y);
-                train.slope_in(Some(&regime), t, y, &mut dy);
+                train.slope_in(Some(stands()), t, y, &mut dy);
                 dy
             });
         self.list
@@ -93,22 +96,24 @@ impl Outputs {
                     let piece = b.imposed.as_ref().map_or(0, |e| e.piece(t) as u32);
                     b.deflection(t, &y[..n], &y[n..2 * n], piece).0
                 }
-                Quantity::Force(branch) => force(train, branch, t, y),
-                Quantity::Given(branch) => -force(train, branch, t, y),
+                Quantity::Force(branch) => force(train, stands(), branch, t, y),
+                Quantity::Given(branch) => -force(train, stands(), branch, t, y),
                 Quantity::Loss(first, count) => {
                     let all = first..first + count;
-                    let lost = |train: &Train, y: &[f64]| {
-                        let regime = train.regime(t, y);
-                        all.map(|at| train.rubbed_away(&regime, t, y, at)).sum()
+                    let lost = |train: &Train, regime: &Regime, y: &[f64]| {
+                        all.map(|at| train.rubbed_away(regime, t, y, at)).sum()
                     };
                     match &self.prescribed {
-                        Some(known) => lost(&known.whole, &known.state(t, y)),
-                        None => lost(train, y),
+                        Some(known) => {
+                            let state = known.state(t, y);
+                            lost(&known.whole, &known.regime(stands(), t, &state), &state)
+                        }
+                        None => lost(train, stands(), y),
                     }
                 }
                 Quantity::Drive(at) => {
                     let known = self.prescribed.as_ref();
-                    known.map_or(0.0, |known| known.torques(train, t, y)[at])
+                    known.map_or(0.0, |known| known.torques(train, stands(), t, y)[at])
                 }
             })
             .collect()
@@ -116,12 +121,11 @@ impl Outputs {
 }
 
 /// F of a branch.
-fn force(train: &Train, branch: usize, t: f64, y: &[f64]) -> f64 {
+fn force(train: &Train, regime: &Regime, branch: usize, t: f64, y: &[f64]) -> f64 {
     let before: usize = train.branches[..branch].iter().map(|b| b.inner()).sum();
     let z = y.get(2 * train.n() + before).copied().unwrap_or(0.0);
-    let regime = train.regime(t, y);
     match train.branches[branch].law.is_dry() {
-        true => train.held(&regime, t, y, branch),
-        false => train.force(branch, Some(&regime), t, y, z).0,
+        true => train.held(regime, t, y, branch),
+        false => train.force(branch, Some(regime), t, y, z).0,
     }
 }

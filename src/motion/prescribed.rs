@@ -175,6 +175,18 @@ impl Prescribed {
         all
     }
 
+    /// How the whole machine stands at its state where the rest stands in `rest`.
+    pub fn regime(&self, rest: &Regime, t: f64, state: &[f64]) -> Regime {
+        let own = self.whole.regime(t, state);
+        let stands = self.branches.iter().zip(&own.stands);
+        Regime {
+            stands: stands
+                .map(|(at, own)| at.map_or(*own, |at| rest.stands[at]))
+                .collect(),
+            pieces: own.pieces,
+        }
+    }
+
     /// Every coordinate of the whole machine in those that stay.
     pub fn places(&self) -> Vec<Option<Combination>> {
         let place = |i: usize| {
@@ -192,22 +204,14 @@ impl Prescribed {
 
     /// The torques with which the motions are kept up, positive along them:
     /// `T = [M q̈ + α M q̇ + K₀q + C₀q̇ + Σ u F − f]` of their coordinates, N·m or N.
-    pub fn torques(&self, rest: &Train, t: f64, y: &[f64]) -> Vec<f64> {
+    pub fn torques(&self, rest: &Train, regime: &Regime, t: f64, y: &[f64]) -> Vec<f64> {
         let (n, m) = (self.whole.n(), self.kept.len());
-        let regime = rest.regime(t, y);
         let mut slope = vec![0.0; y.len()];
-        rest.slope_in(Some(&regime), t, y, &mut slope);
+        rest.slope_in(Some(regime), t, y, &mut slope);
         let state = self.state(t, y);
-        let own = self.whole.regime(t, &state);
-        let stands = self.branches.iter().zip(&own.stands);
-        let all = Regime {
-            stands: stands
-                .map(|(at, own)| at.map_or(*own, |at| regime.stands[at]))
-                .collect(),
-            pieces: own.pieces.clone(),
-        };
+        let all = self.regime(regime, t, &state);
         let mut pushed = self.whole.pushed(Some(&all), t, &state);
-        let holding = rest.holding(&regime, t, &rest.pushed(Some(&regime), t, y), &y[m..2 * m]);
+        let holding = rest.holding(regime, t, &rest.pushed(Some(regime), t, y), &y[m..2 * m]);
         for (&at, held) in regime.sticking().iter().zip(holding) {
             let whole = self.branches.iter().position(|b| *b == Some(at));
             let direction = whole.map(|b| &self.whole.branches[b].direction);
@@ -231,8 +235,8 @@ impl Prescribed {
     }
 
     /// What the prescribed motions put in at an instant, W.
-    pub fn power(&self, rest: &Train, t: f64, y: &[f64]) -> f64 {
-        let torques = self.torques(rest, t, y);
+    pub fn power(&self, rest: &Train, regime: &Regime, t: f64, y: &[f64]) -> f64 {
+        let torques = self.torques(rest, regime, t, y);
         let rate = |m: &Motion| m.course.slope(t, m.course.piece(t));
         self.motions
             .iter()

@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 
+use super::regime::Regime;
 use crate::base::error::Error;
 use crate::base::stop::Stop;
 use crate::numeric::Matrix;
@@ -80,8 +81,8 @@ pub enum Wanted {
     Step(f64),
 }
 
-/// Where samples go: time, state. A break ends the run early, whole.
-pub type Sink<'a> = dyn FnMut(f64, &[f64]) -> ControlFlow<()> + 'a;
+/// Where samples go: time, state, and how everything stands where the method holds to regimes. A break ends the run early, whole.
+pub type Sink<'a> = dyn FnMut(f64, &[f64], Option<&Regime>) -> ControlFlow<()> + 'a;
 
 /// What a run cost.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

@@ -1,6 +1,7 @@
 //! How far a run has come: samples handed over, cost against the budget, failures told with their time.
 
 use super::problem::{Ask, Effort, Sink, Wanted};
+use super::regime::Regime;
 use crate::base::code::Code;
 use crate::base::error::Error;
 
@@ -27,11 +28,11 @@ impl<'a, 's> Samples<'a, 's> {
         self.due().filter(|&due| due <= t)
     }
 
-    /// Hands over the state at the next instant.
+    /// Hands over the state at the next instant, in its regime where there is one.
     ///
     /// # Errors
     /// `Overflow` where a state is not finite.
-    pub fn give(&mut self, y: &[f64]) -> Result<(), Error> {
+    pub fn give(&mut self, y: &[f64], regime: Option<&Regime>) -> Result<(), Error> {
         let t = self.ask.time(self.next);
         if let Some(at) = y.iter().position(|x| !x.is_finite()) {
             return Err(Error::new(
@@ -40,7 +41,7 @@ impl<'a, 's> Samples<'a, 's> {
             ));
         }
         self.next += 1;
-        if (self.sink)(t, y).is_break() {
+        if (self.sink)(t, y, regime).is_break() {
             self.next = self.ask.samples + 1;
         }
         Ok(())
@@ -54,11 +55,12 @@ impl<'a, 's> Samples<'a, 's> {
         &mut self,
         t: f64,
         y: &mut [f64],
+        regime: Option<&Regime>,
         mut state: impl FnMut(f64, &mut [f64]),
     ) -> Result<(), Error> {
         while let Some(due) = self.due_by(t) {
             state(due, y);
-            self.give(y)?;
+            self.give(y, regime)?;
         }
         Ok(())
     }

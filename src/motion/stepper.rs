@@ -40,7 +40,7 @@ pub fn run<P: Problem>(
     let mut samples = Samples::new(ask, sink);
     let (mut t, mut y) = (ask.from, ask.start.clone());
     let mut sample = y.clone();
-    samples.give_until(t, &mut sample, |_, _| ())?;
+    samples.give_until(t, &mut sample, None, |_, _| ())?;
     while samples.due().is_some() && t < ask.to {
         let stop = next_stop(|t| problem.next_break(t), t, ask.to);
         stepper.restart();
@@ -48,9 +48,11 @@ pub fn run<P: Problem>(
             let (reached, state) = stepper.step(problem, (t, &y), stop, &mut effort)?;
             effort.steps += 1;
             within_budget(ask, &effort, reached)?;
-            samples.give_until(reached, &mut sample, |due, into| match due == reached {
-                true => into.copy_from_slice(&state),
-                false => stepper.inside((due - t) / (reached - t), into),
+            samples.give_until(reached, &mut sample, None, |due, into| {
+                match due == reached {
+                    true => into.copy_from_slice(&state),
+                    false => stepper.inside((due - t) / (reached - t), into),
+                }
             })?;
             (t, y) = (reached, state);
         }

@@ -2,18 +2,23 @@
 //!
 //! The state is `y = [q, q̇, z]`, z the inner states of branches that have one.
 
+use std::borrow::Cow;
 use std::f64::consts::TAU;
 
 use super::contact::{Contact, Stand};
 use super::curve::Curve;
 use super::friction::{Friction, Slip};
 use super::problem::Problem;
+pub use super::regime::{BranchStand, Regime};
 use super::rubbing::Pressed;
 use super::signal::Signal;
 use super::wave::{Phase, Shape, Wave};
 use crate::machine::characteristic::Characteristic;
 use crate::machine::direction::Direction;
 use crate::numeric::{Matrix, definite};
+
+/// A rate this small beside the rates it is a difference of is rounding.
+const ROUNDED: f64 = 64.0 * f64::EPSILON;
 
 /// A machine in motion.
 #[derive(Debug, Clone)]
@@ -148,37 +153,6 @@ pub enum Law {
         /// c.
         damping: f64,
     },
-}
-
-/// Everything that jumps, frozen: in one regime the right-hand side is smooth.
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
-pub struct Regime {
-    /// Of every drive, then of every branch's imposed e: which line carries it; where friction of teeth goes along their path of
-    /// contact, then of every branch: which piece of the path holds it.
-    pub pieces: Vec<u32>,
-    /// Of every branch: how it stands.
-    pub stands: Vec<BranchStand>,
-}
-
-/// How a branch stands.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum BranchStand {
-    /// It has nothing to switch.
-    Smooth,
-    /// A contact, and which piece of its stiffness wave carries it.
-    Contact(Stand, u32),
-    /// A friction pair.
-    Friction(Slip),
-}
-
-impl Regime {
-    /// Friction pairs that stick.
-    pub fn sticking(&self) -> Vec<usize> {
-        let stuck = |s: &BranchStand| *s == BranchStand::Friction(Slip::Stick);
-        (0..self.stands.len())
-            .filter(|&at| stuck(&self.stands[at]))
-            .collect()
-    }
 }
 
 impl Law {
@@ -344,8 +318,30 @@ impl Train {
         drives.chain(imposed).collect()
     }
 
-    /// The regime at a state.
+    /// How everything stands at a sample: as the method has it, else as its equations do, every dry friction spread over its creep
+    /// speed. A state alone does not tell what sticks: of pairs that move together it leaves a rate of some rounding or tolerance.
+    pub fn stands<'a>(&self, known: Option<&'a Regime>, t: f64, y: &[f64]) -> Cow<'a, Regime> {
+        if let Some(known) = known {
+            return Cow::Borrowed(known);
+        }
+        let mut regime = self.placed(t, y);
+        for (stand, b) in regime.stands.iter_mut().zip(&self.branches) {
+            if b.law.is_dry() {
+                *stand = BranchStand::Smooth;
+            }
+        }
+        Cow::Owned(regime)
+    }
+
+    /// The regime that begins at a state.
     pub fn regime(&self, t: f64, y: &[f64]) -> Regime {
+        let mut regime = self.placed(t, y);
+        self.let_slip(&mut regime, t, y);
+        regime
+    }
+
+    /// Where every piece and every contact is at a state; friction pairs stick or slide by their rates alone.
+    fn placed(&self, t: f64, y: &[f64]) -> Regime {
         let (q, v) = (&y[..self.n()], &y[self.n()..2 * self.n()]);
         let mut pieces = self.pieces(t);
         let stands = self.branches.iter().enumerate().map(|(at, b)| {
@@ -364,9 +360,15 @@ impl Train {
                 }
                 law if law.is_dry() => {
                     let (_, rate) = b.deflection(t, q, v, piece);
+                    let swept = b.direction.scaled().map(|(i, a)| (a * v[i]).abs());
+                    let imposed = b
+                        .imposed
+                        .as_ref()
+                        .map_or(0.0, |e| e.slope(t, piece as usize));
+                    let rounding = ROUNDED * (swept.sum::<f64>() + imposed.abs());
                     BranchStand::Friction(match rate {
-                        r if r > 0.0 => Slip::Forward,
-                        r if r < 0.0 => Slip::Backward,
+                        r if r > rounding => Slip::Forward,
+                        r if r < -rounding => Slip::Backward,
                         _ => Slip::Stick,
                     })
                 }
@@ -377,9 +379,7 @@ impl Train {
         if self.has_paths() {
             pieces.extend((0..self.branches.len()).map(|at| self.path_piece(at, t, q)));
         }
-        let mut regime = Regime { pieces, stands };
-        self.let_slip(&mut regime, t, y);
-        regime
+        Regime { pieces, stands }
     }
 
     /// Of pairs at rest those that would have to hold more than their breakaway force start to slide, the most overloaded first.

@@ -152,7 +152,7 @@ impl OnTheFly {
         values: &[f64],
     ) -> Result<(), Error> {
         let train = &scene.moving.train;
-        let mut beside = self.beside.iter().flat_map(|one| one.at(train, t, y));
+        let mut beside = self.beside.iter().flat_map(|one| one.at(train, None, t, y));
         let mut next = || beside.next().unwrap_or(f64::NAN);
         if let Some(followed) = &mut self.track {
             followed.demodulator.push(t, next(), next(), values)?;

@@ -247,8 +247,8 @@ fn integrate(
     };
     let mut values = vec![Vec::with_capacity(scene.samples + 1); scene.outputs.list.len()];
     let mut reached = 0.0;
-    let effort = (method.run)(train, &ask, &mut |t, y| {
-        for (list, value) in values.iter_mut().zip(scene.outputs.at(train, t, y)) {
+    let effort = (method.run)(train, &ask, &mut |t, y, regime| {
+        for (list, value) in values.iter_mut().zip(scene.outputs.at(train, regime, t, y)) {
             list.push(value);
         }
         reached = t;

@@ -378,11 +378,12 @@ fn rerun(
     };
     let mut meters = [Meter::default(), Meter::default()];
     let (mut count, mut reached, mut finite) = (0usize, 0.0, true);
-    let ran = (method.run)(&extreme.train, &ask, &mut |t, y| {
+    let ran = (method.run)(&extreme.train, &ask, &mut |t, y, regime| {
         finite &= y.iter().all(|x| x.is_finite());
-        meters[0].sample(&extreme.train, t, y, 0.0);
+        let regime = extreme.train.stands(regime, t, y);
+        meters[0].sample(&extreme.train, &regime, (t, y), 0.0);
         if count % 2 == 0 {
-            meters[1].sample(&extreme.train, t, y, 0.0);
+            meters[1].sample(&extreme.train, &regime, (t, y), 0.0);
         }
         count += 1;
         reached = t;

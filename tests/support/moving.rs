@@ -8,6 +8,7 @@ use geardyn::machine::direction::Direction;
 use geardyn::motion::contact::{Contact, Flanks, Losses};
 use geardyn::motion::methods;
 use geardyn::motion::problem::{Ask, Effort, Problem, Wanted};
+use geardyn::motion::regime::Regime;
 use geardyn::motion::signal::Signal;
 use geardyn::motion::train::{Branch, Drive, Law, Mass, Train};
 use geardyn::motion::wave::{Phase, Shape, Wave};
@@ -93,7 +94,7 @@ pub fn run(
         stop: Stop::default(),
     };
     let (mut times, mut states) = (Vec::new(), Vec::new());
-    let mut sink = |t: f64, y: &[f64]| {
+    let mut sink = |t: f64, y: &[f64], _: Option<&Regime>| {
         times.push(t);
         states.push(y.to_vec());
         ControlFlow::Continue(())

@@ -272,7 +272,7 @@ pub fn run(weights: &Alpha, train: &Train, ask: &Ask, sink: &mut Sink) -> Result
     let mut scale = Scale::of_train(train, ask);
     scale.note(&ask.start);
     let mut y = ask.start.clone();
-    samples.give_until(ask.from, &mut y, |_, _| ())?;
+    samples.give_until(ask.from, &mut y, None, |_, _| ())?;
     let mut size = PARTS >> 10;
     let mut from = ask.from;
     while samples.due().is_some() && from < ask.to {
@@ -345,7 +345,7 @@ pub fn run(weights: &Alpha, train: &Train, ask: &Ask, sink: &mut Sink) -> Result
             };
             within_budget(ask, &effort, u)?;
             scale.note(&reached);
-            samples.give_until(u, &mut y, |due, into| match due == u {
+            samples.give_until(u, &mut y, None, |due, into| match due == u {
                 true => into.copy_from_slice(&reached),
                 false => between(&state, &next, h, (due - t) / h, into),
             })?;

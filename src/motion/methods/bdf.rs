@@ -49,7 +49,7 @@ fn run<P: Problem>(
     let mut samples = Samples::new(ask, sink);
     let (mut t, mut y) = (ask.from, ask.start.clone());
     let mut sample = y.clone();
-    samples.give_until(t, &mut sample, |_, _| ())?;
+    samples.give_until(t, &mut sample, None, |_, _| ())?;
     while samples.due().is_some() && t < ask.to {
         let stop = next_stop(|t| problem.next_break(t), t, ask.to);
         let soon = 1e-2 * (ask.to - ask.from) / ask.samples.max(1) as f64;
@@ -177,7 +177,7 @@ impl<P: Problem> Stretch<'_, P> {
             reached = solver.state().t;
             within_budget(ask, effort, reached)?;
             let mut lost = None;
-            samples.give_until(reached, &mut sample, |due, into| {
+            samples.give_until(reached, &mut sample, None, |due, into| {
                 match solver.interpolate(due.min(reached)) {
                     Ok(x) => (0..n).for_each(|i| into[i] = x[i] * self.sizes[i]),
                     Err(e) => lost = Some(e.to_string()),

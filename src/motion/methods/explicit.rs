@@ -63,9 +63,9 @@ fn machine(method: Explicit, train: &Train, ask: &Ask, sink: &mut Sink) -> Resul
         .map(|s| if s > 1e-200 { s } else { 1e-9 })
         .collect();
     let mut last = (ask.from, ask.start.clone());
-    let result = from_sizes(method, train, ask, sizes, &mut |t, y| {
+    let result = from_sizes(method, train, ask, sizes, &mut |t, y, _| {
         last = (t, y.to_vec());
-        sink(t, y)
+        sink(t, y, None)
     });
     result.map_err(|error| match error.code {
         Code::NoConvergence | Code::Overflow => trouble::beside(error, train, last.0, &last.1),
@@ -150,7 +150,7 @@ fn from_sizes<P: Problem>(
     let mut samples = Samples::new(ask, sink);
     let mut t = ask.from;
     let mut y = ask.start.clone();
-    samples.give_until(t, &mut y, |_, _| ())?;
+    samples.give_until(t, &mut y, None, |_, _| ())?;
     while samples.due().is_some() && t < ask.to {
         let stop = next_stop(|t| problem.next_break(t), t, ask.to);
         let start = t;
@@ -170,7 +170,7 @@ fn from_sizes<P: Problem>(
             if matches!(ask.effort, Wanted::Step(_)) && sizes.iter().zip(&first).any(grown) {
                 return Err(out_of_range(start, t));
             }
-            samples.give_until(t, &mut y, |_, _| ())?;
+            samples.give_until(t, &mut y, None, |_, _| ())?;
         }
     }
     Ok(effort)

@@ -214,7 +214,7 @@ impl Journey<'_> {
             }
             if ahead == 0.0 {
                 self.sample += 1;
-                if sink(t, &self.y).is_break() {
+                if sink(t, &self.y, Some(&self.regime)).is_break() {
                     return true;
                 }
                 continue;
@@ -230,7 +230,8 @@ impl Journey<'_> {
             }
             let (ask, first) = (self.ask, self.sample);
             self.sample += count;
-            let mut give = |at: usize, y: &[f64]| sink(ask.time(first + at), y).is_break();
+            let regime = Some(&self.regime);
+            let mut give = |at: usize, y: &[f64]| sink(ask.time(first + at), y, regime).is_break();
             if flight.states(machine, stride.as_ref(), &times[..count], &mut give) {
                 return true;
             }

@@ -10,6 +10,7 @@ use crate::base::error::Error;
 use crate::base::stop::Stop;
 use crate::motion::energy::{Balance, Meter};
 use crate::motion::problem::{Ask, Effort};
+use crate::motion::regime::Regime;
 
 /// The answer to a study of motion.
 #[derive(Debug, Clone)]
@@ -88,13 +89,13 @@ pub fn watched(
     let mut meters = [Meter::default(), Meter::default()];
     let (mut count, mut reached, mut refused) = (0, 0.0, None);
     let start = Instant::now();
-    let effort = (choice.method.run)(train, &ask, &mut |t, y| {
+    let effort = (choice.method.run)(train, &ask, &mut |t, y, regime| {
         if energy {
             let meters = &mut meters[..if count % 2 == 0 { 2 } else { 1 }];
-            book(meters, scene, t, y);
+            book(meters, scene, regime, (t, y));
         }
         if count % finer == 0 {
-            let now = scene.outputs.at(train, t, y);
+            let now = scene.outputs.at(train, regime, t, y);
             for (reader, value) in readers.iter_mut().zip(&now) {
                 reader.push(t, *value);
             }
@@ -137,16 +138,19 @@ const FINER: usize = 4;
 const LEAST: usize = 20_000;
 
 /// Books the energy of a state; where motions are prescribed, of the whole machine with the power that keeps them up.
-fn book(meters: &mut [Meter], scene: &MotionScene, t: f64, y: &[f64]) {
+fn book(meters: &mut [Meter], scene: &MotionScene, known: Option<&Regime>, (t, y): (f64, &[f64])) {
     let train = &scene.moving.train;
+    let regime = train.stands(known, t, y);
     let Some(known) = &scene.moving.prescribed else {
-        meters.iter_mut().for_each(|m| m.sample(train, t, y, 0.0));
+        let samples = meters.iter_mut();
+        samples.for_each(|m| m.sample(train, &regime, (t, y), 0.0));
         return;
     };
-    let (state, power) = (known.state(t, y), known.power(train, t, y));
+    let (state, power) = (known.state(t, y), known.power(train, &regime, t, y));
+    let whole = known.regime(&regime, t, &state);
     for meter in meters {
         let jolts = meter.time().map_or(0.0, |from| known.jolts(from, t));
         meter.put_in(jolts);
-        meter.sample(&known.whole, t, &state, power);
+        meter.sample(&known.whole, &whole, (t, &state), power);
     }
 }

@@ -13,6 +13,7 @@ use crate::motion::floquet::orbit::{Orbit, orbit};
 use crate::motion::methods::periodic;
 use crate::motion::outputs::Outputs;
 use crate::motion::problem::{Ask, Wanted};
+use crate::motion::regime::Regime;
 use crate::numeric::Complex;
 
 /// How a motion was found.
@@ -227,7 +228,7 @@ fn sampled(
         .map(|j| {
             let share = j as f64 / SAMPLES as f64;
             let y = whole(family, &state(balance, motion, omega, share));
-            outputs.at(&train, share * TAU / omega, &y)
+            outputs.at(&train, None, share * TAU / omega, &y)
         })
         .collect();
     extents(&rows, outputs.list.len())
@@ -253,9 +254,9 @@ pub(super) fn sampled_exactly(
         stop: Stop::default(),
     };
     let mut rows = Vec::with_capacity(samples);
-    let mut sink = |t: f64, y: &[f64]| {
+    let mut sink = |t: f64, y: &[f64], _: Option<&Regime>| {
         if rows.len() < samples {
-            rows.push(outputs.at(&given, t, &whole(family, y)));
+            rows.push(outputs.at(&given, None, t, &whole(family, y)));
         }
         ControlFlow::Continue(())
     };

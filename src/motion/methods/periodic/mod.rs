@@ -74,7 +74,7 @@ fn run(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
                 break;
             }
             walk.value(place, &mut y);
-            if let ControlFlow::Break(()) = sink(ask.time(sample), &y) {
+            if let ControlFlow::Break(()) = sink(ask.time(sample), &y, None) {
                 return Ok(finished(walk));
             }
             sample += 1;
