@@ -10,7 +10,8 @@ use super::teeth::Teeth;
 use crate::base::error::Error;
 use crate::gear::measurement::composite::Record;
 use crate::gear::measurement::ranges::Ranges;
-use crate::numeric::Complex;
+use crate::numeric::definite::solve;
+use crate::numeric::{Complex, Matrix};
 use crate::spectrum::rotation::angular::AngularSignal;
 use crate::spectrum::rotation::averaging::TurnAverage;
 
@@ -280,14 +281,15 @@ fn unexplained(left: &mut Residual, floor: f64) -> Vec<Unexplained> {
     all
 }
 
-/// What the input does beside even turning, at every order. Slow changes of speed, a polynomial of the angle, are taken off first.
+/// What the input does beside even turning, at every order. Slow changes of speed, a polynomial of the angle, are fitted with the waves at
+/// once: taken off before, they would take a part of the slow waves, and what is left of that shows at every order.
 fn input_waves(
     input: &AngularSignal,
     orders: &[Order],
     search: &Search,
 ) -> Result<Vec<(Complex, f64)>, Error> {
     let mut signal = input.clone();
-    without_drift(&mut signal.values);
+    take_off_drift(&mut signal, orders)?;
     let found = fit(&signal, orders)?;
     let left = Residual::new(&found.residual, signal.per_turn, orders, search.band);
     let one = |((order, wave), spread): ((&Order, &Complex), &f64)| {
@@ -298,27 +300,32 @@ fn input_waves(
     Ok(both.zip(&found.spread).map(one).collect())
 }
 
-/// Takes off Legendre's polynomials up to the third, one by one.
-fn without_drift(values: &mut [f64]) {
-    let n = values.len().max(2) as f64;
-    let shapes: [fn(f64) -> f64; 4] = [
-        |_| 1.0,
-        |x| x,
-        |x| 1.5 * x * x - 0.5,
-        |x| 2.5 * x * x * x - 1.5 * x,
-    ];
-    let at = |i: usize| 2.0 * i as f64 / (n - 1.0) - 1.0;
-    for shape in shapes {
-        let (mut own, mut with) = (0.0, 0.0);
-        for (i, v) in values.iter().enumerate() {
-            let s = shape(at(i));
-            (own, with) = (own + s * s, with + s * v);
-        }
-        let size = with / own;
-        for (i, v) in values.iter_mut().enumerate() {
-            *v -= size * shape(at(i));
-        }
+/// Takes off the cubic that fits together with waves: with p⊥ what the waves leave of Legendre's polynomials, `a = G⁻¹ ⟨p⊥, x⟩`,
+/// `G = ⟨p⊥, p⊥⟩`.
+fn take_off_drift(signal: &mut AngularSignal, orders: &[Order]) -> Result<(), Error> {
+    let shapes: [fn(f64) -> f64; 3] = [|x| x, |x| 1.5 * x * x - 0.5, |x| 2.5 * x * x * x - 1.5 * x];
+    let n = signal.values.len();
+    let at = |i: usize| 2.0 * i as f64 / (n.max(2) as f64 - 1.0) - 1.0;
+    let apart = |shape: &fn(f64) -> f64| {
+        let course = AngularSignal {
+            values: (0..n).map(|i| shape(at(i))).collect(),
+            ..*signal
+        };
+        fit(&course, orders).map(|found| found.residual)
+    };
+    let apart: Vec<Vec<f64>> = shapes.iter().map(apart).collect::<Result<_, _>>()?;
+    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+    let gram = Matrix::from_fn(3, 3, |i, j| product(&apart[i], &apart[j]));
+    let right = Matrix::from_fn(3, 1, |i, _| product(&apart[i], &signal.values));
+    let sizes = solve(&gram, &right)?;
+    for (i, v) in signal.values.iter_mut().enumerate() {
+        let course = shapes
+            .iter()
+            .enumerate()
+            .map(|(k, s)| sizes[(k, 0)] * s(at(i)));
+        *v -= course.sum::<f64>();
     }
+    Ok(())
 }
 
 /// The lowest multiple of a shaft or of a mesh within `known_to` of an order.
