@@ -72,6 +72,7 @@ fn main() {
         repair: false,
         every: false,
         input: false,
+        index: [None, None],
         named: Named::default(),
     };
     let rows = InMemory(&input, &output);

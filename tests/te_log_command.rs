@@ -448,3 +448,116 @@ fn exact_errors_behind_a_free_driver() {
     );
     std::fs::remove_dir_all(folder).unwrap();
 }
+
+/// Counts of both encoders with a mark each, there and back: phases from the marks in both directions, counts between marks, and both
+/// directions attributed to the model's error.
+#[test]
+fn exact_marks_and_both_directions() {
+    let folder = folder("marks");
+    let model = put(
+        &folder,
+        "pair.toml",
+        "title = \"pair\"\nsource = \"made up\"\ninertia = [{ name = \"a\", J = \"0.004 kg·m²\" }, { name = \"b\", J = \"0.5 kg·m²\" }]\ngear_pair = [{ name = \"mesh\", between = [\"a\", \"b\"], teeth = [21, 64], module = \"3 mm\", k = \"280 N/µm\" }]\nerror = [{ on = \"b\", cause = \"eccentricity\", amplitude = \"10 µm\", phase = \"30 deg\" }]\n[speed]\na = \"60 rpm\"\n",
+    );
+    let rows = 14_000;
+    let mut text = String::from("time [s],a,b,az,bz\n");
+    for k in 0..rows {
+        // half a second at rest in the middle, through a play of 200 arcsec
+        let there = 2.6 * f64::from(k.min(rows - k)) / f64::from(rows / 2);
+        let play = if k > rows / 2 {
+            200.0 / 1_296_000.0
+        } else {
+            0.0
+        };
+        let (a, b) = (there * 64.0 / 21.0, there + play + error(there) / TAU);
+        let high = |x: f64, at: f64| u8::from((x - at).rem_euclid(1.0) < 0.04);
+        text += &format!(
+            "{:.4},{:.0},{:.0},{},{}\n",
+            f64::from(k) * 1e-3,
+            (a * 40_000.0 + 777.0).floor(),
+            (b * 144_000.0 - 99_000.0).floor(),
+            high(a, 0.25),
+            1 - high(b, 0.6)
+        );
+    }
+    let path = put(&folder, "marks.csv", &text);
+    let arguments = [
+        "te",
+        path.to_str().unwrap(),
+        "--input",
+        "a",
+        "--output",
+        "b",
+        "--teeth",
+        "21:64",
+        "--lines",
+        "10000,36000",
+        "--input-index",
+        "az",
+        "--output-index",
+        "bz",
+        "--model",
+        model.to_str().unwrap(),
+        "--at",
+        "a,b",
+    ];
+    let svg = folder.join("marks.svg");
+    let found = document(&[&arguments[..], &["--json", "--svg", svg.to_str().unwrap()]].concat());
+    assert_eq!(found["runs"].as_array().unwrap().len(), 2);
+    let flanks = found["flanks"].as_array().unwrap();
+    assert_eq!(flanks.len(), 2);
+    for flank in flanks {
+        assert!((amplitude(flank, 1.0) - 8.0).abs() < 0.1);
+        assert!((amplitude(flank, 64.0) - 2.0).abs() < 0.1);
+        let line = &flank["orders"][0];
+        assert_eq!(line["mark"], "output");
+        // the highest point stands at −ψ: error() has its own at −0.4 rad, and the mark is 0.6 turns on
+        let expected = (0.4 + 0.6 * TAU).to_degrees();
+        let off = line["phase_from_mark_deg"].as_f64().unwrap() - expected;
+        assert!(
+            ((off + 180.0).rem_euclid(360.0) - 180.0).abs() < 1.0,
+            "{off}"
+        );
+        let source = &flank["attribution"]["orders"][0]["sources"][0];
+        assert!(
+            (source["declared"].as_f64().unwrap() - 10.0).abs() < 1e-9,
+            "{source}"
+        );
+        let shafts: Vec<&Value> = flank["mean_turns"].as_array().unwrap().iter().collect();
+        assert_eq!(shafts.len(), 2, "{shafts:?}");
+    }
+    assert_eq!(found["attribution"], flanks[0]["attribution"]);
+    for index in found["index"].as_array().unwrap() {
+        assert_eq!(index["missing"], 0);
+        let a_turn = if index["shaft"] == "input" {
+            40_000.0
+        } else {
+            144_000.0
+        };
+        assert!(
+            (index["counts_apart"].as_f64().unwrap() / a_turn - 1.0).abs() < 1e-3,
+            "{index}"
+        );
+    }
+    let text = geardyn(&arguments);
+    let text = String::from_utf8(text.stdout).unwrap();
+    assert!(
+        text.contains("index of the output: passed") && text.contains("from mark of"),
+        "{text}"
+    );
+    let (word, message) = refusal(
+        &[
+            &arguments[..13],
+            &["--output-index", "bz", "--input-index", "bz"],
+        ]
+        .concat(),
+    );
+    assert_eq!(word, "usage", "{message}");
+    let halved = ["--lines", "20000,72000"];
+    let mut wrong = arguments.to_vec();
+    wrong.splice(8..10, halved);
+    assert_eq!(refusal(&wrong[..14]).0, "ratio-mismatch");
+    let (word, _) = refusal(&[&arguments[..10], &["--output-index", "nothing"]].concat());
+    assert_eq!(word, "no-channel");
+    std::fs::remove_dir_all(folder).unwrap();
+}

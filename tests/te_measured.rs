@@ -7,6 +7,7 @@ use geardyn::base::code::Code;
 use geardyn::base::error::Error;
 use geardyn::transmission::measured::eccentricity::parted;
 use geardyn::transmission::measured::evaluate::{Ask, Measured, evaluate};
+use geardyn::transmission::measured::index::{Edge, Signal};
 use geardyn::transmission::measured::orders::Named;
 use geardyn::transmission::measured::rows::{InMemory, Scale, Scales};
 use geardyn::transmission::measured::teeth::Teeth;
@@ -83,6 +84,7 @@ impl Rig {
             named: Named::default(),
             every: false,
             input: false,
+            index: [None, None],
         }
     }
 
@@ -668,4 +670,302 @@ fn exact_eccentricity_of_encoder_and_gear() {
     // of one flank nothing is parted
     let one = rig(1.0).measured().unwrap();
     assert!(parted(&one, &Teeth::parse("20:47").unwrap(), alpha).is_empty());
+}
+
+/// The edges of a mark that stands at `at` turns of a shaft, a twentieth of a turn wide: as a level read row by row shows them, or timed
+/// between rows. `turns` is where the shaft stands at each row.
+fn edges(turns: &[f64], at: f64, timed: bool) -> Vec<Edge> {
+    let high = |x: f64| (x - at).rem_euclid(1.0) < 0.05;
+    let changes = (1..turns.len()).filter(|&i| high(turns[i - 1]) != high(turns[i]));
+    let edge = |i: usize| {
+        let (before, here) = (turns[i - 1] - at, turns[i] - at);
+        let border = if high(turns[i]) { 0.0 } else { 0.05 };
+        let after = (here - border).rem_euclid(1.0) / (here - before);
+        Edge {
+            row: i as f64 - if timed { after } else { 0.5 },
+            rising: high(turns[i]),
+        }
+    };
+    changes.map(edge).collect()
+}
+
+/// Marks of both shafts of a rig, by the angles it really has.
+fn marked(rig: &Rig, at: [f64; 2], timed: bool) -> [Option<Signal>; 2] {
+    let exact = Rig {
+        counts: [0.0; 2],
+        errors: rig.errors.clone(),
+        ..*rig
+    };
+    let (a, b) = exact.readings();
+    let turns = |list: Vec<f64>| -> Vec<f64> { list.iter().map(|x| x / TAU).collect() };
+    let signal = |k: usize, list: Vec<f64>| {
+        Some(Signal {
+            edges: edges(&turns(list), at[k], timed),
+            sharp: if timed { 0.0 } else { 0.5 },
+            counts: Some(rig.counts[k]).filter(|c| *c > 0.0),
+        })
+    };
+    [signal(0, a), signal(1, b)]
+}
+
+fn counting() -> Rig {
+    Rig {
+        teeth: "13:40",
+        errors: vec![
+            (1.0, 33.0 * ARCSEC, 0.7),
+            (40.0 / 13.0, 22.0 * ARCSEC, -1.3),
+            (40.0, 1.5 * ARCSEC, 1.7),
+        ],
+        counts: [14_400.0, 72_000.0],
+        noise: 0.15,
+        turns: 8.4,
+        rows_per_tooth: 77.0,
+        ..Rig::default()
+    }
+}
+
+/// Counters that start anywhere: phases count from the marks, of orders of the output from its own, of those of the input from its own.
+#[test]
+fn exact_phases_from_marks() {
+    let rig = counting();
+    let (a, b) = rig.readings();
+    let start = |list: Vec<f64>, by: f64| -> Vec<f64> { list.iter().map(|x| x + by).collect() };
+    let (a, b) = (start(a, 5_123.0), start(b, -31_777.0));
+    let at = [0.31, 0.72];
+    let ask = Ask {
+        index: marked(&rig, at, false),
+        ..rig.ask()
+    };
+    let found = evaluate(&InMemory(&a, &b), &ask).unwrap();
+    assert!(found.warnings.is_empty(), "{:?}", found.warnings);
+    let lines = &found.flanks[0].lines;
+    for (order, _, phase) in &rig.errors {
+        let line = lines.iter().find(|l| (l.order.value - order).abs() < 1e-9);
+        let line = line.unwrap();
+        let (shown, mark) = line.marked.unwrap();
+        let (expected, whose) = match order.fract() == 0.0 {
+            true => (phase + order * TAU * at[1], "output"),
+            false => (phase + TAU * at[0], "input"),
+        };
+        assert_eq!(mark, whose);
+        let off = (shown - expected + TAU / 2.0).rem_euclid(TAU) - TAU / 2.0;
+        // A mark is known to a row or so, and a row is the 1/3080 of a turn.
+        let known = 4.0 * line.deviation / line.amplitude + order * TAU / 3080.0;
+        assert!(off.abs() < known, "{order}: {off} {known}");
+    }
+    for (index, at) in found.index.iter().flatten().zip(at) {
+        assert!(index.passages >= 8 && index.missing + index.extra == 0);
+        let counts = index.counts_apart.unwrap();
+        let a_turn = rig.counts[usize::from(index.shaft == "output")];
+        assert!((counts - a_turn).abs() < 8.0, "{counts}");
+        let by = if index.shaft == "input" {
+            5_123.0
+        } else {
+            -31_777.0
+        };
+        let off = (index.at - at - by / a_turn + 0.5).rem_euclid(1.0) - 0.5;
+        assert!(off.abs() < 2e-3, "{off}");
+    }
+    // The mean turn of the input begins at its mark: what it shows there is the wave of the input.
+    let means = &found.flanks[0].mean_turns;
+    let input = means.iter().find(|m| m.shaft == "input").unwrap();
+    assert!(input.average.turns >= 20);
+    let n = input.average.turn.len() as f64;
+    for (i, e) in input.average.turn.iter().enumerate() {
+        let turns = i as f64 / n + at[0];
+        let wave = |k: f64, a: f64, p: f64| a * ARCSEC * (TAU * k * turns + p).cos();
+        // The mesh repeats with the input as well.
+        let expected = wave(1.0, 22.0, -1.3) + wave(13.0, 1.5, 1.7);
+        let off = (e - expected).abs();
+        assert!(
+            off < 4.5 * input.average.standard_error,
+            "{i}: {}",
+            off / ARCSEC
+        );
+    }
+    assert!(input.average.standard_error < ARCSEC);
+}
+
+/// In 2.4 turns the wave of the input hardly moves against the output: the mean turn of the output does not hold it all the same.
+#[test]
+fn exact_mean_turns_of_a_short_record() {
+    let rig = Rig {
+        errors: vec![(1.0, 12.0 * ARCSEC, 0.3), (64.0 / 21.0, 5.0 * ARCSEC, 2.0)],
+        turns: 2.4,
+        ..Rig::default()
+    };
+    let found = rig.measured().unwrap();
+    let means = &found.flanks[0].mean_turns;
+    let range = |name: &str| {
+        let mean = means.iter().find(|m| m.shaft == name).unwrap();
+        let ends =
+            (mean.average.turn.iter()).fold((0.0f64, 0.0f64), |e, x| (e.0.min(*x), e.1.max(*x)));
+        (ends.1 - ends.0) / ARCSEC
+    };
+    assert!((range("output") - 24.0).abs() < 0.05, "{}", range("output"));
+    assert!((range("input") - 10.0).abs() < 0.05, "{}", range("input"));
+}
+
+/// Where so many counts of one encoder look like so many of the other, the marks say whose they are; what the error hides they find.
+#[test]
+fn refuses_lost_counts_by_marks() {
+    let rig = counting();
+    let (a, b) = rig.readings();
+    let third = a.len() / 3;
+    let ask = |repair: bool| Ask {
+        index: marked(&rig, [0.31, 0.72], true),
+        repair,
+        ..rig.ask()
+    };
+    let mut short = b.clone();
+    short[third..].iter_mut().for_each(|x| *x -= 5.0);
+    let error = evaluate(&InMemory(&a, &short), &ask(false)).unwrap_err();
+    assert_eq!(error.code, Code::LostCounts);
+    assert!(
+        error.message.contains("5 counts lost on the output at"),
+        "{error}"
+    );
+    let mended = evaluate(&InMemory(&a, &short), &ask(true)).unwrap();
+    let total = |m: &Measured| m.flanks[0].of_orders.total / ARCSEC;
+    let clean = total(&rig.measured().unwrap());
+    assert!((total(&mended) - clean).abs() < 1.5);
+    // Both encoders lose what makes one step: the error shows nothing.
+    let (mut a2, mut b2) = (a.clone(), b.clone());
+    a2[third..].iter_mut().for_each(|x| *x -= 8.0 * 40.0);
+    b2[third..].iter_mut().for_each(|x| *x -= 8.0 * 13.0 * 5.0);
+    let blind = Ask {
+        index: [None, None],
+        ..ask(false)
+    };
+    assert!(evaluate(&InMemory(&a2, &b2), &blind).is_ok());
+    let error = evaluate(&InMemory(&a2, &b2), &ask(false)).unwrap_err();
+    assert!(
+        error.message.contains("320 counts lost on the input")
+            && error.message.contains("520 counts lost on the output"),
+        "{error}"
+    );
+}
+
+/// Lines that are wrong by one factor on both shafts leave the ratio as it is: the marks tell.
+#[test]
+fn refuses_wrong_lines_by_marks() {
+    let rig = counting();
+    let (a, b) = rig.readings();
+    let wrong = Rig {
+        counts: rig.counts.map(|c| 2.0 * c),
+        errors: rig.errors.clone(),
+        ..rig
+    };
+    let ask = Ask {
+        index: marked(&rig, [0.1, 0.2], false).map(|s| {
+            s.map(|s| Signal {
+                counts: s.counts.map(|c| 2.0 * c),
+                ..s
+            })
+        }),
+        ..wrong.ask()
+    };
+    let found = evaluate(&InMemory(&a, &b), &ask);
+    refused(
+        found,
+        Code::RatioMismatch,
+        &["14400 counts apart", "28800", "--lines"],
+    );
+    // Forty counts a turn missing, every turn alike.
+    let dirty = |x: &f64| (x * (1.0 - 40.0 / 14_400.0)).floor();
+    let dirty: Vec<f64> = a.iter().map(dirty).collect();
+    let mut ask = Ask {
+        index: marked(&rig, [0.1, 0.2], false),
+        ..rig.ask()
+    };
+    ask.index[1] = None;
+    let found = evaluate(&InMemory(&dirty, &b), &ask);
+    refused(found, Code::LostCounts, &["turn by turn", "14400"]);
+}
+
+/// Pulses that are missing and pulses of noise are counted and passed over; no pulse at all, or none twice, is refused.
+#[test]
+fn survives_bad_index_pulses() {
+    let rig = counting();
+    let (a, b) = rig.readings();
+    let mut index = marked(&rig, [0.31, 0.72], false);
+    let output = index[1].as_mut().unwrap();
+    output.edges.remove(6);
+    output.edges.remove(6);
+    let from = output.edges[3].row;
+    output
+        .edges
+        .extend([(700.0, true), (703.0, false)].map(|(more, rising)| Edge {
+            row: from + more,
+            rising,
+        }));
+    output.edges.sort_by(|a, b| a.row.total_cmp(&b.row));
+    let ask = Ask { index, ..rig.ask() };
+    let found = evaluate(&InMemory(&a, &b), &ask).unwrap();
+    let said: Vec<&str> = found.warnings.iter().map(|w| w.code).collect();
+    assert_eq!(said, ["index-pulses"]);
+    let output = found.index[1].as_ref().unwrap();
+    assert_eq!((output.missing, output.extra), (1, 1));
+    for edges in [
+        Vec::new(),
+        vec![Edge {
+            row: 5e3,
+            rising: true,
+        }],
+    ] {
+        let mut ask = ask.clone();
+        ask.index[1].as_mut().unwrap().edges = edges;
+        let found = evaluate(&InMemory(&a, &b), &ask);
+        refused(found, Code::NoSignal, &["output", "twice"]);
+    }
+}
+
+/// A step that is no loss of counts, by the marks of both shafts, is left in and told.
+#[test]
+fn keeps_steps_that_are_no_counts() {
+    let rig = counting();
+    let third = rig.readings().0.len() / 3;
+    // The encoder of the output slips on its shaft: counts and mark stay together.
+    let (a, mut b) = rig.readings();
+    b[third..].iter_mut().for_each(|x| *x += 60.0);
+    let mut index = marked(&rig, [0.31, 0.72], true);
+    let exact = Rig {
+        counts: [0.0; 2],
+        errors: rig.errors.clone(),
+        ..rig
+    };
+    let mut turns: Vec<f64> = exact.readings().1.iter().map(|x| x / TAU).collect();
+    turns[third..]
+        .iter_mut()
+        .for_each(|x| *x += 60.0 / 72_000.0);
+    index[1].as_mut().unwrap().edges = edges(&turns, 0.72, true);
+    let ask = Ask { index, ..rig.ask() };
+    let found = evaluate(&InMemory(&a, &b), &ask).unwrap();
+    let said: Vec<&str> = found.warnings.iter().map(|w| w.code).collect();
+    assert!(said.contains(&"step-without-counts"), "{said:?}");
+    assert!(found.repaired.is_empty());
+}
+
+/// A direction that turns too little is said to be left out.
+#[test]
+fn keeps_word_of_a_short_way_back() {
+    let rig = Rig {
+        turns: 2.5,
+        uneven: (0.0, 1.0),
+        ..Rig::default()
+    };
+    let (mut a, mut b) = rig.readings();
+    let back: Vec<(f64, f64)> = a
+        .iter()
+        .copied()
+        .zip(b.iter().copied())
+        .rev()
+        .take(1500)
+        .collect();
+    a.extend(back.iter().map(|x| x.0));
+    b.extend(back.iter().map(|x| x.1));
+    let found = evaluate(&InMemory(&a, &b), &rig.ask()).unwrap();
+    assert_eq!(found.flanks.len(), 1);
+    let said: Vec<&str> = found.warnings.iter().map(|w| w.code).collect();
+    assert_eq!(said, ["direction-too-short"]);
 }

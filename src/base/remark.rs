@@ -193,6 +193,21 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "An encoder lost counts or counted too many; the step this makes was taken out, because --repair was given.",
     ),
     (
+        "index-pulses",
+        Warning,
+        "Of the index pulses of an encoder some are missing or stand where no whole turn has passed. Those are passed over. A pulse narrower than a row is missed by the rows; noise on the line makes others.",
+    ),
+    (
+        "step-without-counts",
+        Warning,
+        "The transmission error steps and stays where it is, and the index pulses say that both encoders counted right: a seat, a coupling or an encoder moved. The step is left in the record.",
+    ),
+    (
+        "direction-too-short",
+        Warning,
+        "In one direction the record turns less than a whole turn of every shaft, beside what the play takes: that direction is not evaluated, and what of its angles the other direction passed as well goes into the play alone.",
+    ),
+    (
         "input-uneven",
         Warning,
         "The input of an encoder record does not turn evenly at the orders of declared errors: its driver is free and answers the meshes. What it does is in the record; what of it reaches the output is taken off through the model.",

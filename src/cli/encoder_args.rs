@@ -26,6 +26,12 @@ pub struct EncoderArgs {
     /// Rows are not even in time, such as those taken at steps of angle: no speed is told
     #[arg(long, conflicts_with_all = ["stamps", "rate", "time"])]
     pub angle_base: bool,
+    /// Column of the input's index pulse (reference mark, Z track), once a turn; with --stamps its instants
+    #[arg(long, value_name = "COLUMN")]
+    pub input_index: Option<String>,
+    /// Column of the output's index pulse: angles and phases begin at its mark, and the counts between marks are checked
+    #[arg(long, value_name = "COLUMN")]
+    pub output_index: Option<String>,
     /// Multiples of the meshes looked for; four where the rows hold them
     #[arg(long, value_name = "N")]
     pub harmonics: Option<usize>,

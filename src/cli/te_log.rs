@@ -10,7 +10,8 @@ use crate::base::error::{Error, Errors};
 use crate::base::kind::Kind;
 use crate::base::units;
 use crate::plan::logs::attribution::Model;
-use crate::plan::logs::encoders::{EncoderRecord, EncoderStudy, encoders};
+use crate::plan::logs::encoder_study::{EncoderStudy, Read};
+use crate::plan::logs::encoders::{EncoderRecord, encoders};
 use crate::plan::prepared::Prepared;
 use crate::recording::raw::{Raw, Repair};
 use crate::recording::settings::{RateSource, Settings};
@@ -37,6 +38,8 @@ pub fn refuse_of_model(args: &TeArgs) -> Result<(), Error> {
     let given = [
         (!record.input.is_empty(), "--input"),
         (record.lines.is_some(), "--lines"),
+        (record.input_index.is_some(), "--input-index"),
+        (record.output_index.is_some(), "--output-index"),
         (record.stamps, "--stamps"),
         (record.angle_base, "--angle-base"),
         (record.harmonics.is_some(), "--harmonics"),
@@ -164,21 +167,42 @@ fn evaluated(
         let raw = progress::open(&args.file, &settings, args.quiet)?;
         Ok((settle::settle(raw, &settings)?, full))
     };
-    let evaluate = |a: &Recording, b: &Recording, study: &EncoderStudy| {
-        progress::busy("evaluating", args.quiet, || encoders(a, b, study, model))
-            .map_err(|e| Errors::from(e.in_file(&a.path)))
+    let evaluate = |read: Read, study: &EncoderStudy| {
+        progress::busy("evaluating", args.quiet, || encoders(read, study, model))
+            .map_err(|e| Errors::from(e.in_file(&read.input.path)))
     };
     let (mut found, recording) = if study.stamps {
         let (a, first) = open(&study.input)?;
         let (b, second) = open(&study.output)?;
         (study.input, study.output) = (first, second);
-        (evaluate(&a, &b, study)?, a)
+        let mut marks = [None, None];
+        for (name, read) in study.index.iter_mut().zip(&mut marks) {
+            if let Some(word) = name {
+                let (recording, mut full) = open(std::slice::from_ref(word))?;
+                *name = full.pop();
+                *read = Some(recording);
+            }
+        }
+        let read = Read {
+            input: &a,
+            output: &b,
+            index: [marks[0].as_ref(), marks[1].as_ref()],
+        };
+        (evaluate(read, study)?, a)
     } else {
-        let both: Vec<String> = study.input.iter().chain(&study.output).cloned().collect();
-        let (a, full) = open(&both)?;
-        let (first, second) = full.split_at(study.input.len());
-        (study.input, study.output) = (first.to_vec(), second.to_vec());
-        (evaluate(&a, &a, study)?, a)
+        let shafts = study.input.iter().chain(&study.output);
+        let all = shafts.chain(study.index.iter().flatten());
+        let (a, full) = open(&all.cloned().collect::<Vec<String>>())?;
+        let mut full = full.into_iter();
+        let named = study.input.iter_mut().chain(&mut study.output);
+        let named = named.chain(study.index.iter_mut().flatten());
+        named.zip(&mut full).for_each(|(name, known)| *name = known);
+        let read = Read {
+            input: &a,
+            output: &a,
+            index: [0, 1].map(|k| study.index[k].as_ref().map(|_| &a)),
+        };
+        (evaluate(read, study)?, a)
     };
     found.warnings.splice(0..0, recording.warnings);
     Ok((found, recording.repairs))
@@ -235,6 +259,15 @@ fn study(args: &TeArgs) -> Result<EncoderStudy, Error> {
     if args.record.input.iter().any(|i| output.contains(i)) {
         return refuse("one column is named as input and as output", EXAMPLE);
     }
+    let index = [&args.record.input_index, &args.record.output_index].map(Clone::clone);
+    let shafts: Vec<&String> = args.record.input.iter().chain(&output).collect();
+    let marks: Vec<&String> = index.iter().flatten().collect();
+    if marks.iter().any(|m| shafts.contains(m)) || (marks.len() == 2 && marks[0] == marks[1]) {
+        return refuse(
+            "one column is named twice",
+            "the index pulse has a column of its own: --output-index wheel_z",
+        );
+    }
     const COUNTS: std::ops::RangeInclusive<usize> = 1..=65_536;
     if !COUNTS.contains(&args.record.counts_per_line) || args.record.harmonics == Some(0) {
         return refuse(
@@ -269,6 +302,7 @@ fn study(args: &TeArgs) -> Result<EncoderStudy, Error> {
     Ok(EncoderStudy {
         input: args.record.input.clone(),
         output,
+        index,
         teeth: Teeth::parse(teeth)?,
         lines: args.record.lines.as_deref().map(lines).transpose()?,
         counts_per_line: args.record.counts_per_line,

@@ -2,7 +2,8 @@
 
 use std::collections::VecDeque;
 
-use super::logs::encoders::{EncoderRecord, EncoderStudy, encoders};
+use super::logs::encoder_study::{EncoderStudy, Read};
+use super::logs::encoders::{EncoderRecord, encoders};
 use super::motion::scene::{MotionScene, outputs};
 use super::prepared::Prepared;
 use crate::base::code::Code;
@@ -300,6 +301,7 @@ impl Rows {
         let study = EncoderStudy {
             input: vec!["input".into()],
             output: vec!["output".into()],
+            index: [None, None],
             teeth: self.teeth,
             lines: None,
             counts_per_line: 1,
@@ -311,6 +313,11 @@ impl Rows {
             radius: None,
             pressure_angle: None,
         };
-        encoders(&recording, &recording, &study, None)
+        let read = Read {
+            input: &recording,
+            output: &recording,
+            index: [None, None],
+        };
+        encoders(read, &study, None)
     }
 }

@@ -1,6 +1,6 @@
 //! Transmission error of an encoder record as JSON and CSV.
 
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
 use serde_json::{Value, json};
 
@@ -27,11 +27,24 @@ pub fn way(flank: &Flank) -> &'static str {
     if flank.forward { "forward" } else { "backward" }
 }
 
+/// Greatest less least.
+pub fn range(values: &[f64]) -> f64 {
+    let ends = values
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| {
+            (l.min(x), h.max(x))
+        });
+    ends.1 - ends.0
+}
+
 /// The JSON document of `te LOG`.
 pub fn json(found: &EncoderRecord, teeth: &Teeth, done: &[Repair]) -> Value {
     let trace: Vec<&str> = found.trace.iter().map(|t| t.0).collect();
     let measured = &found.measured;
-    let flanks: Vec<Value> = measured.flanks.iter().map(|f| flank(f, found)).collect();
+    let mut flanks: Vec<Value> = measured.flanks.iter().map(|f| flank(f, found)).collect();
+    for (flank, all) in flanks.iter_mut().zip(&found.attribution) {
+        flank["attribution"] = attribution(all);
+    }
     let mut document = flanks.first().cloned().unwrap_or(json!({}));
     let more = json!({
         "geardyn": log_header(&trace),
@@ -67,7 +80,21 @@ pub fn json(found: &EncoderRecord, teeth: &Teeth, done: &[Repair]) -> Value {
             "gear_arcsec": arcsec(p.gear),
             "std_arcsec": arcsec(p.deviation),
         })).collect::<Vec<_>>(),
-        "attribution": found.attribution.as_ref().map(attribution),
+        "index": measured.index.iter().flatten().map(|i| json!({
+            "shaft": i.shaft,
+            "passages": i.passages,
+            "missing": i.missing,
+            "extra": i.extra,
+            "counts_apart": i.counts_apart,
+            "at_deg": 360.0 * i.at,
+            "scatter_deg": 360.0 * i.scatter,
+        })).collect::<Vec<_>>(),
+        "runs": measured.runs.iter().map(|r| json!({
+            "direction": if r.forward { "forward" } else { "backward" },
+            "first_row": r.rows.start + 1,
+            "last_row": r.rows.end,
+            "input_turns": r.reach() / TAU,
+        })).collect::<Vec<_>>(),
         "limits": found.limits,
         "repaired": measured.repaired.iter().map(|j| json!({
             "row": j.row + 1, "counts": j.counts, "encoder": j.whose, "step_arcsec": arcsec(j.step),
@@ -115,11 +142,14 @@ fn flank(flank: &Flank, found: &EncoderRecord) -> Value {
             "tooth_to_tooth_arcsec": arcsec(flank.of_orders.by_pitch),
             "std_arcsec": arcsec(flank.of_orders.deviation),
         },
-        "turn_average": flank.average.as_ref().map(|a| json!({
-            "turns": a.turns,
-            "standard_error_arcsec": arcsec(a.standard_error),
-            "te_arcsec": all(&a.turn),
-        })),
+        "attribution": null,
+        "mean_turns": flank.mean_turns.iter().map(|m| json!({
+            "shaft": m.shaft,
+            "turns": m.average.turns,
+            "range_arcsec": arcsec(range(&m.average.turn)),
+            "standard_error_arcsec": arcsec(m.average.standard_error),
+            "te_arcsec": all(&m.average.turn),
+        })).collect::<Vec<_>>(),
         "orders": flank.lines.iter().map(|l| line(l, found)).collect::<Vec<_>>(),
         "unexplained": flank.unexplained.iter().map(|u| json!({
             "order_value": u.order,
@@ -169,6 +199,8 @@ fn line(line: &Line, found: &EncoderRecord) -> Value {
         "std_arcsec": arcsec(line.deviation),
         "interval_arcsec": line.interval.map(|(low, high)| [arcsec(low), arcsec(high)]),
         "phase_deg": degrees(line.phase),
+        "phase_from_mark_deg": line.marked.map(|m| degrees(m.0)),
+        "mark": line.marked.map(|m| m.1),
         "significant": line.significant,
         "shared": line.is_shared(),
         "not_resolved_from": line.near().iter().map(|n| json!({ "what": n.what, "turns_needed": n.turns })).collect::<Vec<_>>(),

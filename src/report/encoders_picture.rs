@@ -16,6 +16,9 @@ const RECORD: (f64, f64) = (64.0, 304.0);
 const ORDERS: (f64, f64) = (655.0, 855.0);
 const BOTTOM: f64 = 905.0;
 
+/// The second direction's lines stand so far to the right of the first's.
+const BESIDE: f64 = 6.0;
+
 /// Lines that get a name.
 const NAMED: usize = 14;
 
@@ -36,9 +39,7 @@ pub fn record(found: &EncoderRecord, title: &str) -> String {
             }
         }
         over_angle(canvas, flanks);
-        if let Some(flank) = flanks.first() {
-            orders(canvas, flank);
-        }
+        orders(canvas, flanks);
     })
 }
 
@@ -96,36 +97,51 @@ struct Stem {
     size: f64,
     interval: Option<(f64, f64)>,
     name: String,
-    known: bool,
+    ink: Ink,
 }
 
-fn orders(canvas: &mut Canvas, flank: &Flank) {
-    let lines = flank.lines.iter().filter(|l| l.significant).map(|l| Stem {
-        order: l.order.value,
-        size: arcsec(l.amplitude),
-        interval: l.interval.map(|(a, b)| (arcsec(a), arcsec(b))),
-        name: format!("{} {}", l.order.exact, with_others(&l.order.names)),
-        known: true,
-    });
+/// The lines of a flank that stand out.
+fn stems(flank: &Flank, ink: Ink) -> impl Iterator<Item = Stem> {
+    let lines = flank
+        .lines
+        .iter()
+        .filter(|l| l.significant)
+        .map(move |l| Stem {
+            order: l.order.value,
+            size: arcsec(l.amplitude),
+            interval: l.interval.map(|(a, b)| (arcsec(a), arcsec(b))),
+            name: format!("{} {}", l.order.exact, with_others(&l.order.names)),
+            ink,
+        });
     let others = flank.unexplained.iter().map(|u| Stem {
         order: u.order,
         size: arcsec(u.amplitude),
         interval: None,
         name: format!("{} unexplained", brief(u.order)),
-        known: false,
+        ink: GREY,
     });
-    let stems: Vec<Stem> = lines.chain(others).collect();
+    lines.chain(others)
+}
+
+/// Both directions, the one with more turns named.
+fn orders(canvas: &mut Canvas, flanks: &[Flank]) {
+    let named: Vec<Stem> = (flanks.iter().take(1))
+        .flat_map(|f| stems(f, BLUE))
+        .collect();
+    let other: Vec<Stem> = (flanks.iter().skip(1))
+        .flat_map(|f| stems(f, ORANGE))
+        .collect();
+    let all = || named.iter().chain(&other);
     let Some((_, top)) = span(
-        stems
-            .iter()
+        all()
             .map(|s| s.interval.map_or(s.size, |i| i.1))
             .chain([0.0]),
     ) else {
         return;
     };
-    let last = stems.iter().map(|s| s.order).fold(1.0, f64::max);
+    let last = all().map(|s| s.order).fold(1.0, f64::max);
     // Orders from 1 to hundreds share the axis by their logarithm.
-    let first = stems.iter().map(|s| s.order).fold(1.0, f64::min);
+    let first = all().map(|s| s.order).fold(1.0, f64::min);
     let place = |order: f64| order.log10();
     let panel = Panel {
         across: (LEFT, RIGHT),
@@ -152,23 +168,25 @@ fn orders(canvas: &mut Canvas, flank: &Flank) {
         BLACK,
         Anchor::Middle,
     );
-    for stem in &stems {
-        let ink = if stem.known { BLUE } else { ORANGE };
-        let foot = panel.at(place(stem.order), 0.0);
-        let head = panel.at(place(stem.order), stem.size);
-        canvas.line(foot, head, ink, 1.4);
-        canvas.disc(head, 2.2, ink);
+    let beside = (named.iter().map(|s| (s, 0.0))).chain(other.iter().map(|s| (s, BESIDE)));
+    for (stem, right) in beside {
+        let at = |size: f64| {
+            let spot = panel.at(place(stem.order), size);
+            (spot.0 + right, spot.1)
+        };
+        canvas.line(at(0.0), at(stem.size), stem.ink, 1.4);
+        canvas.disc(at(stem.size), 2.2, stem.ink);
         if let Some((low, high)) = stem.interval {
-            let spots: [Spot; 2] = [low, high].map(|v| panel.at(place(stem.order), v));
+            let spots: [Spot; 2] = [low, high].map(at);
             canvas.line(
-                (spots[0].0 + 4.0, spots[0].1),
-                (spots[1].0 + 4.0, spots[1].1),
+                (spots[0].0 + 3.0, spots[0].1),
+                (spots[1].0 + 3.0, spots[1].1),
                 BLACK,
                 0.8,
             );
         }
     }
-    names(canvas, &panel, &stems, place);
+    names(canvas, &panel, &named, place);
 }
 
 /// The first of the sources that share an order, and how many more.
@@ -196,7 +214,7 @@ fn names(canvas: &mut Canvas, panel: &Panel, stems: &[Stem], place: impl Fn(f64)
         .zip(push_apart(&wanted, APART, panel.across))
     {
         let head = panel.at(place(stem.order), stem.size);
-        let ink = if stem.known { BLACK } else { ORANGE };
+        let ink = if stem.ink == GREY { GREY } else { BLACK };
         canvas.line(
             (right, panel.down.0 - 4.0),
             (head.0, head.1 - 3.0),

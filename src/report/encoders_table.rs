@@ -2,13 +2,14 @@
 
 use std::f64::consts::PI;
 
-use super::encoders::{arcsec, degrees, micrometres, way};
+use super::encoders::{arcsec, degrees, micrometres, range, way};
 use super::number::{brief, interval, significant};
 use super::table::{finish, plain, right_but_first, right_but_last};
 use crate::base::words::counted;
 use crate::plan::logs::attribution::Attribution;
 use crate::plan::logs::encoders::EncoderRecord;
 use crate::transmission::measured::flank::{Flank, Line};
+use crate::transmission::measured::index::Index;
 
 /// Lines shown of a flank, the largest.
 const ROWS: usize = 24;
@@ -40,10 +41,16 @@ pub fn record(found: &EncoderRecord, all: bool) -> String {
             rpm(most)
         );
     }
+    for index in measured.index.iter().flatten() {
+        text += &mark(index);
+    }
     for flank in &measured.flanks {
         text += &one(flank, found, all);
     }
-    if let Some(all) = &found.attribution {
+    for (flank, all) in measured.flanks.iter().zip(&found.attribution) {
+        if found.attribution.len() > 1 {
+            text += &format!("\n{}:\n", way(flank));
+        }
         text += &attribution(all);
     }
     if let Some(play) = &measured.play {
@@ -78,6 +85,21 @@ pub fn record(found: &EncoderRecord, all: bool) -> String {
         text += &format!("\n{limit}\n");
     }
     text
+}
+
+/// What an index says.
+fn mark(index: &Index) -> String {
+    let place = |turns: f64| format!("{:.3}", 360.0 * turns);
+    let apart = index.counts_apart.map_or(String::new(), |counts| {
+        format!(", {} counts apart", significant(counts))
+    });
+    format!(
+        "index of the {}: passed {}{apart}, {} deg from where its readings are zero, ± {} deg from passage to passage\n",
+        index.shaft,
+        counted(index.passages, "time"),
+        place(index.at),
+        brief(360.0 * index.scatter)
+    )
 }
 
 fn one(flank: &Flank, found: &EncoderRecord, all: bool) -> String {
@@ -137,17 +159,16 @@ fn one(flank: &Flank, found: &EncoderRecord, all: bool) -> String {
             brief(arcsec(composite.short.1.sliding))
         ),
     );
-    if let Some(average) = &flank.average {
-        let low = average.turn.iter().copied().fold(f64::INFINITY, f64::min);
-        let high = average
-            .turn
-            .iter()
-            .copied()
-            .fold(f64::NEG_INFINITY, f64::max);
+    for mean in &flank.mean_turns {
+        let average = &mean.average;
         row(
-            "mean turn",
-            high - low,
-            format!("± {} at each angle", brief(arcsec(average.standard_error))),
+            &format!("mean turn of {}", mean.shaft),
+            range(&average.turn),
+            format!(
+                "± {} at each angle, over {}",
+                brief(arcsec(average.standard_error)),
+                counted(average.turns, "turn")
+            ),
         );
     }
     row("left beside the orders", flank.noise, "rms".into());
@@ -245,8 +266,15 @@ fn lines(flank: &Flank, with_um: bool, found: &EncoderRecord, all: bool) -> Stri
             heads.push("amplitude");
             units.push("µm");
         }
-        heads.extend(["phase", "from"]);
-        units.extend(["deg", ""]);
+        let marked = found.measured.index.iter().any(Option::is_some);
+        heads.push("phase");
+        units.push("deg");
+        if marked {
+            heads.push("from mark of");
+            units.push("");
+        }
+        heads.push("from");
+        units.push("");
         table.add_row(heads);
         table.add_row(units);
         for line in shown.iter() {
@@ -266,7 +294,11 @@ fn lines(flank: &Flank, with_um: bool, found: &EncoderRecord, all: bool) -> Stri
             if let Some(um) = micrometres(found, line.amplitude) {
                 row.push(brief(um));
             }
-            row.push(format!("{:.1}", degrees(line.phase)));
+            let phase = line.marked.map_or(line.phase, |m| m.0);
+            row.push(format!("{:.1}", degrees(phase)));
+            if marked {
+                row.push(line.marked.map_or("–", |m| m.1).to_string());
+            }
             row.push(from(line));
             table.add_row(row);
         }

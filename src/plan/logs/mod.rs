@@ -60,5 +60,11 @@ pub mod held;
 /// Measured orders and what a model declares of them.
 pub mod attribution;
 
+/// What is asked of a record of two encoders.
+pub mod encoder_study;
+
+/// What the readings of encoders mean.
+mod readings;
+
 /// Transmission error from two encoders.
 pub mod encoders;

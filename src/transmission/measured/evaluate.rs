@@ -4,12 +4,15 @@ use std::f64::consts::TAU;
 
 use super::cells::{CELLS_PER_ORDER, Cells, ERROR, LEAST_PER_CELL, LOST};
 use super::flank::{Flank, Search, flank};
+use super::index::{Index, Signal, indices};
 use super::jumps::{Jump, Look, jumps, placed};
+use super::marks::Marks;
 use super::orders::Named;
 use super::rows::{Rows, Scales, each};
 use super::speed::{Paces, Speed};
 use super::survey::{MeasuredRatio, Run, survey};
 use super::teeth::{Member, Teeth};
+use super::verdict::Verdict;
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
 use crate::numeric::fraction::Fraction;
@@ -34,6 +37,8 @@ pub struct Ask {
     pub every: bool,
     /// What the input does beside even turning is wanted as well, where rows have a clock.
     pub input: bool,
+    /// Index pulses of input and output, where they were read.
+    pub index: [Option<Signal>; 2],
 }
 
 /// Multiples of the meshes looked for where nobody says how many.
@@ -60,6 +65,8 @@ pub struct Measured {
     pub play: Option<Play>,
     /// Steps that were taken out.
     pub repaired: Vec<Jump>,
+    /// What the index pulses of input and output say.
+    pub index: [Option<Index>; 2],
     /// Multiples of the meshes looked for.
     pub multiples: usize,
     /// The highest order kept.
@@ -96,9 +103,20 @@ pub fn evaluate(rows: &dyn Rows, ask: &Ask) -> Result<Measured, Error> {
     let mut scales = ask.scales;
     let looked = survey(rows, scales)?;
     let ratio = looked.ratio((scales.input.step, scales.output.step))?;
+    let mut index = match ask.index.iter().flatten().next() {
+        None => [None, None],
+        Some(_) => {
+            let signals = [ask.index[0].as_ref(), ask.index[1].as_ref()];
+            let paces = [looked.pace, looked.pace * ratio.value.abs()];
+            indices(rows, scales, &looked.runs, signals, paces)?
+        }
+    };
     looked.check_ratio(&ask.teeth, ratio, ask.rate_hz)?;
     // From here on both count up together.
     scales.output.unit *= ratio.value.signum();
+    if let Some(output) = index[1].as_mut().filter(|_| ratio.value < 0.0) {
+        output.turned();
+    }
     let declared = ask.teeth.ratio();
     let r = declared.value();
     let looked = match ratio.value < 0.0 {
@@ -118,7 +136,11 @@ pub fn evaluate(rows: &dyn Rows, ask: &Ask) -> Result<Measured, Error> {
         ratio: r,
         rows_per_tooth,
     };
-    let mut found = jumps(rows, scales, &runs, look)?;
+    let mut verdict = Verdict::new([index[0].as_ref(), index[1].as_ref()], r);
+    let mut found = verdict.judge(jumps(rows, scales, &runs, look)?);
+    found.extend(verdict.hidden(rows, scales, rows_per_tooth.ceil() as usize)?);
+    found.sort_by_key(|jump| jump.row);
+    let marks = Marks::of(&index, &runs, r);
     let steps = (scales.input.step * r, scales.output.step);
     let given = [steps.0, steps.1].into_iter().filter(|c| *c > 0.0);
     // Angles of the input are known to half a step, which rounds off high orders.
@@ -131,15 +153,16 @@ pub fn evaluate(rows: &dyn Rows, ask: &Ask) -> Result<Measured, Error> {
         named: &ask.named,
         every: ask.every,
         error,
+        input_mark: marks.input.unwrap_or(0.0),
         count: given.fold(f64::INFINITY, f64::min),
     };
     let least = turns_needed(ask) * per_turn as f64;
     let mut round = 0;
-    let (flanks, speed, play) = loop {
+    let (mut flanks, speed, play) = loop {
         if !found.is_empty() && !ask.repair {
             return Err(lost(&found, ask.rate_hz));
         }
-        let (mut signals, speed) = gather(rows, scales, &runs, &found, ask, per_turn)?;
+        let (mut signals, speed) = gather(rows, scales, &runs, &found, ask, per_turn, marks.zero)?;
         signals.sort_by_key(|s| std::cmp::Reverse(s.error.values.len()));
         check_turns(ask, &signals, per_turn)?;
         let play = play(&signals);
@@ -152,7 +175,7 @@ pub fn evaluate(rows: &dyn Rows, ask: &Ask) -> Result<Measured, Error> {
         for flank in &flanks {
             let places = flank.steps.iter();
             let places: Vec<(f64, f64)> = places
-                .map(|s| (flank.signal.angle(s.cell) / r, s.size))
+                .map(|s| ((flank.signal.angle(s.cell) + marks.zero * TAU) / r, s.size))
                 .collect();
             let of_way: Vec<Run> = runs
                 .iter()
@@ -161,7 +184,9 @@ pub fn evaluate(rows: &dyn Rows, ask: &Ask) -> Result<Measured, Error> {
                 .collect();
             more.extend(placed(&places, rows, scales, &of_way, look)?);
         }
+        let more = verdict.judge(more);
         if more.is_empty() {
+            too_short(&looked.runs, &flanks, turns_needed(ask), r, &mut warnings);
             break (flanks, speed, play);
         }
         found.extend(more);
@@ -173,7 +198,11 @@ pub fn evaluate(rows: &dyn Rows, ask: &Ask) -> Result<Measured, Error> {
             ));
         }
     };
+    flanks.iter_mut().for_each(|f| marks.refer(f, &ask.teeth));
+    warnings.extend(verdict.warnings());
+    warnings.extend(index.iter().flatten().filter_map(Index::warnings));
     Ok(Measured {
+        index,
         declared,
         ratio,
         flanks,
@@ -188,6 +217,23 @@ pub fn evaluate(rows: &dyn Rows, ask: &Ask) -> Result<Measured, Error> {
         speed,
         warnings,
     })
+}
+
+/// Says which direction turns too little to be evaluated.
+fn too_short(runs: &[Run], flanks: &[Flank], needed: f64, ratio: f64, to: &mut Vec<Warning>) {
+    for (forward, way) in [(true, "forward"), (false, "backward")] {
+        let reach = runs.iter().filter(|run| run.forward == forward);
+        let turns = reach.map(Run::reach).fold(0.0, f64::max) * ratio / TAU;
+        if turns > 0.0 && !flanks.iter().any(|f| f.forward == forward) {
+            to.push(Warning {
+                code: "direction-too-short",
+                message: format!(
+                    "{way} the record turns {turns:.3} turns of the output, where {needed:.3} and what the play takes are needed: that direction is not evaluated"
+                ),
+                hint: Some("record a whole turn of every shaft in each direction".into()),
+            });
+        }
+    }
 }
 
 /// Multiples of the meshes, and cells a turn.
@@ -302,7 +348,7 @@ struct Passed {
     input: Option<AngularSignal>,
 }
 
-/// Both directions over even cells, and the speed.
+/// Both directions over even cells, and the speed; angles of the output from `zero` turns on.
 fn gather(
     rows: &dyn Rows,
     scales: Scales,
@@ -310,13 +356,14 @@ fn gather(
     lost: &[Jump],
     ask: &Ask,
     per_turn: usize,
+    zero: f64,
 ) -> Result<(Vec<Passed>, Option<Speed>), Error> {
     let r = ask.teeth.ratio().value();
-    let to_turns = r / TAU;
+    let turns = |x: f64| x * r / TAU - zero;
     let room = |forward: bool| {
         let ends = runs.iter().filter(|run| run.forward == forward);
         ends.flat_map(|run| [run.input.0, run.input.1])
-            .map(|x| x * to_turns)
+            .map(turns)
             .fold(None, |m: Option<(f64, f64)>, x| {
                 Some(m.map_or((x, x), |(a, b)| (a.min(x), b.max(x))))
             })
@@ -348,7 +395,7 @@ fn gather(
                 false => (&mut down, &mut down_ahead),
             };
             if let Some(cells) = cells {
-                cells.put(a.iter().map(|x| x * to_turns), &values);
+                cells.put(a.iter().map(|x| turns(*x)), &values);
             }
             if let Some(ahead) = ahead {
                 // From the run's start on, at its mean pace.
@@ -356,10 +403,10 @@ fn gather(
                 let even = |row: usize| run.input.0 + pace * (row - run.rows.start) as f64;
                 values.clear();
                 values.extend((low..).zip(a).map(|(row, x)| r * (x - even(row))));
-                ahead.put(a.iter().map(|x| x * to_turns), &values);
+                ahead.put(a.iter().map(|x| turns(*x)), &values);
             }
             if let Some(paces) = &mut paces {
-                paces.see(low, a.iter().map(|x| x * to_turns));
+                paces.see(low, a.iter().map(|x| turns(*x)));
             }
         }
     })?;

@@ -82,6 +82,18 @@ pub fn fit(signal: &AngularSignal, orders: &[Order]) -> Result<Fit, Error> {
     })
 }
 
+/// Adds waves to a signal.
+pub fn add(signal: &mut AngularSignal, orders: &[Order], waves: &[Complex]) {
+    let waves: Vec<Complex> = waves.iter().map(|w| -w).collect();
+    let mut values = std::mem::take(&mut signal.values);
+    let room = AngularSignal {
+        values: vec![0.0; values.len()],
+        ..*signal
+    };
+    Folds::new(&room).take_off(orders, &waves, &mut values);
+    signal.values = values;
+}
+
 /// The solution, and the diagonal of the inverse.
 fn inverse_and(a: &Matrix, right: impl Fn(usize) -> f64) -> Result<(Vec<f64>, Vec<f64>), Error> {
     let n = a.nrows();

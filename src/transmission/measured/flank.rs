@@ -3,6 +3,7 @@
 use super::cells::ERROR;
 use super::fit::fit;
 use super::interval::of_amplitude;
+use super::mean_turn::{MeanTurn, mean_turns};
 use super::noise::{Level, Residual};
 use super::orders::{APART, Named, Near, Order, OrderList, Reach};
 use super::steps::{Step, steps};
@@ -13,7 +14,6 @@ use crate::gear::measurement::ranges::Ranges;
 use crate::numeric::definite::solve;
 use crate::numeric::{Complex, Matrix};
 use crate::spectrum::rotation::angular::AngularSignal;
-use crate::spectrum::rotation::averaging::TurnAverage;
 
 /// A line of a known order: `amplitude · cos(order · φ + phase)`, φ the angle of the output.
 #[derive(Debug, Clone)]
@@ -24,6 +24,8 @@ pub struct Line {
     pub amplitude: f64,
     /// Rad.
     pub phase: f64,
+    /// The phase over the angle from a mark, and the shaft of the mark: of orders that repeat with each of its turns.
+    pub marked: Option<(f64, &'static str)>,
     /// Standard deviation of the amplitude, rad; that of the phase is this over the amplitude.
     pub deviation: f64,
     /// Where the true amplitude lies with 95 %, what the cells may take or add on top; nothing where the record does not tell the
@@ -106,8 +108,8 @@ pub struct Flank {
     pub of_orders: OfOrders,
     /// Steps of lost or extra counts that the orders leave.
     pub steps: Vec<Step>,
-    /// The mean over turns of the output, where there are two or more.
-    pub average: Option<TurnAverage>,
+    /// The mean turns of the shafts that turn twice or more, the output's first.
+    pub mean_turns: Vec<MeanTurn>,
 }
 
 /// What is looked for.
@@ -124,6 +126,8 @@ pub struct Search<'a> {
     pub every: bool,
     /// What the cells may lose of a line or add to it, relative.
     pub error: f64,
+    /// Where the input's own angle is zero, turns of the output.
+    pub input_mark: f64,
     /// The smallest step that a count makes, rad of the output; infinite where no encoder has steps.
     pub count: f64,
 }
@@ -201,6 +205,7 @@ pub fn flank(
     unexplained
         .iter_mut()
         .for_each(|u| u.nearest = nearest(search.teeth, u.order, u.known_to));
+    let mean_turns = mean_turns(&signal, &found, &orders, search.teeth, search.input_mark)?;
     let of_input = input.map(|i| input_waves(i, &orders, search)).transpose()?;
     let mut lines: Vec<Line> = Vec::with_capacity(orders.len());
     let count = orders.len().max(1) as f64;
@@ -225,6 +230,7 @@ pub fn flank(
         lines.push(Line {
             amplitude,
             phase: wave.im.atan2(wave.re),
+            marked: None,
             deviation,
             interval: alone.then(interval),
             input: of_input.as_ref().map(|all| all[k]),
@@ -252,9 +258,7 @@ pub fn flank(
         unexplained,
         noise: (square / found.residual.len() as f64).sqrt(),
         composite: composite(&signal, search.teeth)?,
-        average: (signal.turns() >= 2)
-            .then(|| TurnAverage::new(&signal))
-            .transpose()?,
+        mean_turns,
         signal,
     })
 }

@@ -16,6 +16,12 @@ pub mod survey;
 /// Lost and extra counts.
 pub mod jumps;
 
+/// Index pulses.
+pub mod index;
+
+/// Steps judged by index pulses.
+pub mod verdict;
+
 /// Even cells of angle.
 pub mod cells;
 
@@ -34,8 +40,14 @@ pub mod noise;
 /// Steps left beside them.
 pub mod steps;
 
+/// Mean turns of the shafts.
+pub mod mean_turn;
+
 /// One flank.
 pub mod flank;
+
+/// Where angles begin.
+pub mod marks;
 
 /// Speed tooth by tooth.
 pub mod speed;

@@ -1,0 +1,46 @@
+//! What is asked of a record of two encoders, and where it was read.
+
+use crate::recording::signals::Recording;
+use crate::transmission::measured::teeth::Teeth;
+
+/// What is asked of an encoder record.
+#[derive(Debug, Clone)]
+pub struct EncoderStudy {
+    /// Channel of the input; two of them are the tracks of an encoder in quadrature.
+    pub input: Vec<String>,
+    /// Channels of the output, likewise.
+    pub output: Vec<String>,
+    /// Channels of the index pulses of input and output.
+    pub index: [Option<String>; 2],
+    /// Teeth between the shafts.
+    pub teeth: Teeth,
+    /// Lines a turn of both encoders, where the readings are not angles.
+    pub lines: Option<(usize, usize)>,
+    /// Counts that a counter makes of a line.
+    pub counts_per_line: usize,
+    /// The channels hold instants of pulses, one a line.
+    pub stamps: bool,
+    /// Rows are not even in time: no speed is told.
+    pub angle_base: bool,
+    /// Multiples of the meshes.
+    pub multiples: Option<usize>,
+    /// Lost counts are taken out.
+    pub repair: bool,
+    /// Every multiple of the shafts is fitted.
+    pub every: bool,
+    /// Radius that turns an angle of the output into a length on the line of action, m.
+    pub radius: Option<f64>,
+    /// Transverse pressure angle of a single pair, rad: tells an encoder's eccentricity from the gear's, of both flanks.
+    pub pressure_angle: Option<f64>,
+}
+
+/// Where channels were read: all from one recording, or each from one of its own where their rows are their own.
+#[derive(Clone, Copy)]
+pub struct Read<'r> {
+    /// Channels of the input.
+    pub input: &'r Recording,
+    /// Of the output.
+    pub output: &'r Recording,
+    /// Index pulses of either.
+    pub index: [Option<&'r Recording>; 2],
+}
