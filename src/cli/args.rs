@@ -186,6 +186,15 @@ pub struct IdentifyArgs {
     /// The input is no hammer
     #[arg(long)]
     pub no_impact: bool,
+    /// The input is a sine that dwells on one frequency after another; seen from its signal where nothing is said
+    #[arg(long, conflicts_with_all = ["no_stepped", "impact"])]
+    pub stepped: bool,
+    /// The input is no stepped sine
+    #[arg(long)]
+    pub no_stepped: bool,
+    /// From when to when the sine dwells, FROM:TO after FROM:TO (s where bare, from the first sample); found in the input where left out
+    #[arg(long, value_name = "TIMES", value_delimiter = ',', conflicts_with_all = ["no_stepped", "impact"])]
+    pub dwells: Vec<String>,
     /// So many modes instead of as many as are significant
     #[arg(long, value_name = "N")]
     pub order: Option<usize>,

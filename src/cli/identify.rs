@@ -173,6 +173,14 @@ fn study(args: &IdentifyArgs) -> Result<IdentifyStudy, Error> {
                 (_, true) => Some(false),
                 _ => None,
             },
+            stepped: match (args.stepped, args.no_stepped) {
+                (true, _) => Some(true),
+                (_, true) => Some(false),
+                _ => None,
+            },
+            dwells_s: (args.dwells.iter())
+                .map(|text| dwell(text))
+                .collect::<Result<_, _>>()?,
         },
         band_hz: args.band.as_deref().map(band).transpose()?,
         order: args.order,
@@ -241,6 +249,24 @@ pub fn band(text: &str) -> Result<(f64, f64), Error> {
     let (low, high) = (hertz(low)?, hertz(high)?);
     match low >= 0.0 && low < high {
         true => Ok((low, high)),
+        false => Err(wrong()),
+    }
+}
+
+/// `FROM:TO`, s where bare.
+fn dwell(text: &str) -> Result<(f64, f64), Error> {
+    let wrong = || {
+        Error::new(
+            Code::OutOfRange,
+            format!("\"{}\" is not a dwell", units::shortened(text)),
+        )
+        .hint("--dwells takes from:to, from:to, …, such as 0.5:2.5,3:5")
+    };
+    let (from, to) = text.split_once(':').ok_or_else(wrong)?;
+    let time = |t: &str| units::parse_or_bare(t, Kind::Time, "s", "--dwells");
+    let (from, to) = (time(from)?, time(to)?);
+    match from >= 0.0 && from < to {
+        true => Ok((from, to)),
         false => Err(wrong()),
     }
 }

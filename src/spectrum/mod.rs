@@ -31,8 +31,14 @@ pub mod local;
 /// Spectra of one record by neighbouring lines.
 pub mod sweep;
 
-/// Stepped sines.
+/// Sines fitted by least squares.
 pub mod sine;
+
+/// Stepped sines.
+pub mod stepped;
+
+/// Sines told from noise.
+pub mod tones;
 
 /// What every method asks of its samples first.
 mod samples;

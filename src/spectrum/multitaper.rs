@@ -88,7 +88,7 @@ pub fn multitaper(
 }
 
 /// `Σ_j x_j exp(−2πi mj/2(n+1))`, `j = 1 … n`, `m = 0 … n+1`, the mean of x taken off.
-fn transform(channel: &[f64], fft: &mut RealFft) -> Result<Vec<Complex>, Error> {
+pub(super) fn transform(channel: &[f64], fft: &mut RealFft) -> Result<Vec<Complex>, Error> {
     let mean = mean(channel)?;
     let mut samples = vec![0.0; fft.samples()];
     for (z, x) in samples[1..].iter_mut().zip(channel) {
@@ -100,7 +100,7 @@ fn transform(channel: &[f64], fft: &mut RealFft) -> Result<Vec<Complex>, Error> 
 }
 
 /// Line `m` of a real signal's transform, below 0 and beyond the half as well.
-fn at(z: &[Complex], m: isize) -> Complex {
+pub(super) fn at(z: &[Complex], m: isize) -> Complex {
     let last = z.len() as isize - 1;
     if m < 0 {
         z[-m as usize].conj()

@@ -1,6 +1,7 @@
-//! Frequency responses from a recording: hits where the input is a hammer, averaged blocks where it is not.
+//! Frequency responses from a recording: hits where the input is a hammer, dwells where it steps, local polynomials or averaged blocks
+//! where it does neither.
 
-use super::blocks;
+use super::{blocks, dwells};
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
 use crate::numeric::fft::quick_length;
@@ -27,6 +28,23 @@ pub struct EstimateStudy {
     pub overlap: Option<f64>,
     /// The input is a hammer.
     pub impact: Option<bool>,
+    /// The input dwells on one frequency after another.
+    pub stepped: Option<bool>,
+    /// From when to when it dwells, s; found in the input where empty.
+    pub dwells_s: Vec<(f64, f64)>,
+}
+
+impl EstimateStudy {
+    /// Nobody asks for averages of a certain kind.
+    fn is_free(&self) -> bool {
+        let kind_only = EstimateStudy {
+            impact: self.impact,
+            stepped: self.stepped,
+            dwells_s: self.dwells_s.clone(),
+            ..EstimateStudy::default()
+        };
+        *self == kind_only
+    }
 }
 
 /// Frequency responses and how they were had.
@@ -77,11 +95,32 @@ pub fn acquire(
 ) -> Result<Acquired, Error> {
     let chosen: Vec<usize> = inputs.iter().chain(outputs).copied().collect();
     let channels: Vec<&Channel> = chosen.iter().map(|&c| &recording.channels[c]).collect();
-    let is_hammer = match (study.impact, inputs.len()) {
-        (Some(said), _) => said,
-        (None, 1) => looks_struck(recording, channels[0])?,
+    let is_stepped = study
+        .stepped
+        .or((!study.dwells_s.is_empty()).then_some(true));
+    if is_stepped == Some(true) && inputs.len() > 1 {
+        let message = "a stepped sine has one input: sines of several at once are not told apart";
+        return Err(Error::new(Code::Usage, message));
+    }
+    let beginning = match (study.impact, is_stepped, inputs.len()) {
+        (None, _, 1) | (_, None, 1) => beginning(recording, channels[0])?,
+        _ => Vec::new(),
+    };
+    let is_hammer = match (study.impact, is_stepped, inputs.len()) {
+        (Some(said), ..) => said,
+        (None, None | Some(false), 1) => hits::is_impact(&beginning),
         _ => false,
     };
+    let is_stepped = match (is_stepped, inputs.len()) {
+        (Some(said), _) => said,
+        (None, 1) if !is_hammer && study.is_free() => {
+            dwells::looks_stepped(&beginning, recording.rate_hz)
+        }
+        _ => false,
+    };
+    if is_stepped {
+        return stepped(recording, &channels, study);
+    }
     match is_hammer {
         true if inputs.len() > 1 => {
             let message = "an impact test has one input, the force of the hammer";
@@ -100,12 +139,12 @@ fn terminals(channels: &[&Channel]) -> Vec<Terminal> {
     channels.iter().map(terminal).collect()
 }
 
-/// Whether the channel is a few short pulses, by its beginning.
-fn looks_struck(recording: &Recording, channel: &Channel) -> Result<bool, Error> {
+/// What a channel begins with, by which its kind is told.
+fn beginning(recording: &Recording, channel: &Channel) -> Result<Vec<f64>, Error> {
     const LOOKED_AT: usize = 4_000_000;
     let mut beginning = vec![0.0; recording.samples.min(LOOKED_AT)];
     channel.samples.read(0, &mut beginning)?;
-    Ok(hits::is_impact(&beginning))
+    Ok(beginning)
 }
 
 fn struck(
@@ -174,6 +213,29 @@ fn struck(
         spectra: None,
         nearest_hz: None,
         warnings: found.estimate.warnings,
+    })
+}
+
+fn stepped(
+    recording: &Recording,
+    channels: &[&Channel],
+    study: &EstimateStudy,
+) -> Result<Acquired, Error> {
+    if !study.is_free() {
+        let message =
+            "a stepped sine is fitted dwell by dwell: there are no blocks, windows or averages";
+        return Err(Error::new(Code::Usage, message).hint(
+            "leave --window, --resolution, --overlap and --estimator out, or say --no-stepped",
+        ));
+    }
+    let (responses, how) = dwells::responses(recording, channels, &study.dwells_s)?;
+    Ok(Acquired {
+        responses,
+        how,
+        hits: Vec::new(),
+        spectra: None,
+        nearest_hz: None,
+        warnings: Vec::new(),
     })
 }
 
@@ -248,13 +310,17 @@ fn averaged(
             -10.0 * FALLEN.log10()
         );
     }
-    let is_free = *study
-        == EstimateStudy {
-            impact: study.impact,
-            ..EstimateStudy::default()
-        };
-    let band = look.band_hz.or(usable_hz).filter(|_| is_free);
-    let local = match band {
+    let band = look.band_hz.or(usable_hz).filter(|_| study.is_free());
+    let average = || frf::estimate(&spectra, ins, outs, study.estimator);
+    // Few neighbouring lines tell no more than that coherent inputs are not told apart; an average says on which lines they are.
+    let known = if inputs > 1 { Some(average()?) } else { None };
+    let are_apart = |band: &(f64, f64)| {
+        let inside = |&k: &usize| (band.0..=band.1).contains(&spectra.frequency_hz[k]);
+        known
+            .as_ref()
+            .is_none_or(|known| !known.undetermined.iter().any(inside))
+    };
+    let local = match band.filter(are_apart) {
         Some(band) => locally(recording, channels, inputs, band, look.apart_hz)?,
         None => None,
     };
@@ -272,7 +338,7 @@ fn averaged(
             spectra: Some(spectra),
         });
     }
-    let estimate = frf::estimate(&spectra, ins, outs, study.estimator)?;
+    let estimate = known.map_or_else(average, Ok)?;
     let name = match study.estimator {
         Estimator::H1 => "H1",
         Estimator::H2 => "H2",
@@ -302,8 +368,7 @@ fn averaged(
 }
 
 /// Responses by local polynomials over blocks as long as the record has them, in words, and how near lines can be had; nothing where
-/// the input repeats, gaps leave too little, or several inputs drive: where these are coherent on some lines, few lines tell no more
-/// than that they are not told apart, and an average says which lines those are.
+/// an input repeats or gaps leave too little.
 fn locally(
     recording: &Recording,
     channels: &[&Channel],
@@ -311,9 +376,6 @@ fn locally(
     band: (f64, f64),
     apart_hz: Option<f64>,
 ) -> Result<Option<(Estimate, String, f64)>, Error> {
-    if inputs > 1 {
-        return Ok(None);
-    }
     let longest = (recording.stretches.iter().map(|s| s.len())).max();
     let most = LONGEST_WHOLE.min(TRANSFORMED / channels.len().max(1));
     let longest = longest.unwrap_or(0);

@@ -3,6 +3,9 @@
 /// Blocks of samples from a recording.
 pub mod blocks;
 
+/// Frequency responses from a stepped sine.
+mod dwells;
+
 /// Frequency responses from a recording.
 pub mod acquire;
 

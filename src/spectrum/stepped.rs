@@ -1,0 +1,420 @@
+//! Stepped sines: dwells are found in the input, or given, and on each a sine is fitted to input and outputs alike.
+//!
+//! IEEE Std 1057-2017, section 4.6: four parameters on the input, which gives the frequency, three at that frequency on the outputs,
+//! `H = A_y/A_x`. What the fit leaves near the frequency is the noise on it: with `R(f) = Σ r e^{−iωj}` over N samples,
+//! `E|ΔA|² = 4 E|R|²/N²`, by the mean over lines about the sine, so that neither noise elsewhere nor multiples of the sine count.
+
+use std::f64::consts::TAU;
+use std::ops::Range;
+
+use super::hits::median;
+use super::sine::{SineFit, fit, fit_at};
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::numeric::Complex;
+use crate::numeric::fft::{RealFft, quick_length};
+use crate::recording::responses::{FrequencyResponse, FrequencyResponses, Terminal};
+
+/// Samples over which the input holds one frequency.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Dwell {
+    /// Samples of it.
+    pub range: Range<usize>,
+    /// Its frequency by the crossings of zero, Hz.
+    pub frequency_hz: f64,
+}
+
+/// Fewer periods are no dwell.
+const LEAST_PERIODS: usize = 8;
+
+/// The dwell of a given range: its frequency is that of the highest line.
+///
+/// # Errors
+/// `NoSignal` for an input that is constant there; `TooShort` for a range of fewer than eight samples or beyond the input.
+pub fn dwell(input: &[f64], rate_hz: f64, range: Range<usize>) -> Result<Dwell, Error> {
+    let Some(samples) = input.get(range.clone()).filter(|s| s.len() >= 8) else {
+        let message = format!(
+            "a dwell of {} samples from {} on is none of {} samples",
+            range.len(),
+            range.start,
+            input.len()
+        );
+        return Err(Error::new(Code::TooShort, message));
+    };
+    // Padded, so that the highest line is within a quarter of a line of the frequency.
+    let mut fft = RealFft::new(quick_length(2 * samples.len()));
+    let mean = samples.iter().sum::<f64>() / samples.len() as f64;
+    let mut padded = vec![0.0; fft.samples()];
+    (padded.iter_mut().zip(samples)).for_each(|(p, x)| *p = x - mean);
+    let mut lines = vec![Complex::new(0.0, 0.0); fft.lines()];
+    fft.forward(&mut padded, &mut lines);
+    let power = |k: &usize| lines[*k].norm_sqr();
+    let highest = (1..lines.len() - 1).max_by(|a, b| power(a).total_cmp(&power(b)));
+    match highest.filter(|k| power(k) > 0.0) {
+        Some(k) => Ok(Dwell {
+            frequency_hz: k as f64 * rate_hz / fft.samples() as f64,
+            range,
+        }),
+        None => Err(Error::new(
+            Code::NoSignal,
+            format!("the input is constant over {} samples", range.len()),
+        )),
+    }
+}
+
+/// Whether dwells hold their frequency: what they drift from one half to the other is small against the step to the next. A sweep drifts
+/// by half of it.
+pub fn hold(input: &[f64], rate_hz: f64, dwells: &[Dwell]) -> bool {
+    /// Of the step.
+    const DRIFT: f64 = 0.1;
+    let mut shares = Vec::with_capacity(dwells.len());
+    for pair in dwells.windows(2) {
+        let range = &pair[0].range;
+        let middle = usize::midpoint(range.start, range.end);
+        let of = |part: Range<usize>| -> Result<f64, Error> {
+            Ok(fit(&input[part], rate_hz, pair[0].frequency_hz)?.frequency_hz)
+        };
+        let drift = match (of(range.start..middle), of(middle..range.end)) {
+            (Ok(first), Ok(second)) => (second - first).abs(),
+            _ => f64::INFINITY,
+        };
+        shares.push(drift / (pair[1].frequency_hz - pair[0].frequency_hz).abs());
+    }
+    !shares.is_empty() && median(&shares) < DRIFT
+}
+
+/// A crossing counts once the signal was below this share of its present size.
+const ARMED: f64 = 0.1;
+
+/// The dwells of an input that steps from frequency to frequency: runs of regular upward crossings of its median.
+pub fn dwells(input: &[f64], rate_hz: f64) -> Vec<Dwell> {
+    let crossings = crossings(input);
+    let mut found = Vec::new();
+    let mut from = 0;
+    while from + LEAST_PERIODS < crossings.len() {
+        let mut beat = Beat::new(crossings[from], crossings[from + 1]);
+        let later = crossings[from + 2..].iter();
+        let run = 1 + later.take_while(|&&at| beat.takes(at)).count();
+        if run >= LEAST_PERIODS {
+            let (last, period) = trimmed(&crossings[from..=from + run]);
+            // The first and the last period may hold a part of the step.
+            let range = crossings[from + 1].ceil() as usize..crossings[from + last - 1] as usize;
+            found.push(Dwell {
+                range,
+                frequency_hz: rate_hz / period,
+            });
+            from += run;
+        } else {
+            from += 1;
+        }
+    }
+    found
+}
+
+/// The last crossing of a run that keeps the beat of its first three quarters, and the period of these: a small step is noticed late.
+fn trimmed(run: &[f64]) -> (usize, f64) {
+    const BEYOND: f64 = 2.0; // times their scatter
+    let kept = (3 * run.len() / 4).max(3);
+    let mut beat = Beat::new(run[0], run[1]);
+    run[2..kept].iter().for_each(|&at| beat.add(at));
+    let (.., scatter) = beat.line();
+    let allowed = (BEYOND * scatter).max(TIGHTEST * beat.first);
+    let mut last = run.len() - 1;
+    while last > kept && beat.off(run[last], last as f64).abs() > allowed {
+        last -= 1;
+    }
+    (last, beat.period())
+}
+
+/// A straight line through crossings over their number, kept as what they stray from the first period: `r_i = t_i − t_0 − i p`.
+struct Beat {
+    start: f64,
+    first: f64,
+    count: f64,
+    /// Sums of r, i r and r².
+    sums: [f64; 3],
+}
+
+impl Beat {
+    fn new(start: f64, next: f64) -> Beat {
+        Beat {
+            start,
+            first: next - start,
+            count: 2.0,
+            sums: [0.0; 3],
+        }
+    }
+
+    /// Slope of r, r in the middle, and their scatter about the line.
+    fn line(&self) -> (f64, f64, f64) {
+        let n = self.count;
+        let [r, ir, rr] = self.sums;
+        let spread = n * (n * n - 1.0) / 12.0;
+        let (mean, lean) = (r / n, ir - 0.5 * (n - 1.0) * r);
+        let slope = lean / spread;
+        let left = rr - n * mean * mean - slope * lean;
+        (slope, mean, (left.max(0.0) / (n - 2.0).max(1.0)).sqrt())
+    }
+
+    fn period(&self) -> f64 {
+        self.first + self.line().0
+    }
+
+    /// How far a crossing of the given number is from where it is expected.
+    fn off(&self, at: f64, number: f64) -> f64 {
+        let (slope, mean, _) = self.line();
+        let expected = mean + slope * (number - 0.5 * (self.count - 1.0));
+        at - self.start - number * self.first - expected
+    }
+
+    /// Adds a crossing, if it comes when the ones before let expect it.
+    fn takes(&mut self, at: f64) -> bool {
+        let (.., scatter) = self.line();
+        let most = LOOSEST * self.first;
+        let allowed = if self.count < LEAST_PERIODS as f64 {
+            most
+        } else {
+            (SCATTERED * scatter).clamp(TIGHTEST * self.first, most)
+        };
+        if self.off(at, self.count).abs() > allowed {
+            return false;
+        }
+        self.add(at);
+        true
+    }
+
+    fn add(&mut self, at: f64) {
+        let r = at - self.start - self.count * self.first;
+        self.sums[0] += r;
+        self.sums[1] += self.count * r;
+        self.sums[2] += r * r;
+        self.count += 1.0;
+    }
+}
+
+/// A crossing ends a dwell when it is off by so many times the scatter of those before …
+const SCATTERED: f64 = 6.0;
+
+/// … but by this share of a period at least: interpolation between samples is no better …
+const TIGHTEST: f64 = 0.005;
+
+/// … and always by this share.
+const LOOSEST: f64 = 0.05;
+
+/// Times, in samples, at which a signal rises through its median.
+fn crossings(input: &[f64]) -> Vec<f64> {
+    let level = median(input);
+    let mut found: Vec<f64> = Vec::new();
+    let (mut size, mut is_armed, mut fade) = (0.0_f64, false, 1.0);
+    for (j, pair) in input.windows(2).enumerate() {
+        let (before, now) = (pair[0] - level, pair[1] - level);
+        size = now.abs().max(size * fade);
+        if now < -ARMED * size {
+            is_armed = true;
+        }
+        if is_armed && now >= 0.0 {
+            is_armed = false;
+            let at = j as f64
+                + if now > before {
+                    -before / (now - before)
+                } else {
+                    0.0
+                };
+            if let Some(last) = found.last() {
+                fade = (-1.0_f64 / (at - last).max(1.0)).exp();
+            }
+            found.push(at);
+        }
+    }
+    found
+}
+
+/// Parts of a dwell whose responses are compared.
+const PARTS: usize = 8;
+
+/// A part is settled within this share of the response that the last half shows.
+const SETTLED: f64 = 5e-4;
+
+/// Or within so many times their scatter.
+const SCATTERS: f64 = 4.0;
+
+/// Frequencies nearer than this share of a line are the same again.
+const AGAIN: f64 = 0.02;
+
+/// Frequency responses over the dwells, lines by rising frequency; of one dwelt on twice the mean, by weights. Of each dwell the part
+/// counts over which the responses have settled.
+///
+/// # Errors
+/// `NoSignal`: no dwell. As [`fit`].
+///
+/// # Panics
+/// Outputs shorter than the dwells reach: a mistake of the caller.
+pub fn stepped(
+    rate_hz: f64,
+    input: (&Terminal, &[f64]),
+    outputs: &[(&Terminal, &[f64])],
+    dwells: &[Dwell],
+) -> Result<FrequencyResponses, Error> {
+    if dwells.is_empty() {
+        return Err(Error::new(
+            Code::NoSignal,
+            format!("the input dwells on no frequency for {LEAST_PERIODS} periods"),
+        )
+        .hint("estimate with averaged blocks instead"));
+    }
+    let mut order: Vec<&Dwell> = dwells.iter().collect();
+    order.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
+    let mut found = FrequencyResponses {
+        frequency_hz: Vec::with_capacity(dwells.len()),
+        functions: outputs
+            .iter()
+            .map(|(terminal, _)| FrequencyResponse {
+                input: Some(input.0.clone()),
+                output: (*terminal).clone(),
+                variance: Some(Vec::with_capacity(dwells.len())),
+                ..FrequencyResponse::default()
+            })
+            .collect(),
+        averages: None,
+        window_decay: 0.0,
+        usable_hz: None,
+        line_independence: None,
+    };
+    for dwell in order {
+        let whole = fit(&input.1[dwell.range.clone()], rate_hz, dwell.frequency_hz)?;
+        let mut start = dwell.range.start;
+        for (_, output) in outputs {
+            start = start.max(settled(
+                dwell,
+                whole.frequency_hz,
+                rate_hz,
+                input.1,
+                output,
+            )?);
+        }
+        let range = start..dwell.range.end;
+        let x = fit(&input.1[range.clone()], rate_hz, whole.frequency_hz)?;
+        let of_x = near_variance(&input.1[range.clone()], rate_hz, &x);
+        let again = AGAIN * rate_hz / range.len() as f64;
+        let last = found.frequency_hz.last().copied();
+        let is_again = last.is_some_and(|last| x.frequency_hz - last < again);
+        if !is_again {
+            found.frequency_hz.push(x.frequency_hz);
+        }
+        for ((_, output), function) in outputs.iter().zip(&mut found.functions) {
+            let y = fit_at(&output[range.clone()], rate_hz, x.frequency_hz)?;
+            let h = y.amplitude / x.amplitude;
+            let of_y = near_variance(&output[range.clone()], rate_hz, &y);
+            let noise = (of_y + h.norm_sqr() * of_x) / x.amplitude.norm_sqr();
+            let variance = function.variance.get_or_insert_default();
+            match (is_again, function.value.last_mut(), variance.last_mut()) {
+                (true, Some(value), Some(variance)) => {
+                    let least = (f64::EPSILON * h.norm()).powi(2).max(f64::MIN_POSITIVE);
+                    let weights = (variance.max(least).recip(), noise.max(least).recip());
+                    let sum = weights.0 + weights.1;
+                    *value = (*value * weights.0 + h * weights.1) / sum;
+                    *variance = sum.recip();
+                }
+                _ => {
+                    function.value.push(h);
+                    variance.push(noise);
+                }
+            }
+        }
+    }
+    Ok(found)
+}
+
+/// Lines either side of a sine whose residual is the noise on it, from the second on: the fit takes from the first.
+const NEAR: std::ops::RangeInclusive<usize> = 2..=9;
+
+/// `E|error|²` of an amplitude by what the fit leaves on lines near it; by all that it leaves where there are none.
+fn near_variance(samples: &[f64], rate_hz: f64, found: &SineFit) -> f64 {
+    let n = samples.len() as f64;
+    let line = rate_hz / n;
+    let mut left = samples.to_vec();
+    found.take_out(&mut left, rate_hz);
+    left.iter_mut().for_each(|x| *x -= found.offset);
+    let sides = NEAR.flat_map(|k| [-1.0, 1.0].map(|s| found.frequency_hz + s * k as f64 * line));
+    let is_line = |f: &f64| *f > line && *f < 0.5 * rate_hz - line;
+    let powers: Vec<f64> = sides
+        .filter(is_line)
+        .map(|f| transform(&left, TAU * f / rate_hz).norm_sqr())
+        .collect();
+    match powers.is_empty() {
+        true => found.variance,
+        false => 4.0 * powers.iter().sum::<f64>() / powers.len() as f64 / (n * n),
+    }
+}
+
+/// `Σ x_j e^{−iωj}`, by Goertzel's recursion.
+fn transform(samples: &[f64], turn: f64) -> Complex {
+    let c = 2.0 * turn.cos();
+    let (last, before) = (samples.iter()).fold((0.0, 0.0), |(s, t), x| (x + c * s - t, s));
+    let back = Complex::from_polar(1.0, turn);
+    // The phase of the first sample does not count.
+    back * last - before
+}
+
+/// The sample from which the response of a dwell stays where its last half is.
+fn settled(
+    dwell: &Dwell,
+    frequency_hz: f64,
+    rate_hz: f64,
+    input: &[f64],
+    output: &[f64],
+) -> Result<usize, Error> {
+    let length = dwell.range.len() / PARTS;
+    let mut parts = Vec::with_capacity(PARTS);
+    for part in 0..PARTS {
+        let start = dwell.range.start + part * length;
+        let range = start..start + length;
+        let x = fit_at(&input[range.clone()], rate_hz, frequency_hz)?;
+        let y = fit_at(&output[range], rate_hz, frequency_hz)?;
+        parts.push(y.amplitude / x.amplitude);
+    }
+    let last = &parts[PARTS / 2..];
+    let mean = last.iter().sum::<Complex>() / last.len() as f64;
+    let square: f64 = last.iter().map(|h| (h - mean).norm_sqr()).sum();
+    let scatter = (square / (last.len() - 1) as f64).sqrt();
+    let limit = (SETTLED * mean.norm()).max(SCATTERS * scatter);
+    let off = parts.iter().rposition(|h| (h - mean).norm() > limit);
+    Ok(dwell.range.start + off.map_or(0, |at| at + 1) * length)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn refuses_what_dwells_nowhere() {
+        assert!(dwells(&[], 1.0).is_empty() && dwells(&[0.0; 100], 1.0).is_empty());
+        assert!(dwell(&[1.0; 50], 1.0, 0..50).is_err());
+        assert!(dwell(&[1.0, 2.0], 1.0, 0..2).is_err());
+    }
+
+    /// Noise that is louder at the frequency than elsewhere: the stated variance of the amplitude is its scatter all the same.
+    #[test]
+    fn law_variance_in_coloured_noise() {
+        let mut rng = fastrand::Rng::with_seed(7);
+        let (mut scatter, mut stated, mut white) = (0.0, 0.0, 0.0);
+        for _ in 0..400 {
+            let (mut a, mut b) = (0.0, 0.0);
+            let step = |t: i32| {
+                // A resonance at 0.1 of the rate, a tenth as wide.
+                let next = 1.52 * a - 0.885 * b + rng.f64() - 0.5;
+                (b, a) = (a, next);
+                (TAU * 0.1 * f64::from(t)).cos() + next
+            };
+            let noisy: Vec<f64> = (-100..2000).map(step).collect();
+            let noisy = &noisy[100..];
+            let found = fit_at(noisy, 1.0, 0.1).unwrap();
+            let exact = Complex::from_polar(1.0, TAU * 0.1 * 999.5);
+            scatter += (found.amplitude - exact).norm_sqr();
+            stated += near_variance(noisy, 1.0, &found);
+            white += found.variance;
+        }
+        assert!((stated / scatter - 1.0).abs() < 0.15, "{stated} {scatter}");
+        assert!(white < 0.5 * scatter, "{white} {scatter}");
+    }
+}
