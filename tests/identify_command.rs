@@ -113,7 +113,7 @@ const KEYS: [&str; 18] = [
     "coherence",
     "presence",
     "scatter_hz",
-    "harmonic",
+    "envelope_kurtosis",
     "phase_collinearity",
     "mean_phase_rad",
     "mean_phase_deviation_rad",

@@ -274,6 +274,11 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "A resonance lacks the skirts of a pole: leakage, or a structure whose frequency depends on amplitude.",
     ),
     (
+        "departs",
+        Warning,
+        "Common poles do not explain the responses to within their noise, however many. Each value was taken to be off by a share of its size as well, by which the poles found do explain them: the responses disagree about the modes (sensors that load the structure, drift), leak, or the structure is not linear.",
+    ),
+    (
         "not-poles",
         Warning,
         "The responses are not those of a few poles: the usual method found no number of poles that suffices, and another answers.",

@@ -13,7 +13,7 @@ use crate::identify::modal::stabilisation::Stability;
 use crate::identify::transfer::function::TransferFunction;
 use crate::numeric::Complex;
 use crate::plan::logs::doubts::{coherence_at, window_damping};
-use crate::plan::logs::found::{Evidence, FoundMode, Identification};
+use crate::plan::logs::found::{Evidence, FoundHarmonic, FoundMode, Identification};
 use crate::plan::logs::method::family;
 use crate::recording::raw::Repair;
 use crate::recording::responses::{FrequencyResponse, Terminal};
@@ -48,6 +48,7 @@ pub fn json(found: &Identification, done: &[Repair]) -> Result<Value, Error> {
         "averages": found.responses.as_ref().and_then(|r| r.averages),
         "window_decay_1_s": found.window_decay(),
         "modes": found.modes.iter().enumerate().map(|(k, m)| mode(found, k, m)).collect::<Vec<_>>(),
+        "harmonics": found.harmonics.iter().map(|h| harmonic(found, h)).collect::<Vec<_>>(),
         "omitted": omitted.map(|o| json!({ "pole_rad_s": complex(o.pole), "reason": o.reason })).chain(roots).collect::<Vec<_>>(),
         "spread": spread.map(|s| json!({ "frequency_hz": s.frequency_hz, "frequency_spread_hz": s.frequency_spread_hz, "damping_spread": s.damping_spread })).collect::<Vec<_>>(),
         "evidence": evidence(&found.evidence),
@@ -75,7 +76,7 @@ fn mode(found: &Identification, k: usize, mode: &FoundMode) -> Value {
     let decay = found.window_decay();
     let shape = mode.mode.shape.as_slice();
     let shaped = shape.len() > 1;
-    let harmonic = mode.harmonic.as_ref().map(|h| json!({ "is_harmonic": h.is_harmonic(), "order": h.order, "envelope_kurtosis": h.envelope_kurtosis }));
+    let kurtosis = mode.harmonic.as_ref().map(|h| h.envelope_kurtosis);
     json!({
         "mode": k + 1,
         "frequency_hz": f,
@@ -88,13 +89,27 @@ fn mode(found: &Identification, k: usize, mode: &FoundMode) -> Value {
         "coherence": found.responses.as_ref().and_then(|r| coherence_at(r, f)),
         "presence": mode.presence,
         "scatter_hz": mode.scatter_hz,
-        "harmonic": harmonic,
+        "envelope_kurtosis": kurtosis,
         "phase_collinearity": shaped.then(|| compare::phase_collinearity(shape)),
         "mean_phase_rad": shaped.then(|| compare::mean_phase(shape)),
         "mean_phase_deviation_rad": shaped.then(|| compare::mean_phase_deviation(shape)),
         "complexity": shaped.then(|| compare::complexity(shape)),
         "shape": over(&found.outputs, &mode.mode.shape),
         "participation": several.then(|| over(&found.inputs, &mode.participation)),
+    })
+}
+
+fn harmonic(found: &Identification, harmonic: &FoundHarmonic) -> Value {
+    let names = found.outputs.iter().map(|t| t.name.clone());
+    let amplitude: Map<String, Value> = names
+        .zip(harmonic.amplitude.iter().map(|&a| json!(a)))
+        .collect();
+    json!({
+        "frequency_hz": harmonic.frequency_hz,
+        "order": harmonic.order,
+        "amplitude": (!amplitude.is_empty()).then_some(amplitude),
+        "probability": harmonic.probability,
+        "envelope_kurtosis": harmonic.envelope_kurtosis,
     })
 }
 

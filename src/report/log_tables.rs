@@ -134,13 +134,16 @@ fn spectra(held: &[Spectrum]) -> String {
     finish(&table)
 }
 
+/// Half of a 95 % interval in standard deviations: what ± means in every table of a log.
+const HALF_INTERVAL: f64 = 1.96;
+
 /// Identified modes.
 pub fn identified(found: &Identification) -> String {
     let rule = wrapped(&format!("{}: {}", found.method.word(), found.rule));
     let mut text = format!("{}\n{rule}\n\n", wrapped(&found.how));
     if found.modes.is_empty() {
         text += "no mode is significant in the band\n";
-        return text + &evidence(found);
+        return text + &harmonics(found) + &evidence(found);
     }
     let responses = found.responses.as_ref();
     let coherent = responses.is_some_and(|r| r.functions.iter().any(|f| f.coherence.is_some()));
@@ -156,11 +159,10 @@ pub fn identified(found: &Identification) -> String {
     table.add_row(heads);
     table.add_row(units);
     for (k, mode) in found.modes.iter().enumerate() {
-        let deviation = |x: Option<f64>| x.unwrap_or(0.0);
-        let frequency =
-            with_deviation(mode.frequency_hz(), deviation(mode.mode.frequency_std_hz()));
+        let half = |x: Option<f64>| HALF_INTERVAL * x.unwrap_or(0.0);
+        let frequency = with_deviation(mode.frequency_hz(), half(mode.mode.frequency_std_hz()));
         let damping = mode.damping_ratio().map_or("–".to_string(), |d| {
-            with_deviation(100.0 * d, 100.0 * deviation(mode.mode.damping_std()))
+            with_deviation(100.0 * d, 100.0 * half(mode.mode.damping_std()))
         });
         let mut row = vec![(k + 1).to_string(), frequency, damping];
         if coherent {
@@ -173,7 +175,7 @@ pub fn identified(found: &Identification) -> String {
     super::table::right_but_last(&mut table);
     text += &finish(&table);
     if found.modes.iter().any(|m| m.mode.pole_covariance.is_some()) {
-        text += "± one standard deviation\n";
+        text += "± the 95 % interval, 1.96 standard deviations\n";
     }
     if let Some(error) = super::identified::worst_error(found) {
         text += &format!("fit error {} %\n", super::number::percent(error));
@@ -183,6 +185,7 @@ pub fn identified(found: &Identification) -> String {
         text += &format!("delay {} ms\n", delays.join(", "));
     }
     text += &alike(found);
+    text += &harmonics(found);
     text += &evidence(found);
     let decay = found.window_decay();
     if decay > 0.0
@@ -226,6 +229,41 @@ fn alike(found: &Identification) -> String {
             )) + "\n"
         }
     }
+}
+
+/// Lines of running speed, apart from the modes.
+fn harmonics(found: &Identification) -> String {
+    /// More are counted only.
+    const ROWS: usize = 20;
+    if found.harmonics.is_empty() {
+        return String::new();
+    }
+    let mut table = plain();
+    table.add_row(vec!["no mode", "amplitude", "", "note"]);
+    table.add_row(vec!["Hz", "0 to peak", "", ""]);
+    for harmonic in found.harmonics.iter().take(ROWS) {
+        let strongest = (harmonic.amplitude.iter().zip(&found.outputs))
+            .max_by(|a, b| a.0.total_cmp(b.0))
+            .map_or((String::new(), String::new()), |(a, output)| {
+                (brief(*a), format!("{} in {}", output.unit, output.name))
+            });
+        let what = match harmonic.envelope_kurtosis {
+            Some(kurtosis) => format!("envelope kurtosis {kurtosis:.2}: 1 of a sine, 2 of a mode"),
+            None => "a sine".to_string(),
+        };
+        let note = match harmonic.order {
+            Some(order) => format!("order {order} of the running speed"),
+            None => what,
+        };
+        let at = super::number::significant(harmonic.frequency_hz);
+        table.add_row(vec![at, strongest.0, strongest.1, note]);
+    }
+    super::table::right_but_last(&mut table);
+    let mut text = format!("\n{}", finish(&table));
+    if found.harmonics.len() > ROWS {
+        text += &format!("{} more\n", found.harmonics.len() - ROWS);
+    }
+    text + "\n"
 }
 
 /// What decided, in a few lines.
@@ -343,16 +381,13 @@ const NEIGHBOURS: usize = 3;
 
 /// What is remarkable about a mode.
 fn note_of(found: &Identification, mode: &FoundMode) -> String {
-    if let Some(harmonic) = mode.harmonic.as_ref().filter(|h| h.is_harmonic()) {
-        return match harmonic.order {
-            Some(order) => format!("order {order} of the running speed"),
-            None => "a sine: running speed?".to_string(),
-        };
-    }
     let near = |f: f64| (f - mode.frequency_hz()).abs() < 1e-3 * mode.frequency_hz();
     let spread = found.fit().map_or(&[][..], |f| &f.spread);
     match (spread.iter().find(|s| near(s.frequency_hz)), mode.presence) {
-        (Some(s), _) => format!("responses differ by {:.1e} Hz", s.frequency_spread_hz),
+        (Some(s), _) => format!(
+            "95 % of the responses lie within ± {} Hz",
+            brief(HALF_INTERVAL * s.frequency_spread_hz)
+        ),
         (None, Some(presence)) => format!("in {:.0} % of the orders", 100.0 * presence),
         (None, None) => String::new(),
     }

@@ -99,7 +99,7 @@ pub fn brief(x: f64) -> String {
     text.replace('-', "−").replace("e−", "e-")
 }
 
-/// A value with its standard deviation, to two digits of the deviation: `26.602 ± 0.014`.
+/// A value with how far it may be off, to two digits of that: `26.602 ± 0.014`.
 pub fn with_deviation(value: f64, deviation: f64) -> String {
     if !(deviation > 0.0 && deviation.is_finite() && value.is_finite()) {
         return significant(value);

@@ -18,6 +18,12 @@ pub fn spectrum(found: &Spectrum) -> String {
             false => lines(found, curve),
         };
     }
+    if found.across == Across::Order && found.curves.iter().any(|c| !c.lines.is_empty()) {
+        text += &format!(
+            "\nan order may be off by a line, {}\n",
+            brief(found.resolution)
+        );
+    }
     if let Some((lower, upper)) = found.interval {
         let is_size = matches!(
             found.kind,
@@ -28,7 +34,7 @@ pub fn spectrum(found: &Spectrum) -> String {
             false => ("density", lower, upper),
         };
         text += &format!(
-            "\nrandom parts: the true {what} is {} … {} times the one shown, with 95 %\n",
+            "\nrandom parts: the 95 % interval of the true {what} is {} … {} times the one shown\n",
             brief(lower),
             brief(upper)
         );
@@ -50,10 +56,10 @@ fn nothing(found: &Spectrum, curve: &Curve) -> String {
     }
 }
 
-/// A place and how exactly it is known.
-fn within(place: f64, known: f64) -> String {
+/// A place, to the digits it is known by.
+fn known_to(place: f64, known: f64) -> String {
     let digits = (1.0 - known.log10()).ceil().clamp(0.0, 6.0) as usize;
-    format!("{place:.digits$} ± {known:.digits$}")
+    format!("{place:.digits$}")
 }
 
 fn lines(found: &Spectrum, curve: &Curve) -> String {
@@ -78,7 +84,7 @@ fn lines(found: &Spectrum, curve: &Curve) -> String {
             };
         }
         let position = match found.across {
-            Across::Order => within(line.position, found.resolution),
+            Across::Order => known_to(line.position, found.resolution),
             _ => significant(line.position),
         };
         table.add_row(vec![position, brief(line.amplitude), ratio, name]);

@@ -18,6 +18,17 @@ pub struct Running {
     pub tolerance: f64,
 }
 
+impl Running {
+    /// The order that a frequency, Hz, lies on.
+    pub fn order(&self, frequency_hz: f64) -> Option<f64> {
+        let is_near = |order: &&f64| {
+            let line = *order * self.speed_hz;
+            (frequency_hz - line).abs() <= self.tolerance * line
+        };
+        self.orders.iter().find(is_near).copied()
+    }
+}
+
 /// What a frequency shows of being a line of running speed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Harmonic {
@@ -89,17 +100,10 @@ impl Bands {
     ) -> Harmonic {
         let envelope = self.envelope_kurtosis(channel, frequency_hz, half_band_hz);
         let (envelope_kurtosis, scatter) = envelope.unwrap_or((2.0, f64::INFINITY));
-        let order = running.and_then(|r| {
-            let is_near = |order: &&f64| {
-                let line = *order * r.speed_hz;
-                (frequency_hz - line).abs() <= r.tolerance * line
-            };
-            r.orders.iter().find(is_near).copied()
-        });
         Harmonic {
             envelope_kurtosis,
             scatter,
-            order,
+            order: running.and_then(|r| r.order(frequency_hz)),
         }
     }
 

@@ -16,6 +16,9 @@ const BEYOND_NOISE: f64 = 4.0;
 /// And this ratio to the noise is one that spoils weak modes.
 const SPOILS: f64 = 1.5;
 
+/// Half of a 95 % interval in standard deviations.
+const HALF_INTERVAL: f64 = 1.96;
+
 /// Turns what a search found into the answer.
 pub(super) fn answer(measured: &Measured, lines: &Lines, found: Found) -> RationalFit {
     let per_dof = found.fitted.chi2 / found.dof;
@@ -59,6 +62,7 @@ pub(super) fn answer(measured: &Measured, lines: &Lines, found: Found) -> Ration
         structure: found.structure,
         spread: Vec::new(),
         omitted: Vec::new(),
+        departure: found.departure,
         warnings: Vec::new(),
         evidence: found.evidence.clone(),
         effort: found.effort,
@@ -84,8 +88,9 @@ pub(super) fn answer(measured: &Measured, lines: &Lines, found: Found) -> Ration
         }
         fit.fit_error[i] = fit_error(&found, lines, at);
     }
-    let model_error =
-        !(found.spread.is_empty() && found.skirts.is_empty()) || (beyond && per_dof > SPOILS);
+    let model_error = !(found.spread.is_empty() && found.skirts.is_empty())
+        || found.departure > 0.0
+        || (beyond && per_dof > SPOILS);
     for (place, &r) in order.iter().enumerate() {
         let square = lines.top * lines.top;
         let mut mode = IdentifiedMode {
@@ -260,18 +265,28 @@ fn warn(fit: &mut RationalFit, lines: &Lines, found: &Found, beyond: bool, per_d
         say(
             "misfit",
             format!(
-                "the misfit is {per_dof:.2} times what the variance explains; standard deviations were widened to it"
+                "the misfit is {per_dof:.2} times what the variance explains; intervals were widened to it"
             ),
             "look for drift between measurements, nonlinearity, leakage, or a variance that is too small",
         );
     }
+    if found.departure > 0.0 {
+        say(
+            "departs",
+            format!(
+                "no number of common poles explains the responses to within their noise; each value was taken to be off by {:.2} % of its size as well",
+                100.0 * found.departure
+            ),
+            "the responses disagree, leak or are nonlinear: intervals are as wide as the misfit, and small modes may be missing",
+        );
+    }
     for s in &found.spread {
         let f = s.1.pole.value().norm() * lines.top / std::f64::consts::TAU;
-        let tau = s.1.tau.0 * lines.top / std::f64::consts::TAU;
+        let tau = HALF_INTERVAL * s.1.tau.0 * lines.top / std::f64::consts::TAU;
         say(
             "responses-disagree",
             format!(
-                "the responses disagree about the mode at {f:.2} Hz by {tau:.2e} Hz (standard deviation) beyond their noise"
+                "the responses disagree about the mode at {f:.2} Hz beyond their noise: 95 % of them lie within ± {tau:.2e} Hz"
             ),
             "sensors that load the structure, drift, or amplitudes that differ",
         );

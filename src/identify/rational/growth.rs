@@ -204,7 +204,7 @@ impl<'a> Growth<'a> {
                             fitted.chi2 - best,
                             1,
                             false,
-                            "no place in the band promises enough",
+                            "at the best place in the band, too little to try",
                         ));
                     }
                     return fitted;
@@ -337,7 +337,7 @@ impl<'a> Growth<'a> {
                     next.chi2,
                     1,
                     false,
-                    "nearly all of it on one line: taken as a bad line",
+                    "nearly all of it on one line, taken as a bad line",
                 ));
                 self.refused.push(start);
                 continue;
@@ -516,10 +516,10 @@ pub(super) struct Grown {
 }
 
 /// Why a pole is refused.
-const NOISE: &str = "no more than noise gives somewhere in the band";
+pub(super) const NOISE: &str = "no more than noise gives somewhere in the band";
 
 /// Or taken for something else.
-const DISAGREE: &str = "no common pole fits there: the responses disagree, or the resonance is not that of a linear structure";
+const DISAGREE: &str = "but no common pole fits there: the responses disagree, or the resonance is not that of a linear structure";
 
 /// Real numbers one more pole brings.
 fn freedoms(problem: &Problem, numerators: usize) -> f64 {

@@ -107,6 +107,9 @@ pub struct RationalOptions {
     pub allow_unstable: bool,
     /// A delay to be estimated with the poles.
     pub delay: Delay,
+    /// By what share of its size each value is taken to be off beside its noise, at least: responses that are not quite those of one
+    /// linear structure.
+    pub departure: f64,
 }
 
 impl Default for RationalOptions {
@@ -117,6 +120,7 @@ impl Default for RationalOptions {
             order: None,
             allow_unstable: false,
             delay: Delay::None,
+            departure: 0.0,
         }
     }
 }
@@ -141,21 +145,32 @@ pub struct Step {
 }
 
 impl Step {
-    /// One sentence, without full stop.
+    /// One sentence, without full stop: `5 pole pairs, no more: another would lower the misfit by 0.12 %, no more than noise gives
+    /// somewhere in the band of one record in 3`.
     pub fn words(&self) -> String {
+        /// Rarer is not said to be by chance.
+        const CHANCE: f64 = 1e-3;
         let fall = 100.0 * (1.0 - self.chi2_after / self.chi2_before).max(0.0);
-        let verdict = if self.accepted {
-            "kept".to_string()
-        } else {
-            format!("left out: {}", self.reason)
+        let fall = match fall {
+            fall if fall < 0.01 => "less than 0.01".to_string(),
+            fall => format!("{fall:.2}"),
         };
+        let before = counted(self.poles_before, "pole pair");
+        let another = match self.poles_after.saturating_sub(self.poles_before) {
+            1 => "another".to_string(),
+            n => format!("{n} more"),
+        };
+        if self.accepted {
+            return format!("{another} beside {before} lowers the misfit by {fall} %: kept");
+        }
         let chance = match self.probability {
-            p if p < 0.001 => format!("{p:.1e}"),
-            p => format!("{p:.3}"),
+            p if !(p > CHANCE && self.reason == growth::NOISE) => String::new(),
+            p if p > 0.5 => " of most records".to_string(),
+            p => format!(" of one record in {:.0}", 1.0 / p),
         };
         format!(
-            "from {} to {} pole pairs the misfit falls by {fall:.2} % (p = {chance}): {verdict}",
-            self.poles_before, self.poles_after
+            "{before}, no more: {another} would lower the misfit by {fall} %, {}{chance}",
+            self.reason
         )
     }
 }
@@ -226,6 +241,8 @@ pub struct RationalFit {
     pub spread: Vec<Spread>,
     /// Poles that are not reported as modes.
     pub omitted: Vec<Omitted>,
+    /// By what share of its size each value was taken to be off beside its noise, for poles to explain the responses.
+    pub departure: f64,
     /// Doubts.
     pub warnings: Vec<Warning>,
     /// What it took.

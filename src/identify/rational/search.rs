@@ -41,6 +41,8 @@ pub(super) struct Found {
     pub skirts: Vec<(f64, f64)>,
     /// The most poles allowed were used up.
     pub at_limit: bool,
+    /// The share of its size by which each value was taken to be off, beside its noise.
+    pub departure: f64,
     /// What it took.
     pub effort: Effort,
 }
@@ -67,21 +69,61 @@ const LAST: Stop = Stop {
     share: 1e-9,
 };
 
-/// Finds poles and their structure.
+/// Finds poles and their structure. Where poles are added beside poles without end, every value is taken to be off by a share of its
+/// size as well, that which the poles could not explain, and poles are looked for again.
 ///
 /// # Errors
-/// `NoConvergence`: poles are added beside poles without end.
+/// `NoConvergence`: that does not end either.
 pub(super) fn search(
     lines: &Lines,
     options: &RationalOptions,
     trusted: bool,
 ) -> Result<Found, Error> {
+    let mut departure = options.departure;
+    let mut repeats = 0;
+    loop {
+        let departs = match searched(lines, options, trusted, departure) {
+            Ok(found) => return Ok(found),
+            Err(departs) => departs,
+        };
+        if repeats == MOST_REPEATS || departs.share > MOST_DEPARTURE {
+            let message = format!(
+                "{} pole pairs do not explain the responses to within their noise, and more do not help",
+                departs.poles
+            );
+            let hint = "the responses disagree, leak or are nonlinear: take another method (--method plscf), a narrower band, or say how many modes there are (--order)";
+            return Err(Error::new(Code::NoConvergence, message).hint(hint));
+        }
+        repeats += 1;
+        departure = departs.share.max(MORE * departure);
+    }
+}
+
+/// How often a share of the size is raised, and the largest that still says something about poles.
+const MOST_REPEATS: usize = 2;
+const MOST_DEPARTURE: f64 = 0.2;
+
+/// Poles without end.
+struct Departs {
+    /// Pole pairs so far.
+    poles: usize,
+    /// What they leave of a value, as a share of it: the median where values stand out of their noise.
+    share: f64,
+}
+
+fn searched(
+    lines: &Lines,
+    options: &RationalOptions,
+    trusted: bool,
+    departure: f64,
+) -> Result<Found, Departs> {
     let given = lines.variance.is_some();
     let estimated = !(given && trusted);
     let mut variance = match &lines.variance {
         Some(v) => lines.floored(v),
         None => from_differences(lines),
     };
+    depart(lines, &mut variance, departure);
     let rules = Rules {
         most: most_determined(lines, options.most_poles),
         order: options.order,
@@ -119,7 +161,8 @@ pub(super) fn search(
             let residual = held.residuals(lines, structure.numerators(), &mut effort);
             let unknown = parameters(structure, &held.fitted, lines.h.len());
             let free = 1.0 - unknown * lines.independence / lines.data();
-            let next = from_residuals(lines, &residual, free.max(0.1));
+            let mut next = from_residuals(lines, &residual, free.max(0.1));
+            depart(lines, &mut next, departure);
             let ratio = mean_ratio(&next, &variance);
             variance = next;
             settled = (SETTLED.0..SETTLED.1).contains(&ratio);
@@ -197,8 +240,18 @@ pub(super) fn search(
             .collect(),
         spread,
         at_limit,
+        departure,
         effort,
     })
+}
+
+/// Adds the square of a share of each value to its variance.
+fn depart(lines: &Lines, variance: &mut [Vec<f64>], share: f64) {
+    for (v, h) in variance.iter_mut().zip(&lines.h) {
+        for (v, h) in v.iter_mut().zip(h) {
+            *v += share * share * h.norm_sqr();
+        }
+    }
 }
 
 /// Disagreements found so far, with the pole and its residues as they were.
@@ -373,22 +426,54 @@ impl Held {
         let fitted = refine(problem, self.fitted.clone(), numerators, BEFORE_VARIANCE);
         effort.steps += fitted.steps;
         effort.rounds += 1;
-        let left = left(&self.all[0], &fitted.model, numerators, &fitted.fits[0]);
+        let residual = unweighted(lines, &self.weights, &self.all[0], &fitted, numerators);
         self.fitted = fitted;
-        let n = lines.x.len();
-        let unit = |i: usize, k: usize| {
-            let variance = self.weights.by_response[i] * self.weights.by_line[k];
-            (variance / 2.0 / lines.independence).sqrt()
-        };
-        (0..lines.h.len())
-            .map(|i| {
-                let column = left.col_as_slice(i);
-                (0..n)
-                    .map(|k| Complex::new(column[k], column[n + k]) * unit(i, k))
-                    .collect()
-            })
-            .collect()
+        residual
     }
+}
+
+/// What a fit leaves of the scaled responses, on all lines.
+fn unweighted(
+    lines: &Lines,
+    weights: &Weights,
+    all: &Problem,
+    fitted: &Fitted,
+    numerators: usize,
+) -> Vec<Vec<Complex>> {
+    let left = left(all, &fitted.model, numerators, &fitted.fits[0]);
+    let n = lines.x.len();
+    let unit = |i: usize, k: usize| {
+        let variance = weights.by_response[i] * weights.by_line[k];
+        (variance / 2.0 / lines.independence).sqrt()
+    };
+    (0..lines.h.len())
+        .map(|i| {
+            let column = left.col_as_slice(i);
+            (0..n)
+                .map(|k| Complex::new(column[k], column[n + k]) * unit(i, k))
+                .collect()
+        })
+        .collect()
+}
+
+/// The median of residuals over values that stand out of their noise, as the deviation of a complex normal number.
+fn share_left(lines: &Lines, variance: &[Vec<f64>], residual: &[Vec<Complex>]) -> f64 {
+    /// Power over the variance.
+    const STANDS_OUT: f64 = 100.0;
+    let mut shares = Vec::new();
+    for ((h, v), e) in lines.h.iter().zip(variance).zip(residual) {
+        for ((h, v), e) in h.iter().zip(v).zip(e) {
+            if h.norm_sqr() > STANDS_OUT * v {
+                shares.push(e.norm_sqr() / h.norm_sqr());
+            }
+        }
+    }
+    if shares.is_empty() {
+        return f64::INFINITY;
+    }
+    let middle = shares.len() / 2;
+    let (_, median, _) = shares.select_nth_unstable_by(middle, f64::total_cmp);
+    (*median / std::f64::consts::LN_2).sqrt()
 }
 
 /// Grows at one variance and structure; where responses disagree about a pole, the weights are changed and growth goes on.
@@ -402,7 +487,7 @@ fn grown(
     mut model: Model,
     evidence: &mut Vec<Step>,
     effort: &mut Effort,
-) -> Result<Held, Error> {
+) -> Result<Held, Departs> {
     let numerators = structure.numerators();
     for _ in 0..MOST_DISAGREEMENTS {
         let weights = Weights::new(&scattered.added(lines, variance));
@@ -413,12 +498,13 @@ fn grown(
         effort.steps += grown.steps;
         effort.work += grown.work;
         if effort.work > MOST_WORK {
-            let message = format!(
-                "{} pole pairs do not explain the responses to within their noise, and more do not help",
-                grown.fitted.model.poles.len()
-            );
-            let hint = "the responses disagree, leak or are nonlinear: take another method (--method plscf), a narrower band, or say how many modes there are (--order)";
-            return Err(Error::new(Code::NoConvergence, message).hint(hint));
+            let problem = grown.fewer.as_ref().unwrap_or(&all[0]);
+            let fit = at(&[problem], &grown.fitted.model, numerators);
+            let residual = unweighted(lines, &weights, &all[0], &fit, numerators);
+            return Err(Departs {
+                poles: grown.fitted.model.poles.len(),
+                share: share_left(lines, variance, &residual),
+            });
         }
         let Some(scatter) = grown.scatter else {
             return Ok(Held {

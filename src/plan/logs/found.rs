@@ -41,6 +41,8 @@ pub struct Identification {
     pub evidence: Evidence,
     /// Modes by rising frequency, an exponential window taken off.
     pub modes: Vec<FoundMode>,
+    /// What looks like running speed, by rising frequency; looked for where nothing measured drives.
+    pub harmonics: Vec<FoundHarmonic>,
     /// One transfer function for each response, the window taken off.
     pub functions: Vec<TransferFunction>,
     /// Root mean square misfit over that of the response, by response.
@@ -113,10 +115,45 @@ impl FoundMode {
         self.has_damping.then(|| self.mode.damping_ratio())
     }
 
-    /// Nearer to a line of running speed than to a mode.
-    pub fn is_harmonic(&self) -> bool {
-        self.harmonic.as_ref().is_some_and(Harmonic::is_harmonic)
+    /// What it is where it is nearer to a line of running speed than to a mode.
+    fn as_harmonic(&self) -> Option<FoundHarmonic> {
+        let harmonic = self.harmonic.as_ref().filter(|h| h.is_harmonic())?;
+        Some(FoundHarmonic {
+            frequency_hz: self.frequency_hz(),
+            order: harmonic.order,
+            amplitude: Vec::new(),
+            probability: None,
+            envelope_kurtosis: Some(harmonic.envelope_kurtosis),
+        })
     }
+}
+
+/// A line of running speed, or of anything that is no resonance.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FoundHarmonic {
+    /// Its frequency, Hz.
+    pub frequency_hz: f64,
+    /// The order of the stated speed it lies on.
+    pub order: Option<f64>,
+    /// 0 to peak by output, of a sine that was found and taken out before modes were looked for; empty for a pole.
+    pub amplitude: Vec<f64>,
+    /// How probably noise alone shows such a sine anywhere.
+    pub probability: Option<f64>,
+    /// Of a pole, what its band is distributed like: 2 for noise, 1 for a sine.
+    pub envelope_kurtosis: Option<f64>,
+}
+
+/// Modes, and apart from them what is a line of running speed.
+pub fn apart(all: Vec<FoundMode>) -> (Vec<FoundMode>, Vec<FoundHarmonic>) {
+    let mut modes = Vec::new();
+    let mut harmonics = Vec::new();
+    for mode in all {
+        match mode.as_harmonic() {
+            Some(harmonic) => harmonics.push(harmonic),
+            None => modes.push(mode),
+        }
+    }
+    (modes, harmonics)
 }
 
 /// What modes rest on.

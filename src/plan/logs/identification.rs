@@ -70,7 +70,7 @@ pub fn identify(source: Source, study: &IdentifyStudy) -> Result<Identification,
             if method.needs() != Needs::Responses {
                 if study.estimate != EstimateStudy::default() {
                     let message = format!(
-                        "{} estimates no responses: --estimator, --window, --resolution, --overlap and --impact do nothing",
+                        "{} estimates no responses: --estimator, --window, --resolution, --overlap, --impact, --stepped and --dwells do nothing",
                         method.word()
                     );
                     return Err(Error::new(Code::Usage, message)
@@ -102,12 +102,12 @@ fn looked(
     let mut trace = Vec::new();
     loop {
         let start = Instant::now();
-        let acquired = acquire::acquire(recording, inputs, outputs, &study.estimate, look)?;
+        let mut acquired = acquire::acquire(recording, inputs, outputs, &study.estimate, look)?;
         trace.push(("frequency responses", start.elapsed().as_secs_f64()));
         let nearest = acquired.nearest_hz;
         let lines = &acquired.responses.frequency_hz;
         let apart = lines.get(1).zip(lines.first()).map_or(0.0, |(b, a)| b - a);
-        let responses = acquired.responses.clone();
+        let responses = std::mem::take(&mut acquired.responses);
         let found = from_responses(method, responses, Some(acquired), trace.clone(), study)?;
         let width = |m: &FoundMode| 2.0 * m.mode.pole.re.abs() / std::f64::consts::TAU;
         let narrowest = found.modes.iter().map(width).fold(f64::INFINITY, f64::min);
@@ -206,14 +206,16 @@ fn from_signals(
     let mut trace = vec![("samples", start.elapsed().as_secs_f64())];
     let band_hz = study.band_hz.unwrap_or((0.0, record.rate_hz / 2.0));
     let start = Instant::now();
-    let (modes, rule, evidence, warnings) = match method.needs() {
+    let (modes, harmonics, rule, evidence, warnings) = match method.needs() {
         Needs::OneOutput | Needs::InputAndOutput => {
             let found = series::identify(method, &record, band_hz, study)?;
-            (found.modes, found.rule, found.evidence, found.warnings)
+            let modes = (found.modes, found.harmonics);
+            (modes.0, modes.1, found.rule, found.evidence, found.warnings)
         }
         _ => {
             let found = operational::identify(method, &record, band_hz, study)?;
-            (found.modes, found.rule, found.evidence, found.warnings)
+            let modes = (found.modes, found.harmonics);
+            (modes.0, modes.1, found.rule, found.evidence, found.warnings)
         }
     };
     trace.push((method.word(), start.elapsed().as_secs_f64()));
@@ -233,6 +235,7 @@ fn from_signals(
         band_hz,
         evidence,
         modes,
+        harmonics,
         functions: Vec::new(),
         fit_error: Vec::new(),
         warnings,
@@ -352,6 +355,7 @@ fn from_responses(
         band_hz,
         evidence: found.evidence,
         modes: found.modes,
+        harmonics: Vec::new(),
         functions: found.functions,
         fit_error: found.fit_error,
         responses: Some(responses),
@@ -453,14 +457,15 @@ fn fitted(
                 .map(|v| known.iter().map(|&k| v[k]).collect())
         })
         .collect();
-    let options = RationalOptions {
-        band_hz: Some(band),
-        order: study.order,
-        allow_unstable: study.allow_unstable,
-        delay: study.delay,
-        ..RationalOptions::default()
-    };
-    let fit = |derivative: u8| {
+    let fit = |derivative: u8, departure: f64| {
+        let options = RationalOptions {
+            band_hz: Some(band),
+            order: study.order,
+            allow_unstable: study.allow_unstable,
+            delay: study.delay,
+            departure,
+            ..RationalOptions::default()
+        };
         let measured = Measured {
             frequency_hz: &lines,
             responses: &values,
@@ -477,19 +482,20 @@ fn fitted(
         .map(|f| ResponseKind::of(f.input.as_ref().map_or("", |i| &i.unit), &f.output.unit))
         .collect();
     match (study.derivative, kinds.first()) {
-        (Some(times), _) => fit(times),
+        (Some(times), _) => fit(times, 0.0),
         (None, Some(ResponseKind::Compliance(times))) if kinds.iter().all(|k| k == &kinds[0]) => {
-            fit(*times)
+            fit(*times, 0.0)
         }
         (None, Some(ResponseKind::Unknown)) => {
-            // Receptance and accelerance differ in what modes outside the band leave in it: the better of the two.
-            match (fit(0), fit(2)) {
-                (Ok(plain), Ok(twice)) if cost(&twice) < cost(&plain) => Ok(twice),
-                (Err(_), twice) => twice,
-                (plain, _) => plain,
+            // Receptance and accelerance differ in what modes outside the band leave in it: the better of the two. What no poles
+            // explain of the one they explain no more of the other.
+            let plain = fit(0, 0.0)?;
+            match fit(2, plain.departure) {
+                Ok(twice) if cost(&twice) < cost(&plain) => Ok(twice),
+                _ => Ok(plain),
             }
         }
-        _ => fit(0),
+        _ => fit(0, 0.0),
     }
 }
 

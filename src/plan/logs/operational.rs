@@ -1,6 +1,6 @@
 //! Modes from responses alone: subspace identification with an automatic choice, or peaks of a decomposition.
 
-use super::found::{Diagram, Evidence, FoundMode, Peak, Peaks};
+use super::found::{Diagram, Evidence, FoundHarmonic, FoundMode, Peak, Peaks, apart};
 use super::method::Method;
 use super::modal::within;
 use super::record::Record;
@@ -16,11 +16,14 @@ use crate::identify::operational::selection::{OperationalMode, default_rule, phy
 use crate::identify::operational::subspace::{self, Subspace, from_covariances, from_data};
 use crate::identify::series::residuals::ljung_box;
 use crate::numeric::Complex;
+use crate::spectrum::tones::{self, Tone};
 
 /// What such a method answers.
 pub struct Operational {
-    /// Modes, lines of running speed among them.
+    /// Modes.
     pub modes: Vec<FoundMode>,
+    /// Lines of running speed.
+    pub harmonics: Vec<FoundHarmonic>,
     /// How they were told from other poles.
     pub rule: String,
     /// Poles of all orders, or peaks.
@@ -45,7 +48,9 @@ pub fn identify(
     band_hz: (f64, f64),
     study: &IdentifyStudy,
 ) -> Result<Operational, Error> {
-    let samples: Vec<&[f64]> = record.samples.iter().map(Vec::as_slice).collect();
+    let mut samples = record.samples.clone();
+    let tones = tones::take_out(record.rate_hz, &mut samples)?;
+    let samples: Vec<&[f64]> = samples.iter().map(Vec::as_slice).collect();
     let channels = Channels::new(&samples, record.rate_hz)?;
     let running = study.speed_hz.map(|speed_hz| Running {
         speed_hz,
@@ -76,11 +81,30 @@ pub fn identify(
     found.warnings.extend(record.warnings.iter().cloned());
     found.rule += &match study.speed_hz {
         Some(speed) => format!(
-            "; a line within {} % of an order 1 to {ORDERS} of {speed:.4} Hz, or distributed like a sine, is no mode",
+            "; sines are taken out before; what is within {} % of an order 1 to {ORDERS} of {speed:.4} Hz, or distributed like a sine, is no mode",
             100.0 * STRAYS
         ),
-        None => "; a line distributed like a sine is no mode".to_string(),
+        None => {
+            "; sines are taken out before, and what is distributed like one is no mode".to_string()
+        }
     };
+    let poles;
+    (found.modes, poles) = apart(found.modes);
+    let inside = |t: &&Tone| (band_hz.0..=band_hz.1).contains(&t.frequency_hz);
+    let of_tone = |t: &Tone| FoundHarmonic {
+        frequency_hz: t.frequency_hz,
+        order: running.as_ref().and_then(|r| r.order(t.frequency_hz)),
+        amplitude: t.amplitude.clone(),
+        probability: Some(t.probability),
+        envelope_kurtosis: None,
+    };
+    found.harmonics = tones
+        .iter()
+        .filter(inside)
+        .map(of_tone)
+        .chain(poles)
+        .collect();
+    (found.harmonics).sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
     if let Some(order) = study.order {
         let of = |m: &FoundMode| m.presence.unwrap_or(0.0);
         found.modes.sort_by(|a, b| of(b).total_cmp(&of(a)));
@@ -89,7 +113,7 @@ pub fn identify(
             |a: &FoundMode, b: &FoundMode| a.frequency_hz().total_cmp(&b.frequency_hz());
         found.modes.sort_by(by_frequency);
     }
-    if is_white(&samples)? {
+    if is_white(&samples)? || is_nothing(&record.samples, &samples) {
         found.modes.clear();
     }
     if found.modes.is_empty() {
@@ -102,34 +126,41 @@ pub fn identify(
             ),
         });
     }
-    found.warnings.extend(of_harmonics(&found.modes));
+    found.warnings.extend(of_harmonics(&found.harmonics));
     Ok(found)
 }
 
-/// Says which modes are lines of running speed.
-pub fn of_harmonics(modes: &[FoundMode]) -> Option<Warning> {
-    let harmonics: Vec<String> = (modes.iter())
-        .filter(|m| m.is_harmonic())
-        .map(|m| format!("{:.4} Hz", m.frequency_hz()))
-        .collect();
+/// Says that there are lines of running speed.
+pub fn of_harmonics(harmonics: &[FoundHarmonic]) -> Option<Warning> {
+    /// More are counted, not named.
+    const NAMED: usize = 6;
+    let named = harmonics.iter().take(NAMED);
+    let mut places: Vec<String> = named.map(|h| format!("{:.4} Hz", h.frequency_hz)).collect();
+    if harmonics.len() > NAMED {
+        places.push(format!("{} more", harmonics.len() - NAMED));
+    }
     (!harmonics.is_empty()).then(|| Warning {
         code: "harmonic",
         message: format!(
-            "{} {} like running speed, not like {}",
-            harmonics.join(", "),
-            if harmonics.len() == 1 {
-                "looks"
-            } else {
-                "look"
-            },
-            if harmonics.len() == 1 {
-                "a mode"
-            } else {
-                "modes"
-            }
+            "{}: like running speed, and listed apart from the modes",
+            places.join(", ")
         ),
         hint: Some("repeat at another speed: what moves with it is no mode".to_string()),
     })
+}
+
+/// Whether sines are all there is, to the digits that logs are written with.
+fn is_nothing(whole: &[Vec<f64>], left: &[&[f64]]) -> bool {
+    const DIGITS: f64 = 1e-6;
+    let deviation = |samples: &[f64]| {
+        let mean = samples.iter().sum::<f64>() / samples.len() as f64;
+        samples
+            .iter()
+            .map(|x| (x - mean).powi(2))
+            .sum::<f64>()
+            .sqrt()
+    };
+    (whole.iter().zip(left)).all(|(whole, left)| deviation(left) < DIGITS * deviation(whole))
 }
 
 /// Whether every channel is white noise, in which nothing resonates.
@@ -172,6 +203,7 @@ fn of_subspace(
     let orders: Vec<OrderPoles> = poles.orders.iter().map(of_order).collect();
     Operational {
         modes: modes.collect(),
+        harmonics: Vec::new(),
         rule: format!(
             "{} block rows, orders 2 to {}: {}",
             poles.block_rows,
@@ -224,6 +256,7 @@ fn of_peaks(method: Method, found: Decomposition) -> Operational {
     };
     Operational {
         modes,
+        harmonics: Vec::new(),
         rule: rule.to_string(),
         evidence: Evidence::Peaks(Peaks {
             peaks,

@@ -1,6 +1,6 @@
 //! Modes from difference equations: the order by Schwarz's criterion, the residuals tested.
 
-use super::found::{Evidence, FoundMode, Orders};
+use super::found::{Evidence, FoundHarmonic, FoundMode, Orders, apart};
 use super::method::{self, Method};
 use super::modal::within;
 use super::operational;
@@ -23,6 +23,8 @@ use crate::identify::series::residuals::{cross_correlation, ljung_box};
 pub struct Series {
     /// Modes.
     pub modes: Vec<FoundMode>,
+    /// Lines of running speed.
+    pub harmonics: Vec<FoundHarmonic>,
     /// How they were told from other poles.
     pub rule: String,
     /// Orders tried, and tests.
@@ -114,7 +116,8 @@ pub fn identify(
         }
         false => told_apart(&model, output, input.is_some(), band_hz)?,
     };
-    warnings.extend(operational::of_harmonics(&modes));
+    let (modes, harmonics) = apart(modes);
+    warnings.extend(operational::of_harmonics(&harmonics));
     let tests = tests(&model, &record)?;
     for (what, test) in &tests {
         if test.probability < UNLIKELY {
@@ -145,6 +148,7 @@ pub fn identify(
     );
     Ok(Series {
         modes,
+        harmonics,
         rule,
         evidence: Evidence::Orders(Orders {
             chosen: model.family,

@@ -1,0 +1,361 @@
+//! Simulated logs in memory, identified with default settings: no mode lost or doubled, frequencies within what is stated.
+
+use std::f64::consts::TAU;
+
+use geardyn::numeric::Complex;
+use geardyn::plan::logs::acquire::EstimateStudy;
+use geardyn::plan::logs::found::Identification;
+use geardyn::plan::logs::identification::{Source, identify};
+use geardyn::plan::logs::study::IdentifyStudy;
+use geardyn::recording::column::Column;
+use geardyn::recording::signals::{Channel, Recording};
+
+const RATE: f64 = 1000.0;
+
+/// Frequency, Hz, damping ratio, shape over two outputs, participation of two inputs.
+type Mode = (f64, f64, [f64; 2], [f64; 2]);
+
+/// One lightly damped mode, two close ones, one of more damping.
+const MODES: [Mode; 4] = [
+    (40.0, 0.005, [1.0, 0.6], [1.0, 0.5]),
+    (95.0, 0.005, [0.8, -0.7], [0.6, -1.0]),
+    (97.5, 0.005, [0.6, 1.0], [1.0, 0.8]),
+    (180.0, 0.02, [1.0, -0.4], [-0.5, 1.0]),
+];
+
+/// Normal numbers by Box and Muller. Neighbouring seeds of this generator give numbers that are correlated by a quarter.
+struct Normal(fastrand::Rng);
+
+impl Normal {
+    fn new(seed: u64) -> Normal {
+        Normal(fastrand::Rng::with_seed(
+            (seed + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15),
+        ))
+    }
+
+    fn next(&mut self) -> f64 {
+        (-2.0 * (1.0 - self.0.f64()).ln()).sqrt() * (TAU * self.0.f64()).cos()
+    }
+}
+
+/// Displacements of the modes under forces held between samples, begun at rest.
+fn moved(modes: &[Mode], forces: &[Vec<f64>; 2]) -> [Vec<f64>; 2] {
+    let mut moved = [vec![0.0; forces[0].len()], vec![0.0; forces[0].len()]];
+    for &(frequency_hz, damping, shape, drives) in modes {
+        let omega = TAU * frequency_hz;
+        let p = Complex::new(-damping * omega, omega * (1.0 - damping * damping).sqrt());
+        let z = (p / RATE).exp();
+        let (gain, residue) = ((z - 1.0) / p, Complex::new(0.0, 2.0 * p.im).inv());
+        let mut state = Complex::new(0.0, 0.0);
+        for t in 0..forces[0].len() {
+            let x = 2.0 * (residue * state).re;
+            moved[0][t] += shape[0] * x;
+            moved[1][t] += shape[1] * x;
+            let force = forces[0][t] * drives[0] + forces[1][t] * drives[1];
+            state = z * state + gain * force;
+        }
+    }
+    moved
+}
+
+fn recording(channels: &[(&str, &str, &[f64])]) -> Recording {
+    let samples = channels[0].2.len();
+    let channel = |(name, unit, samples): &(&str, &str, &[f64])| Channel {
+        name: (*name).to_string(),
+        unit: (*unit).to_string(),
+        samples: Column::from_slice(samples),
+        overload_level: None,
+        overloads: 0,
+    };
+    Recording {
+        path: "memory".to_string(),
+        dialect: String::new(),
+        facts: Vec::new(),
+        rate_hz: RATE,
+        rate_source: String::new(),
+        samples,
+        stretches: std::iter::once(0..samples).collect(),
+        starts: vec![0.0],
+        start: None,
+        channels: channels.iter().map(channel).collect(),
+        repairs: Vec::new(),
+        warnings: Vec::new(),
+    }
+}
+
+/// A record of two independent forces, each response with noise of 1 % of its rms.
+fn two_forces(seed: u64, samples: usize) -> Recording {
+    let mut random = Normal::new(seed);
+    let forces = [0, 1].map(|_| (0..samples).map(|_| random.next()).collect::<Vec<f64>>());
+    let mut moved = moved(&MODES, &forces);
+    for x in &mut moved {
+        let rms = (x.iter().map(|x| x * x).sum::<f64>() / samples as f64).sqrt();
+        x.iter_mut().for_each(|x| *x += 0.01 * rms * random.next());
+    }
+    recording(&[
+        ("f1", "N", &forces[0]),
+        ("f2", "N", &forces[1]),
+        ("x1", "m", &moved[0]),
+        ("x2", "m", &moved[1]),
+    ])
+}
+
+fn by_two_forces(recording: &Recording) -> Identification {
+    let words = |all: [&str; 2]| all.map(str::to_string).to_vec();
+    let study = IdentifyStudy {
+        inputs: words(["f1", "f2"]),
+        outputs: words(["x1", "x2"]),
+        ..IdentifyStudy::default()
+    };
+    identify(Source::Signals(recording), &study).unwrap()
+}
+
+/// How many of the frequencies lie within 1.96 of their standard deviations, and how many modes were lost or invented.
+fn score(found: &Identification) -> (usize, bool) {
+    let frequencies: Vec<f64> = found.modes.iter().map(|m| m.frequency_hz()).collect();
+    let within = |(at, mode): (usize, &Mode)| {
+        let near = found.modes.get(at)?;
+        let off = (near.frequency_hz() - mode.0).abs();
+        (off < 1.96 * near.mode.frequency_std_hz()?).then_some(())
+    };
+    let is_whole = frequencies.len() == MODES.len()
+        && (frequencies.iter().zip(MODES)).all(|(f, m)| (f / m.0 - 1.0).abs() < 0.01);
+    let inside = MODES.iter().enumerate().filter_map(within).count();
+    if !is_whole {
+        eprintln!("{} {frequencies:?}", found.how);
+    }
+    (inside, is_whole)
+}
+
+/// Averaged blocks had split the mode at 40 Hz into 39.92 and 40.24 Hz.
+#[test]
+fn exact_modes_of_two_forces_without_leakage() {
+    let found = by_two_forces(&two_forces(0, 60_000));
+    let (inside, is_whole) = score(&found);
+    assert!(found.how.contains("local parabolas"), "{}", found.how);
+    assert!(is_whole && inside >= 3, "{inside}");
+}
+
+/// Twenty records: no mode split, frequencies within the stated intervals as often as they should be.
+#[test]
+#[ignore = "twenty fits"]
+fn law_frequencies_of_two_forces_lie_in_their_intervals() {
+    let mut inside = 0;
+    for seed in 100..120 {
+        let (count, is_whole) = score(&by_two_forces(&two_forces(seed, 60_000)));
+        assert!(is_whole, "seed {seed}");
+        inside += count;
+    }
+    let share = inside as f64 / (20 * MODES.len()) as f64;
+    eprintln!("{share}");
+    assert!((0.9..=0.99).contains(&share) || share == 1.0, "{share}");
+}
+
+/// Two responses alone, of four modes under noise and of tones: one clear of the modes, one inside the band of a mode, a weak one. Each
+/// has noise of 5 % of its rms.
+fn running(seed: u64, tones: &[(f64, f64)]) -> Recording {
+    const SAMPLES: usize = 60_000;
+    let mut random = Normal::new(seed);
+    let forces = [0, 1].map(|_| (0..SAMPLES).map(|_| random.next()).collect::<Vec<f64>>());
+    let mut moved = moved(&MODES, &forces);
+    for (channel, x) in moved.iter_mut().enumerate() {
+        let rms = (x.iter().map(|x| x * x).sum::<f64>() / SAMPLES as f64).sqrt();
+        for (t, x) in x.iter_mut().enumerate() {
+            let phase = |f: f64| TAU * f * t as f64 / RATE + channel as f64;
+            let sum: f64 = tones.iter().map(|&(f, a)| a * phase(f).sin()).sum();
+            *x += rms * (0.05 * random.next() + sum);
+        }
+    }
+    recording(&[("x1", "m", &moved[0]), ("x2", "m", &moved[1])])
+}
+
+fn by_responses(recording: &Recording) -> Identification {
+    let study = IdentifyStudy {
+        outputs: ["x1", "x2"].map(str::to_string).to_vec(),
+        ..IdentifyStudy::default()
+    };
+    identify(Source::Signals(recording), &study).unwrap()
+}
+
+const TONES: [(f64, f64); 3] = [(40.2, 1.0), (60.0, 0.05), (140.0, 2.0)];
+
+/// Modes are found beside tones, even in their own band; tones stand apart with their frequencies, without any speed being stated.
+fn check_running(seed: u64) {
+    let found = by_responses(&running(seed, &TONES));
+    let modes: Vec<f64> = found.modes.iter().map(|m| m.frequency_hz()).collect();
+    let tones: Vec<f64> = found.harmonics.iter().map(|h| h.frequency_hz).collect();
+    assert_eq!(
+        tones.len(),
+        TONES.len(),
+        "seed {seed}: {tones:?}, modes {modes:?}"
+    );
+    for (found, (f, _)) in tones.iter().zip(TONES) {
+        assert!((found - f).abs() < 0.003, "seed {seed}: {tones:?}");
+    }
+    for (f, ..) in MODES {
+        let near = modes.iter().filter(|found| (*found / f - 1.0).abs() < 0.01);
+        assert_eq!(near.count(), 1, "seed {seed}: {modes:?}");
+    }
+    let is_tone = |f: &&f64| TONES.iter().any(|t| (*f - t.0).abs() < 0.05);
+    assert_eq!(
+        modes.iter().filter(is_tone).count(),
+        0,
+        "seed {seed}: {modes:?}"
+    );
+}
+
+/// A tone had been listed as a mode unless a speed was stated.
+#[test]
+fn law_tones_are_no_modes_of_responses_alone() {
+    check_running(1);
+}
+
+#[test]
+#[ignore = "twenty records with tones, ten without"]
+fn law_tones_are_told_from_narrow_modes() {
+    for seed in 10..30 {
+        check_running(seed);
+    }
+    for seed in 30..40 {
+        let found = by_responses(&running(seed, &[]));
+        assert!(
+            found.harmonics.is_empty(),
+            "seed {seed}: {:?}",
+            found.harmonics
+        );
+        assert!(found.modes.len() >= MODES.len(), "seed {seed}");
+    }
+}
+
+/// Modes of the stepped sine, and the frequencies it dwells on: coarse, finer about the modes, 60 Hz twice.
+const STEPPED: [Mode; 3] = [
+    (40.0, 0.02, [1.0, 0.6], [1.0, 0.0]),
+    (95.0, 0.01, [0.8, -0.7], [1.0, 0.0]),
+    (180.0, 0.02, [1.0, -0.4], [1.0, 0.0]),
+];
+
+/// Samples of each dwell.
+const DWELL: usize = 2000;
+
+fn steps() -> Vec<f64> {
+    let is_clear = |f: &f64| STEPPED.iter().all(|m| (f - m.0).abs() > 0.05 * m.0);
+    let coarse = (5..60).map(|k| 4.0 * f64::from(k)).filter(is_clear);
+    let fine = |f: f64, by: f64| (-6..=6).map(move |k| f + by * f64::from(k));
+    let all = coarse.chain(fine(40.0, 0.3)).chain(fine(95.0, 0.4));
+    let mut all: Vec<f64> = all.chain(fine(180.0, 1.2)).collect();
+    all.sort_by(f64::total_cmp);
+    all.push(60.0);
+    all
+}
+
+/// The exact answer to a sine, displacement over force.
+fn exact(output: usize, frequency_hz: f64) -> Complex {
+    let s = Complex::new(0.0, TAU * frequency_hz);
+    let one = |&(f, d, shape, _): &Mode| {
+        let omega = TAU * f;
+        (s * s + 2.0 * d * omega * s + omega * omega).inv() * shape[output]
+    };
+    STEPPED.iter().map(one).sum()
+}
+
+/// A sine stepped without a pause, exactly answered by continuous modes, with noise of `noise` of each channel's rms.
+fn stepped(seed: u64, noise: f64) -> Recording {
+    let mut random = Normal::new(seed);
+    let count = DWELL * steps().len();
+    let mut force = Vec::with_capacity(count);
+    let mut moved = [vec![0.0; count], vec![0.0; count]];
+    let mut states = [Complex::new(0.0, 0.0); STEPPED.len()];
+    let mut phase = 0.0_f64;
+    for f in steps() {
+        let turn = Complex::new(0.0, TAU * f);
+        for _ in 0..DWELL {
+            let t = force.len();
+            force.push(phase.cos());
+            for (state, &(f, d, shape, _)) in states.iter_mut().zip(&STEPPED) {
+                let omega = TAU * f;
+                let p = Complex::new(-d * omega, omega * (1.0 - d * d).sqrt());
+                let x = 2.0 * (*state * Complex::new(0.0, 2.0 * p.im).inv()).re;
+                moved[0][t] += shape[0] * x;
+                moved[1][t] += shape[1] * x;
+                let z = (p / RATE).exp();
+                // ∫ exp(p(T − τ)) cos(phase + ωτ) dτ over a sample.
+                let part = |s: Complex, phase: f64| {
+                    Complex::new(0.0, phase).exp() * ((s / RATE).exp() - z) / (s - p)
+                };
+                *state = z * *state + 0.5 * (part(turn, phase) + part(-turn, -phase));
+            }
+            phase = (phase + turn.im / RATE) % TAU;
+        }
+    }
+    for x in moved.iter_mut().chain([&mut force]) {
+        let rms = (x.iter().map(|x| x * x).sum::<f64>() / count as f64).sqrt();
+        x.iter_mut().for_each(|x| *x += noise * rms * random.next());
+    }
+    recording(&[
+        ("force", "N", &force),
+        ("x1", "m", &moved[0]),
+        ("x2", "m", &moved[1]),
+    ])
+}
+
+fn by_steps(recording: &Recording, estimate: EstimateStudy) -> Identification {
+    let study = IdentifyStudy {
+        inputs: vec!["force".to_string()],
+        outputs: ["x1", "x2"].map(str::to_string).to_vec(),
+        estimate,
+        ..IdentifyStudy::default()
+    };
+    identify(Source::Signals(recording), &study).unwrap()
+}
+
+/// Unasked, a stepped sine is seen as one: its dwells, one line each, as far from the exact response as the variance says; its modes.
+#[test]
+fn exact_stepped_sine_and_its_modes() {
+    let log = stepped(3, 0.02);
+    let found = by_steps(&log, EstimateStudy::default());
+    assert!(found.how.starts_with("stepped sine"), "{}", found.how);
+    let responses = found.responses.as_ref().unwrap();
+    // 60 Hz was dwelt on twice.
+    assert_eq!(responses.frequency_hz.len(), steps().len() - 1);
+    let mut far = Vec::new();
+    for (output, function) in responses.functions.iter().enumerate() {
+        let variance = function.variance.as_ref().unwrap();
+        for (line, &f) in responses.frequency_hz.iter().enumerate() {
+            let step = steps().into_iter().map(|s| (s - f).abs());
+            assert!(step.fold(f64::INFINITY, f64::min) < 1e-3, "{f}");
+            far.push((function.value[line] - exact(output, f)).norm_sqr() / variance[line]);
+        }
+    }
+    let mean = far.iter().sum::<f64>() / far.len() as f64;
+    let beyond = far.iter().filter(|x| **x > 3.0).count() as f64 / far.len() as f64;
+    assert!((0.7..1.5).contains(&mean), "{mean}");
+    // Of a normal error 5 % lie beyond 3; of variances from 32 parts of noise somewhat more.
+    assert!(beyond < 0.1, "{beyond}");
+    assert_eq!(found.modes.len(), STEPPED.len(), "{:?}", found.modes);
+    for (mode, (f, d, ..)) in found.modes.iter().zip(STEPPED) {
+        let std = mode.mode.frequency_std_hz().unwrap();
+        assert!((mode.frequency_hz() - f).abs() < 3.5 * std, "{mode:?}");
+        assert!(std < 1e-3 * f, "{mode:?}");
+        let off = (mode.damping_ratio().unwrap() - d).abs();
+        assert!(off < 3.5 * mode.mode.damping_std().unwrap(), "{mode:?}");
+    }
+}
+
+/// Dwells may be given: here a part of three of them.
+#[test]
+fn exact_given_dwells() {
+    let log = stepped(4, 0.0);
+    let dwells_s: Vec<(f64, f64)> = (0..40)
+        .map(|k| (2.0 * f64::from(k) + 1.2, 2.0 * f64::from(k) + 2.0))
+        .collect();
+    let study = EstimateStudy {
+        dwells_s,
+        ..EstimateStudy::default()
+    };
+    let found = by_steps(&log, study);
+    let lines = &found.responses.as_ref().unwrap().frequency_hz;
+    assert_eq!(lines.len(), 40);
+    for (line, step) in lines.iter().zip(steps()) {
+        assert!((line - step).abs() < 1e-6, "{line} {step}");
+    }
+}
