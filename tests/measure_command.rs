@@ -429,6 +429,7 @@ fn law_every_gauge_and_angles() {
         pressure_angle: 20f64.to_radians(),
         helix: 0.0,
         profile_shift: 0.1,
+        internal: false,
     };
     let (tip, thin) = (61e-3, -80e-6);
     let s = gear.thickness() + thin;
@@ -556,5 +557,111 @@ fn survives_extreme_gears() {
         assert!(!told.contains("panicked"), "{told}");
         let table = String::from_utf8_lossy(&output.stdout).into_owned();
         assert!(!table.contains("NaN"), "{table}");
+    }
+}
+
+/// An internal gear from its file: spans over spaces and between balls tell the same thinning, the profile's slope and relief count toward
+/// the tip, run-out from both sides' pitch is what its excentric ring was made with.
+#[test]
+fn exact_internal_gear() {
+    use geardyn::gear::involute::Involute;
+    let gear = Involute {
+        teeth: 60,
+        module: 3e-3,
+        pressure_angle: 20f64.to_radians(),
+        helix: 0.0,
+        profile_shift: 0.1,
+        internal: true,
+    };
+    let s = gear.thickness() - 60e-6;
+    let k = gear.teeth_to_span();
+    let folder = tempfile::tempdir().unwrap();
+    let sizes = format!(
+        "w [mm],m [mm]\n{0:.9},{1:.9}\n{0:.9},{1:.9}\n",
+        1e3 * gear.span(k, s),
+        1e3 * gear.over_balls(5e-3, s)
+    );
+    put(folder.path(), "sizes.csv", &sizes);
+    // The ring sits 5 µm off: on both sides' places 5 µm · sin(φ ∓ α)/cos α, spaces shift and widen.
+    let (alpha, e) = (gear.transverse_angle(), 5.0);
+    let mut pitch = String::from("left [µm],right [µm]\n");
+    for i in 0..60 {
+        let phi = std::f64::consts::TAU * f64::from(i) / 60.0;
+        // outward where φ is 0; a wider space lets the ball go outward: S = right − left = 2 e tan α cos φ
+        let half = e * alpha.tan() * phi.cos();
+        pitch += &format!("{:.9},{:.9}\n", -half, half);
+    }
+    put(folder.path(), "pitch.csv", &pitch);
+    // Roll from the tip on: 6 µm of relief over the first 2 mm, material rising by 0.5 µm a millimetre of roll, so falling to the tip.
+    let from = 1e3 * gear.roll_length(gear.diameter() - 2.0 * 2.7e-3);
+    let mut profile = String::from("roll [mm],right [µm]\n");
+    for i in 0..=160 {
+        let x = 0.1 * f64::from(i);
+        let relief = 3.0 * (2.0 - x).max(0.0);
+        profile += &format!("{:.9},{:.9}\n", from + x, 0.5 * x - relief);
+    }
+    put(folder.path(), "profile.csv", &profile);
+    let text = format!(
+        "title = \"ring\"\n[measured_gear]\nteeth = 60\nmodule = \"3 mm\"\ninternal = true\nprofile_shift = 0.1\n\
+         [[chart]]\nkind = \"span\"\nfile = \"sizes.csv\"\ncolumn = \"w\"\n\
+         [[chart]]\nkind = \"balls\"\nfile = \"sizes.csv\"\ncolumn = \"m\"\ndiameter = \"5 mm\"\n\
+         [[chart]]\nkind = \"pitch\"\nmethod = \"index\"\nfile = \"pitch.csv\"\nleft = \"left\"\nright = \"right\"\n\
+         [[chart]]\nkind = \"profile\"\nfile = \"profile.csv\"\nalong = \"roll\"\nright = \"right\"\n\
+         evaluation = [\"{:.9} mm\", \"{:.9} mm\"]\nrelief_from = \"{:.9} mm\"\nactive = [\"{:.9} mm\", \"{:.9} mm\"]\n",
+        from + 2.0,
+        from + 16.0,
+        from + 2.0,
+        from,
+        from + 16.0
+    );
+    let file = put(folder.path(), "ring.toml", &text);
+    let found = document(&["measure", &file, "--json"]);
+    let value = |name: &str| {
+        let list = found["deviations"].as_array().unwrap();
+        let row = list
+            .iter()
+            .find(|d| d["name"] == name && d["predicted"] == false);
+        row.unwrap_or_else(|| panic!("{name}"))["value_um"]
+            .as_f64()
+            .unwrap()
+    };
+    for row in found["deviations"].as_array().unwrap() {
+        if row["name"] == "Esn" {
+            assert!(
+                (row["value_um"].as_f64().unwrap() + 60.0).abs() < 1e-3,
+                "{row}"
+            );
+            let how = row["found"].as_str().unwrap();
+            assert!(
+                how.contains("spaces") || how.contains("between balls"),
+                "{how}"
+            );
+        }
+    }
+    assert!((value("fe") - 5.0).abs() < 1e-6, "{}", value("fe"));
+    assert!((value("Ca") - 6.0).abs() < 1e-6);
+    assert!((value("fHa") + 8.0).abs() < 1e-6, "{}", value("fHa"));
+}
+
+/// Readings longer than any gear are refused with their place.
+#[test]
+fn refuses_readings_beyond_any_gear() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows: String = (0..18)
+        .map(|i| format!("{}e308\n", if i % 2 == 0 { 1 } else { -1 }))
+        .collect();
+    put(folder.path(), "p.csv", &format!("left [m]\n{rows}"));
+    for kind in [
+        "kind = \"pitch\"\nmethod = \"index\"\nleft = \"left\"",
+        "kind = \"runout\"\ncolumn = \"left\"",
+        "kind = \"base_pitch\"\nleft = \"left\"",
+    ] {
+        let text = format!(
+            "title = \"g\"\n[measured_gear]\nteeth = 18\nmodule = \"3 mm\"\n[[chart]]\nfile = \"p.csv\"\n{kind}\n"
+        );
+        let file = put(folder.path(), "g.toml", &text);
+        let (code, message) = command::refusal(&["measure", &file]);
+        assert_eq!(code, "out-of-range", "{message}");
+        assert!(message.contains("reading 1"), "{message}");
     }
 }

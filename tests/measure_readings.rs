@@ -235,7 +235,7 @@ fn law_trace_uncertainty_is_the_scatter() {
         .collect();
     let u = 0.2;
     let line = |r: &[f64]| trace::line(&along, r, (1.0, 9.0), 11.0, Some(u)).unwrap();
-    let relief = |r: &[f64]| trace::tip_relief(&along, r, (1.0, 9.0), Some(u)).unwrap();
+    let relief = |r: &[f64]| trace::tip_relief(&along, r, (1.0, 9.0), false, Some(u)).unwrap();
     let stated = line(&design);
     for (found, stated) in [
         (
@@ -321,6 +321,7 @@ fn spur(teeth: u32, module: f64, shift: f64) -> Involute {
         pressure_angle: 20f64.to_radians(),
         helix: 0.0,
         profile_shift: shift,
+        internal: false,
     }
 }
 
@@ -412,4 +413,123 @@ fn refuses_gauges_that_do_not_fit() {
     assert!(wrong.hint.unwrap().contains("unit"));
     let none = Way::Span(3).thickness(&gear, f64::NAN, None).unwrap_err();
     assert_eq!(none.code, Code::NotANumber);
+}
+
+fn ring(teeth: u32, module: f64, shift: f64) -> Involute {
+    Involute {
+        internal: true,
+        ..spur(teeth, module, shift)
+    }
+}
+
+/// Between pins of 1.7 mm on an internal spur gear of 40 teeth, module 1 (Kohara Gear Industry, Gear technical reference, internal spur
+/// gears: 37.5951 mm).
+#[test]
+fn ref_between_pins() {
+    let gear = ring(40, 1.0, 0.0);
+    near(gear.over_balls(1.7, gear.thickness()), 37.5951, 5e-5);
+    let found = Way::Balls(1.7).nominal(&gear).unwrap();
+    near(found.size, 37.5951, 5e-5);
+}
+
+/// What gauges read on an internal gear, found from points of its flanks: the tooth's half angle grows outward, `ψ = s/d − inv α + inv α_r`.
+#[test]
+fn exact_gauges_on_internal_flanks() {
+    for (teeth, shift) in [(40, 0.0), (41, 0.3), (77, -0.2)] {
+        let gear = ring(teeth, 3.0, shift);
+        let s = gear.thickness() - 0.08;
+        let (d, base) = (gear.diameter(), gear.base_diameter());
+        let tau = TAU;
+        let alpha = gear.transverse_angle();
+        let half_tooth = |r: f64| s / d - inv(alpha) + inv((0.5 * base / r).acos());
+        let half_space = |r: f64| tau / 2.0 / f64::from(teeth) - half_tooth(r);
+        let radii = |f: &dyn Fn(f64) -> f64| -> f64 {
+            (1..200_000)
+                .map(|i| f(0.5 * base + 2.0 * 3.0 * 2.2 * f64::from(i) / 200_000.0))
+                .fold(f64::INFINITY, f64::min)
+        };
+        // A ball on the axis of a space: the distance from its centre to the flank is its radius.
+        let ball = 1.65 * 3.0;
+        let over = gear.over_balls(ball, s);
+        let centre = 0.5 * (over + ball)
+            / match teeth % 2 {
+                0 => 1.0,
+                _ => (tau / 4.0 / f64::from(teeth)).cos(),
+            };
+        let away = |r: f64| {
+            let at = half_space(r);
+            (r * at.cos() - centre).hypot(r * at.sin())
+        };
+        near(radii(&away), 0.5 * ball, 1e-7);
+        near(gear.thickness_under_balls(ball, over), s, 1e-9);
+        // A span over k spaces: along a tangent of the base circle, from the flank of the first space to that of the last.
+        let k = gear.teeth_to_span();
+        let inside = 0.5 * f64::from(k - 1) * tau / f64::from(teeth);
+        let span = gear.span(k, s);
+        let r = (0.5 * base).hypot(0.5 * span);
+        // The middle of the spaces lies on the axis; the tangent is across it, and touches the flank where it is that wide.
+        near(r * (inside + half_space(r)).sin(), 0.5 * span, 1e-9);
+        near(r, 0.5 * d + 3.0 * -shift, 3.0);
+        // Chords, seen from the tip, which lies inward.
+        let tip = d - 2.0 * 3.0;
+        let (chord, height) = gear.chord(tip, s);
+        near(chord, d * half_tooth(0.5 * d).sin(), 1e-12);
+        near(
+            height,
+            0.5 * d * half_tooth(0.5 * d).cos() - 0.5 * tip,
+            1e-12,
+        );
+        // The constant chord lies on the flank, and the flank's normal there passes the pitch point.
+        let (chord, height) = gear.constant_chord(tip, s);
+        let y = 0.5 * tip + height;
+        let r = (0.5 * chord).hypot(y);
+        let normal = (0.5 * d - y) / (0.5 * chord);
+        near(normal, gear.pressure_angle.tan(), 1e-12);
+        near((0.5 * chord / y).atan(), half_tooth(r), 1e-12);
+    }
+}
+
+/// Every way tells the same thinning of an internal gear, which their readings were made from exactly.
+#[test]
+fn law_every_way_tells_the_thickness_of_a_ring() {
+    let gear = ring(61, 3e-3, 0.2);
+    let thin = -90e-6;
+    let s = gear.thickness() + thin;
+    let tip = gear.diameter() - 2.0 * gear.module;
+    let (k, ball) = (gear.teeth_to_span(), 1.7 * gear.module);
+    for (way, reading, tolerance) in [
+        (Way::Span(k), gear.span(k, s), 1e-15),
+        (Way::Balls(ball), gear.over_balls(ball, s), 1e-13),
+        (Way::Chord(tip), gear.chord(tip, s).0, 2e-8),
+        (
+            Way::ConstantChord(tip),
+            gear.constant_chord(tip, s).0,
+            1e-15,
+        ),
+    ] {
+        let found = way.thickness(&gear, reading, Some(1e-6)).unwrap();
+        near(found.value, thin, tolerance);
+        let moved = way.thickness(&gear, reading + 1e-6, None).unwrap();
+        near(found.std.unwrap(), (moved.value - found.value).abs(), 2e-9);
+    }
+    // Thinner teeth leave more between the balls and over the spaces.
+    assert!(gear.span(k, s) > gear.span(k, gear.thickness()));
+    assert!(gear.over_balls(ball, s) > gear.over_balls(ball, gear.thickness()));
+    let helical = Involute { helix: 0.2, ..gear };
+    let refused = Way::Span(k).nominal(&helical).unwrap_err();
+    assert!(refused.hint.unwrap().contains("balls"));
+    assert!(Way::Balls(ball).nominal(&helical).is_ok());
+    let outside = Way::Chord(gear.diameter() + 6e-3)
+        .nominal(&gear)
+        .unwrap_err();
+    assert!(outside.hint.unwrap().contains("below"));
+}
+
+/// The tip of an internal gear is where the roll is shortest.
+#[test]
+fn exact_relief_of_an_internal_tip() {
+    let along: Vec<f64> = (0..=20).map(|i| 10.0 + 0.5 * f64::from(i)).collect();
+    let trace: Vec<f64> = along.iter().map(|x| -4e-3 * (12.0 - x).max(0.0)).collect();
+    let found = trace::tip_relief(&along, &trace, (12.0, 20.0), true, None).unwrap();
+    near(found.value, 8e-3, 1e-15);
 }

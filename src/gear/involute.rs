@@ -1,10 +1,14 @@
-//! Involute cylindrical gears, external: `r_b = r cos α_t`, `s_n = m (π/2 + 2x tan α_n)`, `inv α = tan α − α`.
+//! Involute cylindrical gears: `r_b = r cos α_t`, `s_n = m (π/2 + 2x tan α_n)`, `inv α = tan α − α`.
+//!
+//! Of an internal gear the space is the tooth of an external gear as thick as the space is wide, `e_n = π m − s_n`: what is measured in
+//! spaces goes by its formulas. A positive profile shift makes the tooth of either thicker (ISO 21771; books that count it outward have
+//! the other sign for internal gears). Tooth numbers are positive for both.
 //!
 //! Lengths in m, angles in rad; module and profile shift in the normal section, as ISO 21771 has them.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// An involute cylindrical gear with external teeth.
+/// An involute cylindrical gear.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Involute {
     /// Number of teeth.
@@ -15,8 +19,10 @@ pub struct Involute {
     pub pressure_angle: f64,
     /// Helix angle at the reference cylinder, rad, its sign without meaning here.
     pub helix: f64,
-    /// Profile shift coefficient.
+    /// Profile shift coefficient, positive where it makes the tooth thicker.
     pub profile_shift: f64,
+    /// Teeth point inward.
+    pub internal: bool,
 }
 
 /// Below this, angles and tangents go by their power series, whose first term left out is then below 1e-16 of the sum.
@@ -103,15 +109,35 @@ impl Involute {
         0.5 * ((diameter - self.base_diameter()) * (diameter + self.base_diameter())).sqrt()
     }
 
-    /// Span W over `k` teeth for a normal thickness at the reference cylinder.
+    /// Width of the space where the tooth has a thickness, both normal at the reference cylinder.
+    fn space(&self, thickness: f64) -> f64 {
+        PI * self.module - thickness
+    }
+
+    /// The external gear whose tooth fills a space of this internal one.
+    fn void(&self) -> Involute {
+        Involute {
+            internal: false,
+            profile_shift: -self.profile_shift,
+            ..*self
+        }
+    }
+
+    /// Span W over `k` teeth, of an internal gear over `k` spaces, for a normal thickness at the reference cylinder.
     pub fn span(&self, k: u32, thickness: f64) -> f64 {
+        if self.internal {
+            return self.void().span(k, self.space(thickness));
+        }
         let pitches = PI * (f64::from(k) - 1.0) * self.module;
         let base = f64::from(self.teeth) * inv(self.transverse_angle()) * self.module;
         (pitches + base + thickness) * self.pressure_angle.cos()
     }
 
-    /// The number of teeth to span so that the anvils touch near the middle of the flanks.
+    /// The number of teeth, of an internal gear spaces, to span so that the anvils touch near the middle of the flanks.
     pub fn teeth_to_span(&self) -> u32 {
+        if self.internal {
+            return self.void().teeth_to_span();
+        }
         let z = f64::from(self.teeth);
         let shift = self.profile_shift / z;
         let (sine, cosine) = self.helix.sin_cos();
@@ -123,48 +149,68 @@ impl Involute {
         k.round().clamp(1.0, z) as u32
     }
 
-    /// Dimension over two balls (pins where the helix is zero) of a diameter, for a normal thickness; NaN where the ball falls through.
+    /// Dimension over two balls (pins where the helix is zero) of a diameter, of an internal gear between them, for a normal thickness;
+    /// NaN where the ball falls through.
     pub fn over_balls(&self, ball: f64, thickness: f64) -> f64 {
-        let z = f64::from(self.teeth);
-        let involute = inv(self.transverse_angle())
-            + (ball / self.pressure_angle.cos() + thickness) / (z * self.module)
-            - PI / z;
-        let centres = self.base_diameter() / inverse_inv(involute).cos();
-        let across = if self.teeth.is_multiple_of(2) {
-            1.0
-        } else {
-            (FRAC_PI_2 / z).cos()
+        let whole = f64::from(self.teeth) * self.module;
+        let wide = ball / self.pressure_angle.cos() - self.space(thickness);
+        // The ball touches flanks that bulge toward it, or inside ones that are hollow.
+        let (beyond, half) = match self.internal {
+            false => (wide, 0.5 * ball),
+            true => (-wide, -0.5 * ball),
         };
-        centres * across + ball
+        let involute = inv(self.transverse_angle()) + beyond / whole;
+        let centres = self.base_diameter() / inverse_inv(involute).cos();
+        centres * self.across() + 2.0 * half
     }
 
-    /// The normal thickness at which the dimension over two balls is `over`; NaN where the balls would lie inside the base circle.
+    /// Two spaces lie across from each other, of an odd number of teeth not quite.
+    fn across(&self) -> f64 {
+        match self.teeth.is_multiple_of(2) {
+            true => 1.0,
+            false => (FRAC_PI_2 / f64::from(self.teeth)).cos(),
+        }
+    }
+
+    /// The normal thickness at which the dimension over two balls (between them) is `over`; NaN where the balls would lie inside the base
+    /// circle.
     pub fn thickness_under_balls(&self, ball: f64, over: f64) -> f64 {
-        let z = f64::from(self.teeth);
-        let across = if self.teeth.is_multiple_of(2) {
-            1.0
-        } else {
-            (FRAC_PI_2 / z).cos()
+        let (sense, centres) = match self.internal {
+            false => (1.0, over - ball),
+            true => (-1.0, over + ball),
         };
-        let involute = inv((self.base_diameter() * across / (over - ball)).acos());
-        (involute - inv(self.transverse_angle()) + PI / z) * z * self.module
-            - ball / self.pressure_angle.cos()
+        let involute = inv((self.base_diameter() * self.across() / centres).acos());
+        let beyond =
+            (involute - inv(self.transverse_angle())) * f64::from(self.teeth) * self.module;
+        sense * beyond - ball / self.pressure_angle.cos() + PI * self.module
+    }
+
+    /// How far the teeth reach from the reference cylinder to a tip cylinder.
+    fn addendum(&self, tip_diameter: f64) -> f64 {
+        let outward = 0.5 * (tip_diameter - self.diameter());
+        if self.internal { -outward } else { outward }
     }
 
     /// Chordal thickness at the reference cylinder, and its height below a tip cylinder: on the equivalent gear of z/cos³β teeth.
     pub fn chord(&self, tip_diameter: f64, thickness: f64) -> (f64, f64) {
         let virtual_diameter = f64::from(self.teeth) * self.module / self.helix.cos().powi(3);
         let half = thickness / virtual_diameter;
-        let addendum = 0.5 * (tip_diameter - self.diameter());
         let rise = 0.5 * virtual_diameter * (1.0 - half.cos());
-        (virtual_diameter * half.sin(), addendum + rise)
+        // The chord lies inside its arc: on an internal gear nearer to the tip.
+        let rise = if self.internal { -rise } else { rise };
+        (
+            virtual_diameter * half.sin(),
+            self.addendum(tip_diameter) + rise,
+        )
     }
 
     /// Constant chord, where the basic rack touches, and its height below a tip cylinder: independent of the number of teeth.
     pub fn constant_chord(&self, tip_diameter: f64, thickness: f64) -> (f64, f64) {
         let (sine, cosine) = self.pressure_angle.sin_cos();
         let chord = thickness * cosine * cosine;
-        let addendum = 0.5 * (tip_diameter - self.diameter());
-        (chord, addendum - 0.5 * thickness * sine * cosine)
+        (
+            chord,
+            self.addendum(tip_diameter) - 0.5 * thickness * sine * cosine,
+        )
     }
 }

@@ -196,10 +196,21 @@ fn verdict(gear: &MeasuredGear, answer: &Answer) -> String {
                 .to_string()
         })
         .collect();
-    text += &match (answer.within(), out.is_empty()) {
-        (None, _) => "nothing is held against a limit\n".to_string(),
-        (_, true) => "within what was asked\n".to_string(),
-        (_, false) => format!("OUT of what was asked: {}\n", out.join(", ")),
+    let all = measured().count();
+    let held = measured().filter(|row| row.limits.is_some()).count();
+    text += &match (held, out.is_empty()) {
+        (0, _) => "nothing is held against a limit\n".to_string(),
+        (_, true) => format!("{held} of {all} values have a limit, all within it\n"),
+        (_, false) => format!(
+            "OUT of what was asked: {} ({held} of {all} values have a limit)\n",
+            out.join(", ")
+        ),
     };
+    // Of what was asked by a standard, not of an allowance of thickness.
+    let by_grade = measured().filter(|row| row.asked.is_some()).count();
+    if gear.demand.is_some() && by_grade == 0 {
+        text +=
+            &format!("{by} gives none of these values a limit: the grade asked is not judged\n");
+    }
     text
 }

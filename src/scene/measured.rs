@@ -171,7 +171,8 @@ pub fn read(source: &Arc<Source>) -> Result<MeasuredGear, Errors> {
     );
     let gear = one(&mut f, "measured_gear", gear);
     f.need("measured_gear");
-    let charts = each(&mut f, "chart", chart);
+    let internal = (gear.as_ref().and_then(Option::as_ref)).is_some_and(|g| g.gear.internal);
+    let charts = each(&mut f, "chart", |f| chart(f, internal));
     if charts.is_empty() {
         let hint = "write [[chart]] with its kind, its file and its columns";
         f.refuse_key(Code::MissingKey, "chart", "nothing is measured", hint);
@@ -232,6 +233,7 @@ fn gear(f: &mut Fields) -> Option<Described> {
     let pressure_angle = f.optional_quantity("pressure_angle", Kind::Angle, steep);
     let lean = Range::Between(-80f64.to_radians(), 80f64.to_radians(), "within ±80 deg");
     let helix = f.optional_quantity("helix", Kind::Angle, lean);
+    let internal = f.flag("internal");
     let shift = f.optional_number("profile_shift", Range::Between(-3.0, 3.0, "within ±3"));
     let mut positive = |key: &str| f.optional_quantity(key, Kind::Length, Range::Positive);
     let (face_width, tip_diameter) = (positive("face_width"), positive("tip_diameter"));
@@ -255,6 +257,7 @@ fn gear(f: &mut Fields) -> Option<Described> {
             pressure_angle: pressure_angle.unwrap_or(20f64.to_radians()),
             helix: helix.unwrap_or(0.0),
             profile_shift: shift.unwrap_or(0.0),
+            internal,
         },
         face_width,
         tip_diameter,
@@ -332,7 +335,7 @@ enum Word {
     SingleFlank,
 }
 
-fn chart(f: &mut Fields) -> Option<Chart> {
+fn chart(f: &mut Fields, internal: bool) -> Option<Chart> {
     let errors = f.notes.errors.len();
     let words = [
         ("pitch", Word::Pitch),
@@ -357,7 +360,7 @@ fn chart(f: &mut Fields) -> Option<Chart> {
     }
     let unit = f.optional_text("unit").map(str::to_string);
     let std = f.optional_quantity("uncertainty", Kind::Length, Range::NotNegative);
-    let kind = word.map(|word| kind(f, word));
+    let kind = word.map(|word| kind(f, word, internal));
     let place = f.place.clone();
     (f.notes.errors.len() == errors).then_some(())?;
     Some(Chart {
@@ -381,7 +384,7 @@ fn names(f: &mut Fields, key: &str) -> Vec<String> {
     }
 }
 
-fn kind(f: &mut Fields, word: Word) -> ChartKind {
+fn kind(f: &mut Fields, word: Word, internal: bool) -> ChartKind {
     match word {
         Word::Pitch => {
             let methods = [("comparator", Method::Comparator), ("index", Method::Index)];
@@ -392,8 +395,8 @@ fn kind(f: &mut Fields, word: Word) -> ChartKind {
                 k: f.optional_count("k", 2, MOST_TEETH),
             }
         }
-        Word::Profile => ChartKind::Trace(trace(f, true)),
-        Word::Helix => ChartKind::Trace(trace(f, false)),
+        Word::Profile => ChartKind::Trace(trace(f, true, internal)),
+        Word::Helix => ChartKind::Trace(trace(f, false, internal)),
         Word::Runout => ChartKind::Runout,
         Word::BasePitch => ChartKind::BasePitch,
         Word::Span => ChartKind::Span {
@@ -416,7 +419,7 @@ fn kind(f: &mut Fields, word: Word) -> ChartKind {
     }
 }
 
-fn trace(f: &mut Fields, is_profile: bool) -> TraceChart {
+fn trace(f: &mut Fields, is_profile: bool, internal: bool) -> TraceChart {
     let along = f.optional_text("along").map(str::to_string);
     f.need("along");
     let along_unit = f.optional_text("along_unit").map(str::to_string);
@@ -441,7 +444,9 @@ fn trace(f: &mut Fields, is_profile: bool) -> TraceChart {
     if let (Some(amount), Some([from, to])) = (crowning, ends) {
         design.push(Modification::Crowning { from, to, amount });
     }
-    if let (Some(amount), Some(from), Some([_, to])) = (tip, relief_from, ends) {
+    if let (Some(amount), Some(from), Some([low, high])) = (tip, relief_from, ends) {
+        // With the length of roll one comes to the tip last, of an internal gear first.
+        let to = if is_profile && internal { low } else { high };
         design.push(Modification::Relief { from, to, amount });
     }
     let wanting = (crowning.is_some() || tip.is_some()) && ends.is_none();

@@ -4,7 +4,7 @@ use crate::base::fields::Fields;
 use crate::base::toml::{Item, Table, Value};
 
 /// Every table under `[[key]]`.
-pub fn each<T>(f: &mut Fields, key: &str, read: fn(&mut Fields) -> T) -> Vec<T> {
+pub fn each<T>(f: &mut Fields, key: &str, read: impl Fn(&mut Fields) -> T) -> Vec<T> {
     let takes = format!("tables: write [[{key}]] above each");
     let Some(item) = f.item(key, takes.as_str()) else {
         return Vec::new();
@@ -16,7 +16,7 @@ pub fn each<T>(f: &mut Fields, key: &str, read: fn(&mut Fields) -> T) -> Vec<T> 
     let mut all = Vec::new();
     for item in list {
         match &item.value {
-            Value::Table(table) => all.push(inner(f, table, item, &header, read)),
+            Value::Table(table) => all.push(inner(f, table, item, &header, &read)),
             _ => {
                 f.wrong_type::<()>(key, item, &takes);
             }
@@ -40,7 +40,7 @@ fn inner<T>(
     table: &Table,
     item: &Item,
     header: &str,
-    read: fn(&mut Fields) -> T,
+    read: impl Fn(&mut Fields) -> T,
 ) -> T {
     let mut fields = Fields::new(table, item.place.clone(), header, f.notes);
     let value = read(&mut fields);

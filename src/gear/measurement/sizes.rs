@@ -1,7 +1,7 @@
 //! Tooth thickness, however it was measured, as one deviation `E_sn = s_n − s_n,nominal` at the reference cylinder, where the nominal
 //! tooth leaves no backlash.
 //!
-//! Sensitivities `ds_n` by span `dW/cos α_n`, by balls `dM sin α_M cos β_b/(c cos α_t)` (here from the exact inverse), by chord
+//! Sensitivities `ds_n` (of internal gears by span `−dW/cos α_n`) by span `dW/cos α_n`, by balls `dM sin α_M cos β_b/(c cos α_t)` (here from the exact inverse), by chord
 //! `ds̄/cos ψ`, by constant chord `ds̄_c/cos² α_n`.
 
 use super::super::involute::Involute;
@@ -12,9 +12,9 @@ use crate::base::error::Error;
 /// How tooth thickness was measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Way {
-    /// Span over so many teeth.
+    /// Span over so many teeth, of an internal gear over so many spaces.
     Span(u32),
-    /// Over two balls, or pins, of a diameter.
+    /// Over two balls, or pins, of a diameter; of an internal gear between them.
     Balls(f64),
     /// Chord at the reference cylinder, set below a tip cylinder of this diameter.
     Chord(f64),
@@ -51,6 +51,8 @@ impl Way {
             }
         };
         let sensible = match self {
+            // Anvils are flat: the hollow flanks of an internal helical gear they touch at their edges.
+            Way::Span(_) if gear.internal && gear.helix != 0.0 => false,
             Way::Span(k) => k >= 1 && k <= gear.teeth && self.touches(gear, size),
             _ => size.is_finite() && size > 0.0 && height.is_none_or(|h| h > 0.0),
         };
@@ -69,6 +71,14 @@ impl Way {
 
     fn refusal(self, gear: &Involute) -> Error {
         let (what, hint) = match self {
+            Way::Span(_) if gear.internal && gear.helix != 0.0 => (
+                "an internal helical gear has no span".to_string(),
+                "measure between balls: kind = \"balls\"".to_string(),
+            ),
+            Way::Span(k) if gear.internal => (
+                format!("a span over {k} spaces does not touch the flanks of this gear"),
+                format!("over {} spaces it does", gear.teeth_to_span()),
+            ),
             Way::Span(k) => (
                 format!("a span over {k} teeth does not touch the flanks of this gear"),
                 format!("over {} teeth it does", gear.teeth_to_span()),
@@ -82,7 +92,11 @@ impl Way {
             ),
             Way::Chord(_) | Way::ConstantChord(_) => (
                 "the tip cylinder leaves no height for the chord".to_string(),
-                "give `tip_diameter`, above the reference diameter".to_string(),
+                match gear.internal {
+                    false => "give `tip_diameter`, above the reference diameter",
+                    true => "give `tip_diameter`, below the reference diameter",
+                }
+                .to_string(),
             ),
         };
         Error::new(Code::OutOfRange, what).hint(hint)
@@ -117,7 +131,8 @@ impl Way {
         let (value, gain) = match self {
             Way::Span(_) => {
                 let gain = 1.0 / gear.pressure_angle.cos();
-                (less * gain, gain)
+                let sense = if gear.internal { -1.0 } else { 1.0 };
+                (sense * less * gain, gain)
             }
             Way::ConstantChord(_) => {
                 let gain = gear.pressure_angle.cos().powi(-2);
@@ -134,7 +149,7 @@ impl Way {
                 // The inverse is smooth; a step of a millionth of a module leaves ten digits of its slope's leading ones.
                 let step = 1e-6 * gear.module;
                 let slope = (at(reading + step) - at(reading - step)) / (2.0 * step);
-                (at(reading), slope)
+                (at(reading), slope.abs())
             }
         };
         match value.is_finite() {

@@ -178,7 +178,8 @@ pub fn filtered(along: &[f64], deviation: &[f64], cutoff: f64) -> Result<Vec<f64
     Ok((0..n).map(mean).collect())
 }
 
-/// How much a trace's last point falls short of the line through the points below the relief.
+/// How much a trace falls short, at the tip, of the line through the points of a range: at its last point, of an internal gear at its
+/// first.
 ///
 /// # Errors
 /// Those of [`line()`].
@@ -186,13 +187,14 @@ pub fn tip_relief(
     along: &[f64],
     deviation: &[f64],
     range: (f64, f64),
+    internal: bool,
     std: Option<f64>,
 ) -> Result<Estimate, Error> {
     let line = line(along, deviation, range, range.1 - range.0, std)?;
-    let last = along.len() - 1;
-    let gain = (1.0 + line.pull(along[last], along[last])).sqrt();
+    let tip = if internal { 0 } else { along.len() - 1 };
+    let gain = (1.0 + line.pull(along[tip], along[tip])).sqrt();
     Ok(Estimate::new(
-        line.at(along[last]) - deviation[last],
+        line.at(along[tip]) - deviation[tip],
         gain,
         std,
     ))
@@ -215,7 +217,9 @@ fn check(along: &[f64], deviation: &[f64]) -> Result<(), Error> {
             Code::OutOfRange,
             format!("places of the trace do not rise at point {}", i + 2),
         )
-        .hint("a profile runs from root to tip, a helix from one face to the other")),
+        .hint(
+            "a profile runs outward, with the length of roll; a helix from one face to the other",
+        )),
     }
 }
 

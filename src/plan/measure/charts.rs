@@ -103,10 +103,20 @@ impl Evaluation<'_> {
             ChartKind::BasePitch => self.base_pitch(chart),
             ChartKind::Span { k } => {
                 let k = k.unwrap_or_else(|| self.gear.gear.teeth_to_span());
-                self.thickness(chart, Way::Span(k), &format!("span over {k} teeth"))
+                let over = if self.gear.gear.internal {
+                    "spaces"
+                } else {
+                    "teeth"
+                };
+                self.thickness(chart, Way::Span(k), &format!("span over {k} {over}"))
             }
             ChartKind::Balls { diameter } => {
-                let what = format!("over balls of {:.3} mm", 1e3 * diameter);
+                let where_ = if self.gear.gear.internal {
+                    "between"
+                } else {
+                    "over"
+                };
+                let what = format!("{where_} balls of {:.3} mm", 1e3 * diameter);
                 self.thickness(chart, Way::Balls(*diameter), &what)
             }
             ChartKind::Chord => {
@@ -296,16 +306,21 @@ impl Evaluation<'_> {
                     Some(cutoff) => trace::filtered(&along, &plain, cutoff).map_err(in_column)?,
                     None => plain,
                 };
-                let line =
+                let mut line =
                     trace::line(&along, &plain, (from, to), reach, chart.std).map_err(in_column)?;
+                let inward = how.is_profile && self.gear.gear.internal;
+                if inward {
+                    // The slope rises toward the tip, and that is where the roll is shortest.
+                    line.slope = line.slope.times(-1.0);
+                }
                 if let Some(begins) = how.relief_from {
-                    let relief = trace::tip_relief(
-                        &along,
-                        &column.values,
-                        (from.max(ends[0]), begins),
-                        chart.std,
-                    )
-                    .map_err(|e| e.at(&chart.place))?;
+                    let straight = match inward {
+                        false => (from.max(ends[0]), begins),
+                        true => (begins, to.min(ends[1])),
+                    };
+                    let relief =
+                        trace::tip_relief(&along, &column.values, straight, inward, chart.std)
+                            .map_err(|e| e.at(&chart.place))?;
                     reliefs.push(relief);
                 }
                 traces.push((column.name, column.values, line));

@@ -12,6 +12,9 @@ use crate::recording::settings::Settings;
 use crate::recording::settle::no_channel;
 use crate::scene::measured::Chart;
 
+/// No reading of a gear is longer, m.
+const LONGEST: f64 = 1000.0;
+
 /// Files already read, by path.
 #[derive(Default)]
 pub struct Files(Vec<(std::path::PathBuf, Raw)>);
@@ -88,6 +91,21 @@ impl Files {
                 .label(format!("column \"{}\" of {file}", channel.name))
         })?;
         values.iter_mut().for_each(|x| *x *= factor);
+        if let Some(at) = values
+            .iter()
+            .position(|x| x.is_finite() && x.abs() > LONGEST)
+        {
+            let message = format!(
+                "reading {} of column \"{}\" is {:.1e} m",
+                at + 1,
+                channel.name,
+                values[at]
+            );
+            return Err(Error::new(Code::OutOfRange, message)
+                .at(&chart.place)
+                .hint("no gear is that large: look at the column's unit, and whether it is the right one")
+                .into());
+        }
         Ok(Column {
             name: channel.name.clone(),
             values,

@@ -31,7 +31,7 @@ pub fn predict(evaluation: &mut Evaluation) -> Result<(), String> {
         let Some((pitches, profile)) = charts_of(&evaluation.out.drawn, side) else {
             continue;
         };
-        match predicted(side, pitches, &profile, base_pitch, cosine) {
+        match predicted(side, gear.internal, pitches, &profile, base_pitch, cosine) {
             Ok(record) => records.push((side, record)),
             Err(error) => why = Some(error.message),
         }
@@ -102,10 +102,12 @@ fn charts_of(drawn: &[Drawn], wanted: Side) -> Option<(&Pitches, Profiles)> {
     Some((pitches, profiles))
 }
 
-/// The record along the reference circle. A flank that stands further on is surplus on a right flank and want on a left one; right
-/// flanks come into mesh, from root to tip, in falling order.
+/// The record along the reference circle. Right flanks come into mesh, the length of roll rising, in falling order. A flank that stands
+/// further on is surplus on a right flank and want on a left one; of an internal gear, whose right flanks face the other way, it is
+/// the other way round.
 fn predicted(
     side: Side,
+    internal: bool,
     pitches: &Pitches,
     profile: &Profiles,
     base_pitch: f64,
@@ -122,12 +124,13 @@ fn predicted(
         }
     };
     let mut places: Vec<f64> = pitches.places();
-    match side {
-        Side::Right => {
-            places.reverse();
-            profiles.reverse();
-        }
-        _ => places.iter_mut().for_each(|x| *x = -*x),
+    let is_right = side == Side::Right;
+    if is_right {
+        places.reverse();
+        profiles.reverse();
+    }
+    if is_right == internal {
+        places.iter_mut().for_each(|x| *x = -*x);
     }
     places.iter_mut().for_each(|x| *x *= cosine);
     let flanks = Flanks {
