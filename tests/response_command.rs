@@ -278,6 +278,72 @@ fn exact_critical_speed_of_a_mesh() {
         (first["declared"].as_bool(), first["amplitude"].as_f64()),
         (Some(true), Some(2.5e-6))
     );
+    // and nothing else has a size then; without any declared error all have the assumed one.
+    assert_eq!(declared["assumed_amplitude_m"], Value::Null);
+    let excitations = declared["excitations"].as_array().unwrap();
+    for (k, e) in excitations.iter().enumerate() {
+        let is_declared = e["declared"].as_bool().unwrap();
+        assert_eq!(e["amplitude"].is_null(), !is_declared, "{e}");
+        let column = &declared["outputs"][0]["by_excitation"][k];
+        assert_eq!(column.is_null(), !is_declared);
+    }
+    assert!(excitations.iter().any(|e| e["declared"] == false));
+    assert_eq!(found["assumed_amplitude_m"], 1e-6);
+    let said = |more: &[&str]| {
+        let asked = [
+            "response",
+            "examples/backlash_jumps.toml",
+            "--run-up",
+            "0:6000:4",
+        ];
+        String::from_utf8(geardyn(&[&asked[..], more].concat()).stdout).unwrap()
+    };
+    assert!(said(&[]).contains("the driver is free"), "{}", said(&[]));
+    let held = said(&["--hold", "pinion.theta"]);
+    assert!(held.contains("pinion.theta is held"), "{held}");
+}
+
+/// Pictures have lines on every peak's circle, however far apart the lines asked for are; the CSV keeps to these.
+#[test]
+fn exact_pictures_follow_narrow_peaks() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let (svg, csv) = (file("bode.svg"), file("lines.csv"));
+    let asked = [
+        "response",
+        "models/y2250.toml",
+        "--input",
+        "motor.theta",
+        "--output",
+        "work_spindle.theta",
+        "--band",
+        "1:200",
+        "--lines",
+        "21",
+        "--svg",
+        &svg,
+        "--csv",
+        &csv,
+    ];
+    assert_eq!(geardyn(&asked).status.code(), Some(0));
+    assert_eq!(std::fs::read_to_string(&csv).unwrap().lines().count(), 22);
+    let points = |path: &str| {
+        let text = std::fs::read_to_string(path).unwrap();
+        let longest = text
+            .split("<path")
+            .map(|p| p.split("/>").next().unwrap_or(""));
+        let longest = longest.chain(
+            text.split("<polyline")
+                .map(|p| p.split("/>").next().unwrap_or("")),
+        );
+        longest
+            .map(|p| p.matches(',').count().max(p.matches('L').count()))
+            .max()
+            .unwrap()
+    };
+    for picture in [svg.clone(), file("bode-nyquist.svg")] {
+        assert!(points(&picture) > 100, "{picture}: {}", points(&picture));
+    }
 }
 
 #[test]
@@ -395,4 +461,35 @@ fn law_run_up_together_is_the_most() {
     let total = found["outputs"][0]["total"].as_array().unwrap();
     let grid = total.iter().filter_map(|t| t.as_f64()).fold(0.0, f64::max);
     assert!(most["value"].as_f64().unwrap() > grid);
+}
+
+/// Stiffness, damping and errors beyond reason end with a word, not in an overflow.
+#[test]
+fn survives_extreme_pairs() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let (model, svg) = (file("pair.toml"), file("pair.svg"));
+    let pair = |k: &str, ratio: &str, error: &str| {
+        format!(
+            "title = \"pair\"\nsource = \"made up\"\nunits = \"SI\"\ninertia = [{{ name = \"a\", J = 0.004 }}, {{ name = \"b\", J = 0.5 }}]\n\
+             gear_pair = [{{ name = \"mesh\", between = [\"a\", \"b\"], teeth = [21, 64], module = 0.003, k = {k}, damping_ratio = {ratio} }}]\n\
+             error = [{{ on = \"b\", cause = \"eccentricity\", amplitude = {error} }}]\n[speed]\na = 6.0\n"
+        )
+    };
+    for (text, run_up, balance) in [
+        (pair("1e300", "0.05", "1e-5"), 3, 3),
+        (pair("1e-300", "0.05", "1e-5"), 0, 0),
+        (pair("2.8e8", "1e300", "1e-5"), 3, 3),
+        (pair("2.8e8", "0.05", "1e300"), 2, 2),
+        (pair("2.8e8", "0.05", "nan"), 2, 2),
+    ] {
+        std::fs::write(&model, text).unwrap();
+        let shown = geardyn(&["response", &model, "--run-up", "0:3000:7", "--svg", &svg]);
+        let said = String::from_utf8_lossy(&shown.stderr).to_string();
+        assert_eq!(shown.status.code(), Some(run_up), "{said}");
+        let asked = ["--harmonic-balance", "100:3000:20", "--output", "b.theta"];
+        let shown = geardyn(&[&["response", &model][..], &asked].concat());
+        let said = String::from_utf8_lossy(&shown.stderr).to_string();
+        assert_eq!(shown.status.code(), Some(balance), "{said}");
+    }
 }

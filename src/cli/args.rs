@@ -761,7 +761,7 @@ pub struct ResponseArgs {
     #[arg(long, value_enum, value_name = "METHOD")]
     pub method: Option<ResponseWayWord>,
     /// Answers to all orders over speed instead: meshes with sidebands, eccentricities, declared errors; speeds of the first node of
-    /// `[speed]` (rpm where bare). Where no amplitude is declared, 1 µm is taken
+    /// `[speed]` (rpm where bare). Amplitudes are those of declared errors; where none is declared, 1 µm is assumed of every order
     #[arg(long, value_name = "A:B:POINTS", allow_hyphen_values = true, conflicts_with_all = ["input", "band", "lines", "kind", "speed", "method", "harmonic_balance"])]
     pub run_up: Option<String>,
     /// Periodic motions over speed instead, with play, friction and varying stiffness: a balance of orders followed by arc length;

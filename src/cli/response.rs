@@ -22,7 +22,7 @@ pub fn run(args: &ResponseArgs) -> Result<u8, Errors> {
     let scene = scene::read(&args.scene)?;
     let study = asked(args, &scene)?;
     check_outputs(args, &scene)?;
-    let found = Linear::new(&scene, &study)?;
+    let found = Linear::new(&scene, &study, args.svg.is_some())?;
     let mut written = Vec::new();
     let mut put = |path: &Path, text: &str| -> Result<(), Error> {
         output::write(path, text.as_bytes())?;
@@ -55,13 +55,13 @@ pub struct Linear {
 }
 
 impl Linear {
-    /// Prepares and solves.
+    /// Prepares and solves; `drawn`: pictures are wanted.
     ///
     /// # Errors
     /// Whatever is wrong with the machine, the study or the solution.
-    pub fn new(scene: &Scene, study: &ResponseStudy) -> Result<Linear, Error> {
+    pub fn new(scene: &Scene, study: &ResponseStudy, drawn: bool) -> Result<Linear, Error> {
         let prepared = Prepared::new(&scene.model)?;
-        let answer = run::run(&prepared, study)?;
+        let answer = run::run(&prepared, study, drawn)?;
         Ok(Linear { prepared, answer })
     }
 

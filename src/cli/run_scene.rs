@@ -67,7 +67,7 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
             ),
             StudyKind::Response(study) => (
                 "response",
-                Linear::new(&scene, study).map(|found| Done {
+                Linear::new(&scene, study, false).map(|found| Done {
                     text: found.text(),
                     json: found.json(&scene),
                     epilogue: found.epilogue(),

@@ -16,6 +16,8 @@ pub struct Curve {
     pub unit: String,
     /// Measured values by line.
     pub measured: Vec<Complex>,
+    /// They were computed on lines that follow the curve: drawn as a line.
+    pub computed: bool,
     /// Fitted values by line.
     pub fitted: Option<Vec<Complex>>,
     /// Coherence by line.
@@ -252,6 +254,12 @@ pub fn nyquist(shown: &Bode) -> String {
                     .map(|z| panel.at(z.re, z.im))
                     .collect();
                 canvas.path(&points, ink, 1.0, Stroke::Solid);
+            }
+            if curve.computed {
+                let known = curve.measured.iter().filter(|z| z.is_finite());
+                let points: Vec<_> = known.map(|z| panel.at(z.re, z.im)).collect();
+                canvas.path(&points, ink, 1.2, Stroke::Solid);
+                continue;
             }
             // Points closer together than their own size are one.
             let (mut last, radius) = ((f64::NAN, f64::NAN), 1.1);

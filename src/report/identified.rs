@@ -221,6 +221,7 @@ pub fn curves(found: &Identification, title: &str) -> Option<Bode> {
         unit: unit(f),
         measured: lines.iter().map(|&k| f.value[k]).collect(),
         fitted: fitted(i),
+        computed: false,
         coherence: f
             .coherence
             .as_ref()

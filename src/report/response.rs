@@ -120,7 +120,8 @@ pub fn pictures(title: &str, answer: &Answer) -> (String, String) {
     let curve = |pair: &Pair| Curve {
         label: format!("{} by {}", pair.output, pair.input),
         unit: pair.unit.clone(),
-        measured: pair.value.clone(),
+        measured: pair.drawn.clone(),
+        computed: true,
         ..Curve::default()
     };
     let unit = answer.pairs.first().map(|pair| &pair.unit);
@@ -137,7 +138,7 @@ pub fn pictures(title: &str, answer: &Answer) -> (String, String) {
     modes.dedup_by(|a, b| (*a - *b).abs() < 2e-3 * *a);
     let shown = Bode {
         title: title.to_string(),
-        frequency_hz: answer.frequency_hz.clone(),
+        frequency_hz: answer.drawn_hz.clone(),
         curves: alike.map(curve).collect(),
         modes_hz: modes,
     };

@@ -12,6 +12,7 @@ use crate::base::place::Source;
 use crate::machine::parts::Machine;
 use crate::plan::response::run_up::Answer;
 use crate::plan::stages::Verdict;
+use crate::response::excitation::Excitation;
 
 /// The document.
 pub fn json(sources: &[Arc<Source>], machine: &Machine, answer: &Answer) -> Value {
@@ -33,9 +34,12 @@ pub fn json(sources: &[Arc<Source>], machine: &Machine, answer: &Answer) -> Valu
     json!({
         "geardyn": header(sources, &trace),
         "node": answer.node,
+        "assumed_amplitude_m": answer.assumed,
+        "held": answer.held,
         "speed_rpm": answer.speeds.iter().map(|&s| rpm(s)).collect::<Vec<_>>(),
         "excitations": answer.excitations.iter().map(|e| json!({
-            "order": e.fraction, "value": e.order, "source": e.source, "amplitude": e.amplitude, "declared": e.declared,
+            "order": e.fraction, "value": e.order, "source": e.source,
+            "amplitude": (e.declared || answer.assumed.is_some()).then_some(e.amplitude), "declared": e.declared,
             "branches": e.branches.iter().map(|b| machine.branch_name(b.0)).collect::<Vec<_>>(),
         })).collect::<Vec<_>>(),
         "outputs": answer.outputs.iter().enumerate().map(output).collect::<Vec<_>>(),
@@ -56,7 +60,7 @@ pub fn csv(answer: &Answer) -> String {
     let mut head = vec!["speed [rpm]".to_string()];
     for (name, unit) in &answer.outputs {
         head.push(super::csv::quoted(&format!("{name} together [{unit}]")));
-        for e in &answer.excitations {
+        for (_, e) in sized(answer) {
             head.push(super::csv::quoted(&format!(
                 "{name} by {} ({}) [{unit}]",
                 e.source, e.fraction
@@ -68,13 +72,19 @@ pub fn csv(answer: &Answer) -> String {
         text += &format!("{}", rpm(speed));
         for output in 0..answer.outputs.len() {
             text += &format!(",{}", answer.total(output, at));
-            for amplitudes in &answer.amplitudes[output] {
+            for amplitudes in answer.amplitudes[output].iter().flatten() {
                 text += &format!(",{}", amplitudes[at]);
             }
         }
         text.push('\n');
     }
     text
+}
+
+/// Excitations that have a size, with their numbers.
+fn sized(answer: &Answer) -> impl Iterator<Item = (usize, &Excitation)> {
+    let all = answer.excitations.iter().enumerate();
+    all.filter(|(number, _)| answer.has_size(*number))
 }
 
 /// Rows of a map by frequency.
@@ -107,12 +117,12 @@ pub fn picture(title: &str, answer: &Answer) -> String {
         let [before, after] = [at.saturating_sub(1), (at + 1).min(answer.speeds.len() - 1)];
         let ends =
             [before, after].map(|other| 0.5 * (answer.speeds[at] + answer.speeds[other]).abs());
-        for (number, e) in answer.excitations.iter().enumerate() {
+        for (number, e) in sized(answer) {
             let line = |speed: f64| (e.order * speed / TAU / step) as usize;
             let (low, high) = (line(ends[0].min(ends[1])), line(ends[0].max(ends[1])));
-            if let Some(table) = answer.amplitudes.first() {
-                let cells = row.iter_mut().take(high + 1).skip(low);
-                cells.for_each(|cell| *cell += table[number][at].powi(2));
+            if let Some(Some(column)) = answer.amplitudes.first().map(|t| &t[number]) {
+                let cells = row.iter_mut().take(high.saturating_add(1)).skip(low);
+                cells.for_each(|cell| *cell += column[at].powi(2));
             }
         }
         row

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::harmonic_balance::{rpm, scaled};
-use super::number::{brief, significant};
+use super::number::{brief, significant, with_minus_signs};
 use super::table::{finish, plain, right_but_last};
 use crate::base::words::counted;
 use crate::machine::parts::Machine;
@@ -18,7 +18,14 @@ pub fn table(machine: &Machine, answer: &Answer) -> String {
         .outputs
         .first()
         .map_or(("", ""), |(n, u)| (n.as_str(), *u));
-    let mut text = String::new();
+    let mut text = driver(answer);
+    text += &match answer.assumed {
+        Some(size) => format!(
+            "no error is declared: every order has an assumed amplitude of {} µm, and answers go with it\n",
+            brief(1e6 * size)
+        ),
+        None => "orders have the amplitudes of the errors declared; where none is, only the critical speed is told\n".to_string(),
+    };
     for ((name, unit), &(speed, total)) in answer.outputs.iter().zip(&answer.most) {
         let (factor, unit) = scaled(total, unit);
         text += &format!(
@@ -57,9 +64,12 @@ pub fn table(machine: &Machine, answer: &Answer) -> String {
             significant(rpm(c.speed)),
             significant(c.omega / TAU),
             e.fraction.clone(),
-            c.amplitude
-                .map_or("infinite".to_string(), |a| brief(factor * a)),
-            format!("{}{}", e.source, if e.declared { "" } else { " *" }),
+            match c.amplitude {
+                Some(size) => brief(factor * size),
+                None if !answer.has_size(c.excitation) => "not declared".to_string(),
+                None => "infinite".to_string(),
+            },
+            e.source.clone(),
             c.danger.map_or("–".to_string(), |(element, share)| {
                 format!(
                     "{} ({:.0} %)",
@@ -77,12 +87,23 @@ pub fn table(machine: &Machine, answer: &Answer) -> String {
             answer.critical.len() - ROWS
         );
     }
-    if answer
-        .critical
-        .iter()
-        .any(|c| !answer.excitations[c.excitation].declared)
-    {
-        text += "* no amplitude declared: 1 µm is taken\n";
+    with_minus_signs(&text)
+}
+
+/// Whether the driver's angle is prescribed or answers.
+fn driver(answer: &Answer) -> String {
+    match &answer.held[..] {
+        [] => format!(
+            "run-up of {}: nothing is held, the driver is free and answers the orders too (--hold {} prescribes its angle)\n",
+            answer.node, answer.node
+        ),
+        held => format!(
+            "run-up of {}: {} held, answering nothing\n",
+            answer.node,
+            match held {
+                [one] => format!("{one} is"),
+                many => format!("{} are", many.join(", ")),
+            }
+        ),
     }
-    text
 }

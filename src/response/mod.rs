@@ -21,6 +21,9 @@ pub mod frequency;
 /// Peaks of a response.
 pub mod peaks;
 
+/// The course of responses for pictures.
+pub mod course;
+
 /// Strongly nonlinear steady motions over speed.
 pub mod harmonic;
 

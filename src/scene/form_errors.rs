@@ -24,6 +24,9 @@ const COARSEST: u32 = 12;
 /// A tilt of a coupling's ends against each other.
 const TILT: Range = Range::Within(0.0, 1.0, "at least 0 and below 1 rad");
 
+/// A size: no gear errs by a metre, no coupling by a radian.
+const SIZE: Range = Range::Within(0.0, 1.0, "at least 0 and below 1 m, of a coupling 1 rad");
+
 /// Keys that say how large an error is.
 const SIZES: [&str; 6] = ["amplitude", "amplitudes", "values", "file", "tilt", "grade"];
 
@@ -60,7 +63,12 @@ pub fn form_error(f: &mut Fields) -> FormError {
     let size = match given.first().copied().unwrap_or("amplitude") {
         "amplitudes" => listed(f, cause, kind),
         "values" => {
-            let values = f.optional_quantities("values", kind, Range::Any, None);
+            let values = f.optional_quantities(
+                "values",
+                kind,
+                Range::Between(-1.0, 1.0, "within ±1 m, of a coupling ±1 rad"),
+                None,
+            );
             table(f, "values", values.unwrap_or_default())
         }
         "file" => {
@@ -90,7 +98,7 @@ pub fn form_error(f: &mut Fields) -> FormError {
 
 /// One harmonic.
 fn single(f: &mut Fields, cause: Cause, kind: Kind, phase: f64) -> ErrorSize {
-    let amplitude = f.quantity("amplitude", kind, Range::NotNegative);
+    let amplitude = f.quantity("amplitude", kind, SIZE);
     f.exclusive("order", "harmonic");
     let order = f.optional_count("order", 1, HIGHEST);
     let harmonic = f.optional_count("harmonic", 1, HIGHEST_OF_MESH);
@@ -116,7 +124,7 @@ fn single(f: &mut Fields, cause: Cause, kind: Kind, phase: f64) -> ErrorSize {
 /// Several harmonics: `amplitudes`, with `orders` or `harmonics` and perhaps `phases`.
 fn listed(f: &mut Fields, cause: Cause, kind: Kind) -> ErrorSize {
     let amplitudes = f
-        .optional_quantities("amplitudes", kind, Range::NotNegative, None)
+        .optional_quantities("amplitudes", kind, SIZE, None)
         .unwrap_or_default();
     let n = amplitudes.len();
     let phases = f.optional_quantities("phases", Kind::Angle, Range::Any, Some(n));

@@ -1,5 +1,6 @@
 //! Runs a frequency response: lines, peaks between them, and what is strained there.
 
+use std::f64::consts::TAU;
 use std::time::Instant;
 
 use super::choice::{self, Choice};
@@ -10,6 +11,7 @@ use crate::modes::basis::{self, Solver as BasisSolver};
 use crate::numeric::Complex;
 use crate::plan::prepared::Prepared;
 use crate::plan::stages::Verdict;
+use crate::response::course::course;
 use crate::response::direct::Direct;
 use crate::response::frequency::{Effort, How, Solver};
 use crate::response::peaks::{self, Peak};
@@ -23,6 +25,8 @@ pub struct Answer {
     pub frequency_hz: Vec<f64>,
     /// Of every input and output.
     pub pairs: Vec<Pair>,
+    /// Frequencies of the pictures' lines, Hz: closer where the curves need it; empty unless pictures are wanted.
+    pub drawn_hz: Vec<f64>,
     /// Why it was found so.
     pub choice: Choice,
     /// How it was found.
@@ -45,6 +49,8 @@ pub struct Pair {
     pub unit: String,
     /// By line.
     pub value: Vec<Complex>,
+    /// By line of the pictures.
+    pub drawn: Vec<Complex>,
     /// At 0 Hz, where that exists and is not zero.
     pub at_rest: Option<f64>,
     /// Peaks, ascending.
@@ -59,11 +65,11 @@ pub struct Strained {
     pub mostly: Option<(usize, f64)>,
 }
 
-/// Runs a study.
+/// Runs a study; `drawn`: pictures are wanted of it.
 ///
 /// # Errors
 /// What is missing in the study; names that do not exist; those of the solution.
-pub fn run(prepared: &Prepared, study: &ResponseStudy) -> Result<Answer, Error> {
+pub fn run(prepared: &Prepared, study: &ResponseStudy, drawn: bool) -> Result<Answer, Error> {
     let start = Instant::now();
     let Some((from, to)) = study.band else {
         return Err(
@@ -146,6 +152,7 @@ pub fn run(prepared: &Prepared, study: &ResponseStudy) -> Result<Answer, Error> 
             pairs.push(Pair {
                 input: input.name.clone(),
                 output: output.name.clone(),
+                drawn: Vec::new(),
                 unit: per(output.unit, input.unit),
                 at_rest: at_rest.filter(|h| *h > ROUNDING * largest),
                 value,
@@ -154,6 +161,15 @@ pub fn run(prepared: &Prepared, study: &ResponseStudy) -> Result<Answer, Error> 
                     .map(strained)
                     .collect::<Result<_, Error>>()?,
             });
+        }
+    }
+    let mut drawn_hz = Vec::new();
+    if drawn {
+        let course = course(&omega, values, &widths(&pairs), |w| solver.at(w));
+        drawn_hz = course.omega.iter().map(|w| w / TAU).collect();
+        for (k, pair) in pairs.iter_mut().enumerate() {
+            let (i, o) = (k / ports.outputs.len(), k % ports.outputs.len());
+            pair.drawn = course.values.iter().map(|h| h[(o, i)]).collect();
         }
     }
     let mut warnings = prepared.warnings();
@@ -165,7 +181,8 @@ pub fn run(prepared: &Prepared, study: &ResponseStudy) -> Result<Answer, Error> 
         });
     }
     Ok(Answer {
-        frequency_hz: omega.iter().map(|w| w / std::f64::consts::TAU).collect(),
+        frequency_hz: omega.iter().map(|w| w / TAU).collect(),
+        drawn_hz,
         pairs,
         how: solver.how(),
         effort: Effort {
@@ -176,6 +193,21 @@ pub fn run(prepared: &Prepared, study: &ResponseStudy) -> Result<Answer, Error> 
         choice,
         warnings,
     })
+}
+
+/// Places and half-power widths of all peaks, rad/s; where a neighbour hides the width, a hundredth of the place.
+fn widths(pairs: &[Pair]) -> Vec<(f64, f64)> {
+    const HIDDEN: f64 = 1e-2;
+    let all = pairs.iter().flat_map(|p| &p.peaks).map(|s| s.peak);
+    let width = |p: Peak| {
+        p.half_power
+            .map_or(HIDDEN * p.omega, |(low, high)| high - low)
+    };
+    let mut all: Vec<(f64, f64)> = all.map(|p| (p.omega, width(p))).collect();
+    // Peaks of several responses at one mode have one circle.
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    all.dedup_by(|a, b| (a.0 - b.0).abs() < 0.1 * b.1);
+    all
 }
 
 /// Of the largest value of a response: at rest less is rounding.

@@ -11,7 +11,7 @@ use crate::modes::orders::reference;
 use crate::numeric::Complex;
 use crate::plan::prepared::Prepared;
 use crate::plan::stages::Verdict;
-use crate::response::excitation::{Excitation, excitations};
+use crate::response::excitation::{Excitation, UNIT, excitations};
 use crate::response::frequency::Solver;
 use crate::response::ports::{Input, Port, Ports};
 use crate::scene::study::{ResponseStudy, RunUpStudy, SpeedRange};
@@ -24,10 +24,15 @@ pub struct Answer {
     pub node: String,
     /// Names and units of the outputs.
     pub outputs: Vec<(String, &'static str)>,
-    /// What excites.
+    /// What excites: where errors are declared those, and without a size of their own whatever else turns or meshes; where none is
+    /// declared all, of an assumed size.
     pub excitations: Vec<Excitation>,
-    /// Amplitudes by output, excitation and speed.
-    pub amplitudes: Vec<Vec<Vec<f64>>>,
+    /// The size assumed of every excitation, m, where no error is declared.
+    pub assumed: Option<f64>,
+    /// Freedoms that are held still.
+    pub held: Vec<String>,
+    /// Amplitudes by output, excitation and speed; nothing of excitations without a size.
+    pub amplitudes: Vec<Vec<Option<Vec<f64>>>>,
     /// Of every output the speed at which all excitations together are most, rad/s, and how much: of these speeds and the critical ones.
     pub most: Vec<(f64, f64)>,
     /// Critical speeds by falling answer of the first output.
@@ -51,17 +56,23 @@ pub struct Critical {
     pub omega: f64,
     /// Which excitation.
     pub excitation: usize,
-    /// The first output there; absent where nothing damps the machine: it is infinite.
+    /// The first output there; absent where nothing damps the machine, it is infinite, and where the excitation has no size.
     pub amplitude: Option<f64>,
     /// The element with the largest share of the strain energy, and the share: the branch in danger.
     pub danger: Option<(usize, f64)>,
 }
 
 impl Answer {
+    /// Whether the size of an excitation is declared, or assumed of all.
+    pub fn has_size(&self, excitation: usize) -> bool {
+        self.assumed.is_some() || self.excitations[excitation].declared
+    }
+
     /// The square root of the sum of squares over all excitations of an output at a speed: their phases are not known.
     pub fn total(&self, output: usize, speed: usize) -> f64 {
         self.amplitudes[output]
             .iter()
+            .flatten()
             .map(|a| a[speed].powi(2))
             .sum::<f64>()
             .sqrt()
@@ -85,6 +96,8 @@ struct Ready {
     excitations: Vec<Excitation>,
     left_out: usize,
     choice: Choice,
+    /// No error is declared: every excitation has the size [`UNIT`].
+    assumes: bool,
 }
 
 impl Ready {
@@ -157,6 +170,7 @@ impl Ready {
             node,
             speeds: speeds(range),
             left_out: count - excitations.len(),
+            assumes: !excitations.iter().any(|e| e.declared),
             choice: choice::choose(prepared, &asked),
             ports,
             excitations,
@@ -165,11 +179,17 @@ impl Ready {
 
     fn plan(&self, prepared: &Prepared) -> Vec<(&'static str, Verdict)> {
         let declared = self.excitations.iter().filter(|e| e.declared).count();
-        let orders = format!(
-            "{} declared, {} of 1 µm for what meshes or turns",
-            counted(declared, "excitation"),
-            self.excitations.len() - declared
-        );
+        let rest = self.excitations.len() - declared;
+        let orders = match self.assumes {
+            true => format!(
+                "no error is declared: {} of what meshes or turns, each assumed 1 µm",
+                counted(rest, "excitation")
+            ),
+            false => format!(
+                "{}; {rest} more of what meshes or turns have no declared size: only their critical speeds are told",
+                counted(declared, "declared excitation")
+            ),
+        };
         let mut rows = vec![
             ("orders", Verdict::Runs(orders)),
             (
@@ -253,21 +273,39 @@ pub fn run(prepared: &Prepared, study: &RunUpStudy) -> Result<Answer, Error> {
         .iter()
         .map(|e| weights(e, ports))
         .collect();
-    let empty = vec![vec![0.0; ready.speeds.len()]; ready.excitations.len()];
+    let has_size = |e: &Excitation| ready.assumes || e.declared;
+    let column = |e| has_size(e).then(|| vec![0.0; ready.speeds.len()]);
+    let empty: Vec<Option<Vec<f64>>> = ready.excitations.iter().map(column).collect();
     let mut amplitudes = vec![empty; ports.outputs.len()];
     for (at, &speed) in ready.speeds.iter().enumerate() {
         for (number, e) in ready.excitations.iter().enumerate() {
+            if !has_size(e) {
+                continue;
+            }
             let h = solver.at((e.order * speed).abs())?;
             for (o, table) in amplitudes.iter_mut().enumerate() {
-                table[number][at] = together(|i| h[(o, i)], &weights[number]);
+                if let Some(column) = &mut table[number] {
+                    column[at] = together(|i| h[(o, i)], &weights[number]);
+                }
             }
         }
+    }
+    let known = amplitudes.iter().flatten().flatten().flatten();
+    if let Some(beyond) = known.into_iter().find(|a| !(a.powi(2) < f64::MAX)) {
+        let message = format!("an answer of {beyond:.1e} leaves the range of numbers");
+        return Err(Error::new(Code::Overflow, message)
+            .hint("look at the units of stiffnesses, dampings and errors"));
     }
     let damped = linear.is_damped(machine);
     let critical = critical(prepared, &ready, &solver, &weights, damped)?;
     let total = |speed: f64| -> Result<Vec<f64>, Error> {
         let mut squares = vec![0.0; ports.outputs.len()];
-        for (e, own) in ready.excitations.iter().zip(&weights) {
+        for (e, own) in ready
+            .excitations
+            .iter()
+            .zip(&weights)
+            .filter(|e| has_size(e.0))
+        {
             let h = solver.at((e.order * speed).abs())?;
             for (o, sum) in squares.iter_mut().enumerate() {
                 *sum += together(|i| h[(o, i)], own).powi(2);
@@ -277,7 +315,7 @@ pub fn run(prepared: &Prepared, study: &RunUpStudy) -> Result<Answer, Error> {
     };
     let mut most: Vec<(f64, f64)> = (amplitudes.iter())
         .map(|table| {
-            let square = |at: usize| table.iter().map(|a| a[at].powi(2)).sum::<f64>();
+            let square = |at: usize| table.iter().flatten().map(|a| a[at].powi(2)).sum::<f64>();
             let all = ready.speeds.iter().enumerate();
             all.map(|(at, &speed)| (speed, square(at).sqrt()))
                 .max_by(|a, b| a.1.total_cmp(&b.1))
@@ -304,6 +342,10 @@ pub fn run(prepared: &Prepared, study: &RunUpStudy) -> Result<Answer, Error> {
     }
     Ok(Answer {
         node: machine.freedom_name(ready.node),
+        assumed: ready.assumes.then_some(UNIT),
+        held: (ports.held.iter())
+            .map(|&freedom| machine.freedom_name(freedom))
+            .collect(),
         outputs: ports
             .outputs
             .iter()
@@ -374,7 +416,7 @@ fn critical(
             energies.iter().for_each(|e| by_element[e.0] += e.1);
             let worst =
                 (0..by_element.len()).max_by(|&a, &b| by_element[a].total_cmp(&by_element[b]));
-            let amplitude = match damped {
+            let amplitude = match damped && (ready.assumes || e.declared) {
                 true => {
                     let h = solver.at(omega)?;
                     Some(together(|i| h[(0, i)], &weights[excitation]))

@@ -39,6 +39,9 @@ pub struct Piece {
     pub half: f64,
 }
 
+/// More pieces than any table has room for.
+const MOST_PIECES: f64 = 1e7;
+
 /// An instant: whole periods since the start, and what is left of it, s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Instant {
@@ -69,6 +72,13 @@ impl Grid {
         for pair in ends.windows(2) {
             let length = pair[1] - pair[0];
             let count = (length / (2.0 * half_at_most)).ceil().max(1.0);
+            if !(count <= MOST_PIECES) {
+                let message = format!(
+                    "the fastest motion, {fastest:.1e} rad/s, takes {count:.1e} pieces of a period of {period:.3e} s"
+                );
+                return Err(Error::new(Code::Hopeless, message)
+                    .hint("look at the largest stiffness and the smallest inertia and their units; make what is so stiff rigid"));
+            }
             pieces.extend((0..count as usize).map(|at| Piece {
                 middle: pair[0] + length * (at as f64 + 0.5) / count,
                 half: 0.5 * length / count,
