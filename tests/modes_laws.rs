@@ -558,7 +558,7 @@ fn refuses_contradictory_ratios() {
     let wrong = solve_model(&model(&loop_of([21, 40], "")), &plain());
     let error = wrong.map(|_| ()).unwrap_err();
     assert_eq!(error.code, Code::ContradictoryRatios);
-    for name in ["first", "second"] {
+    for name in ["`first`", "`second`", "by -1/2", "by -21/40"] {
         assert!(error.message.contains(name), "{}", error.message);
     }
     let held = solve(&loop_of([21, 40], "k = 1e8\n"), &plain());

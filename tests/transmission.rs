@@ -344,6 +344,38 @@ fn refuses_loops_that_do_not_fit() {
     assert!(error.message.contains("do not fit"), "{error}");
 }
 
+/// A loop whose ratios differ does not turn, however its meshes yield: the loop and both ratios are named.
+#[test]
+fn refuses_elastic_loops_of_other_ratios() {
+    let body = |name: &str| format!("[[inertia]]\nname = \"{name}\"\nJ = 0.1\n");
+    let pair = |name: &str, ends: &str, teeth: &str| {
+        format!(
+            "[[gear_pair]]\nname = \"{name}\"\nbetween = {ends}\nteeth = {teeth}\nmodule = 0.003\nk = 1e8\n"
+        )
+    };
+    let ends = "[\"a\", \"b\"]";
+    let two = format!(
+        "{}{}{}{}",
+        body("a"),
+        body("b"),
+        pair("first", ends, "[20, 40]"),
+        pair("second", ends, "[21, 40]")
+    );
+    let yielding =
+        format!("{two}[[error]]\non = \"b\"\ncause = \"eccentricity\"\namplitude = 1e-5\n");
+    let error = refused(&yielding, &study("a", "b"));
+    assert_eq!(error.code, Code::ContradictoryRatios, "{error}");
+    for word in ["`first`", "`second`", "-1/2", "-21/40"] {
+        assert!(error.message.contains(word), "{error}");
+    }
+    let error = geardyn::machine::kinematics::mean_speeds(
+        &written(&two).machine,
+        &written(&two).kinematics,
+        Some(1.0),
+    );
+    assert_eq!(error.unwrap_err().code, Code::ContradictoryRatios);
+}
+
 /// An idler between two gears passes its eccentricity on twice, by where its meshes stand. By hand: the driver turns forward and pushes the
 /// idler's left side up, by n₁ = (sin α, cos α); the idler turns back and pushes the third gear at ψ by n₂ = (sin α cos ψ + cos α sin ψ,
 /// sin α sin ψ − cos α cos ψ). Off its axis by d it carries the third gear on by (n₂ − n₁)·d along the line of action: in a straight row by

@@ -108,7 +108,13 @@ pub fn run(args: &TeArgs) -> Result<u8, Errors> {
     }
     if let Some(path) = &args.svg {
         let name = args.file.file_name().unwrap_or_default().to_string_lossy();
-        let picture = report::encoders_picture::record(&found, &name);
+        let title = format!(
+            "{name}: {} by {}, {}",
+            study.output.join(" and "),
+            study.input.join(" and "),
+            args.record.teeth.as_deref().unwrap_or_default()
+        );
+        let picture = report::encoders_picture::record(&found, &title);
         output::write(path, picture.as_bytes())?;
         written.push(path.display().to_string());
     }

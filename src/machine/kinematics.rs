@@ -6,6 +6,7 @@ use super::parts::{Branch, Law, Machine};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::exact::{Constraints, Outcome};
+use crate::numeric::fraction::Fraction;
 
 /// The machine's rigid joints, solved.
 #[derive(Debug, Clone)]
@@ -31,7 +32,10 @@ impl Kinematics {
             let grounded = row.len() == 1 || row.iter().any(|&(i, _)| constraints.is_held(i));
             let before = (!grounded).then(|| constraints.clone());
             if let (Outcome::Held(_), Some(before)) = (constraints.impose(row), before) {
-                return Err(contradiction(machine, index, &before));
+                let rigid = |branch: &Branch| branch.law == Law::Rigid;
+                let error = contradiction(machine, index, row, &before, &rigid);
+                return Err(error
+                    .hint("mend the tooth numbers, or give one pair of the loop a stiffness k"));
             }
         }
         let free = constraints.free();
@@ -185,54 +189,90 @@ impl Solved {
     }
 }
 
-/// Names the loop that a rigid joint closes wrongly, and by how much.
-fn contradiction(machine: &Machine, index: usize, before: &Constraints) -> Error {
+/// The first joint, rigid or elastic, that closes a loop by another ratio than the joints before it: such a loop does not turn.
+/// `joints`: branches with their directions.
+pub fn contradictory_loop(machine: &Machine, joints: &[(usize, &[(usize, f64)])]) -> Option<Error> {
+    let mut constraints = Constraints::new(machine.freedoms.len());
+    for &(index, row) in joints {
+        let grounded = row.len() == 1 || row.iter().any(|&(i, _)| constraints.is_held(i));
+        let before = (!grounded).then(|| constraints.clone());
+        if let (Outcome::Held(_), Some(before)) = (constraints.impose(row), before) {
+            let all = |branch: &Branch| match branch.law {
+                Law::Rigid => true,
+                Law::Linear { stiffness, .. } => stiffness != 0.0,
+            };
+            let error = contradiction(machine, index, row, &before, &all);
+            return Some(error.hint(
+                "mend the tooth numbers: however its joints yield, a loop whose ratios differ does not turn",
+            ));
+        }
+    }
+    None
+}
+
+/// Names the loop that a joint closes wrongly, and both ratios.
+fn contradiction(
+    machine: &Machine,
+    index: usize,
+    row: &[(usize, f64)],
+    before: &Constraints,
+    joins: &dyn Fn(&Branch) -> bool,
+) -> Error {
     let branch = &machine.branches[index];
     let name = &machine.elements[branch.element].name;
-    let mut error = match branch.direction.terms.as_slice() {
-        [(a, x), (b, y)] => {
-            let path = path(machine, index, *a, *b);
+    let message = match ratios(row, before) {
+        Some((a, b, own, others)) => {
+            let path = path(machine, index, a, b, joins);
             let through = if path.is_empty() {
                 String::new()
             } else {
                 format!(" through {}", path.join(", "))
             };
-            let others = before
-                .ratio(*b, *a)
-                .unwrap_or_else(|| "another value".to_string());
-            let own = Constraints::new(machine.freedoms.len());
-            let own = exact_ratio(own, *a, *x, *b, *y);
-            let message = format!(
-                "rigid ratios contradict each other: the loop{through} turns {} by {others} per turn of {}, `{name}` by {own}",
-                machine.freedom_name(*b),
-                machine.freedom_name(*a),
-            );
-            Error::new(Code::ContradictoryRatios, message)
+            format!(
+                "ratios contradict each other: the loop{through} turns {} by {others} per turn of {}, `{name}` by {own}",
+                machine.freedom_name(b),
+                machine.freedom_name(a),
+            )
         }
-        _ => Error::new(
-            Code::ContradictoryRatios,
-            format!("`{name}` closes a loop of rigid joints that then cannot turn at all"),
-        ),
+        None => format!("`{name}` closes a loop of joints that then cannot turn at all"),
     };
-    error = error.at(&machine.elements[branch.element].place);
-    error.hint("mend the tooth numbers, or give one pair of the loop a stiffness k")
+    Error::new(Code::ContradictoryRatios, message).at(&machine.elements[branch.element].place)
 }
 
-fn exact_ratio(mut alone: Constraints, a: usize, x: f64, b: usize, y: f64) -> String {
-    alone.impose(&[(a, x), (b, y)]);
-    alone.ratio(b, a).unwrap_or_else(|| format!("{}", -x / y))
+/// Two freedoms of a joint, the ratio of the second to the first by this joint, and by those before it.
+fn ratios(
+    row: &[(usize, f64)],
+    before: &Constraints,
+) -> Option<(usize, usize, Fraction, Fraction)> {
+    let moves = |t: &&(usize, f64)| t.1 != 0.0 && !before.is_held(t.0);
+    let &(a, _) = row.iter().find(moves)?;
+    let &(b, lead) = row.iter().rev().find(moves).filter(|t| t.0 != a)?;
+    let others = before.fraction(b, a)?;
+    let mut sum = Fraction::zero();
+    for &(other, share) in row.iter().filter(|t| t.0 != b) {
+        sum = &sum + &(&Fraction::of(share) * &before.fraction(other, a)?);
+    }
+    let own = &(&Fraction::zero() - &sum) / &Fraction::of(lead);
+    Some((a, b, own, others))
 }
 
-/// Names of the rigid two-ended elements on the shortest way from `a` to `b` that come before branch `last`.
-fn path(machine: &Machine, last: usize, a: usize, b: usize) -> Vec<String> {
-    let edges: Vec<(usize, usize, usize)> = machine.branches[..last]
-        .iter()
-        .filter(|branch| branch.law == Law::Rigid)
-        .filter_map(|branch| match branch.direction.terms.as_slice() {
-            [(i, _), (j, _)] => Some((*i, *j, branch.element)),
-            _ => None,
-        })
-        .collect();
+/// Names of the elements on the shortest way from `a` to `b` that come before branch `last`.
+fn path(
+    machine: &Machine,
+    last: usize,
+    a: usize,
+    b: usize,
+    joins: &dyn Fn(&Branch) -> bool,
+) -> Vec<String> {
+    let mut edges: Vec<(usize, usize, usize)> = Vec::new();
+    let others = machine.branches.iter().enumerate();
+    for (_, branch) in others.filter(|(k, branch)| *k != last && joins(branch)) {
+        let terms = &branch.direction.terms;
+        for (k, i) in terms.iter().enumerate() {
+            let pairs = terms[k + 1..].iter().map(|j| (i.0, j.0, branch.element));
+            edges.extend(pairs);
+        }
+    }
     let mut came: HashMap<usize, (usize, usize)> = HashMap::new();
     let mut queue = std::collections::VecDeque::from([a]);
     while let Some(here) = queue.pop_front() {
@@ -276,6 +316,16 @@ pub fn mean_speeds(
         .filter(|branch| matches!(branch.law, Law::Linear { stiffness, .. } if stiffness != 0.0));
     let motions = kinematics.free_motions(joints);
     if motions.free.is_empty() {
+        let joints: Vec<(usize, &[(usize, f64)])> = (machine.branches.iter().enumerate())
+            .filter(|(_, b)| match b.law {
+                Law::Rigid => true,
+                Law::Linear { stiffness, .. } => stiffness != 0.0,
+            })
+            .map(|(index, b)| (index, b.direction.terms.as_slice()))
+            .collect();
+        if let Some(error) = contradictory_loop(machine, &joints) {
+            return Err(error);
+        }
         let hint = "a support with k_theta, or a shaft to ground, holds it; leave the speed out";
         return Err(
             Error::new(Code::NoSpeed, "nothing of this machine can turn freely").hint(hint),

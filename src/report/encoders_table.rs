@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::encoders::{arcsec, degrees, micrometres, range, way};
-use super::number::{brief, interval, significant};
+use super::number::{brief, interval, significant, with_minus_signs};
 use super::table::{finish, plain, right_but_first, right_but_last};
 use crate::base::words::counted;
 use crate::plan::logs::attribution::Attribution;
@@ -84,7 +84,7 @@ pub fn record(found: &EncoderRecord, all: bool) -> String {
     for limit in &found.limits {
         text += &format!("\n{limit}\n");
     }
-    text
+    with_minus_signs(&text)
 }
 
 /// What an index says.

@@ -82,8 +82,11 @@ pub fn interval(low: f64, high: f64) -> String {
 
 /// One number as short as four significant digits allow: `2000`, `0.03125`, `−1.500e-7`.
 pub fn brief(x: f64) -> String {
-    if x == 0.0 || !x.is_finite() {
-        return format!("{x}");
+    if x == 0.0 {
+        return "0".to_string();
+    }
+    if !x.is_finite() {
+        return format!("{x}").replace('-', "−");
     }
     let size = x.abs().log10().floor();
     let text = match (-4.0..7.0).contains(&size) {
@@ -97,6 +100,33 @@ pub fn brief(x: f64) -> String {
         false => format!("{x:.3e}"),
     };
     text.replace('-', "−").replace("e−", "e-")
+}
+
+/// A text for people with the sign of every negative number as a minus, and none before nothing: `-40/13` becomes `−40/13`, `-0.0` becomes
+/// ` 0.0`, as wide as it was. Exponents, ranges and words keep their hyphens.
+pub fn with_minus_signs(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    let mut before = ' ';
+    let mut rest = text.chars().peekable();
+    let mut at = 0;
+    while let Some(c) = rest.next() {
+        let opens = before.is_whitespace() || matches!(before, '(' | '[' | '±' | '…');
+        let is_sign = c == '-' && opens && rest.peek().is_some_and(char::is_ascii_digit);
+        if is_sign {
+            let number = text[at + 1..].split(|d: char| !(d.is_ascii_digit() || d == '.'));
+            let digits = number.into_iter().next().unwrap_or("");
+            let next = text[at + 1 + digits.len()..].chars().next();
+            let ends =
+                next.is_none_or(|n| n.is_whitespace() || matches!(n, ',' | ';' | ')' | ']' | '%'));
+            let nothing = ends && digits.chars().all(|d| matches!(d, '0' | '.'));
+            out.push(if nothing { ' ' } else { '−' });
+        } else {
+            out.push(c);
+        }
+        before = c;
+        at += c.len_utf8();
+    }
+    out
 }
 
 /// A value with how far it may be off, to two digits of that: `26.602 ± 0.014`.
@@ -142,5 +172,24 @@ mod tests {
             column(&[0.61803398875, 1.61803398875]),
             ["0.618034", "1.618034"]
         );
+    }
+
+    #[test]
+    fn exact_minus_signs() {
+        for (text, shown) in [
+            ("a -40/13 b", "a −40/13 b"),
+            ("  -0.00  -0  0", "   0.00   0  0"),
+            ("(-3.5, -0.05)", "(−3.5, −0.05)"),
+            (
+                "-1.5e-7 teeth 30-37 --lines -x",
+                "−1.5e-7 teeth 30-37 --lines -x",
+            ),
+            ("-0.0001e-3 ± -2", "−0.0001e-3 ± −2"),
+            ("", ""),
+            ("−-5 µ-6", "−-5 µ-6"),
+        ] {
+            assert_eq!(with_minus_signs(text), shown);
+        }
+        assert_eq!([-0.0, f64::NEG_INFINITY].map(brief), ["0", "−inf"]);
     }
 }

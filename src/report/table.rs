@@ -4,7 +4,7 @@ use comfy_table::presets::NOTHING;
 use comfy_table::{CellAlignment, ContentArrangement, Table};
 
 use super::campbell;
-use super::number::{column, percent, significant};
+use super::number::{column, percent, significant, with_minus_signs};
 use super::words::mostly_in;
 use crate::machine::parts::Machine;
 use crate::modes::campbell::Campbell;
@@ -319,10 +319,9 @@ pub(super) fn right_but_first(table: &mut Table) {
     }
 }
 
-/// The table's text without blanks at line ends.
+/// The table's text with minus signs and without blanks at line ends.
 pub(super) fn finish(table: &Table) -> String {
-    table
-        .to_string()
+    with_minus_signs(&table.to_string())
         .lines()
         .map(|line| line.trim_end().to_string() + "\n")
         .collect()

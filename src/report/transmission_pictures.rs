@@ -24,6 +24,7 @@ const COUNTS: f64 = 1e-9;
 
 /// Every picture with the word its file name ends in.
 pub fn all(title: &str, machine: &Machine, answer: &Answer) -> Vec<(&'static str, String)> {
+    let title = &titled(title, machine, answer);
     let mut all = vec![
         ("", lines(title, machine, answer)),
         ("budget", budget(title, answer, Unit::of(machine, answer))),
@@ -32,6 +33,23 @@ pub fn all(title: &str, machine: &Machine, answer: &Answer) -> Vec<(&'static str
         all.push(("speeds", speeds(title, machine, answer, map)));
     }
     all
+}
+
+/// The model and whose error is shown: `Y2250: work_spindle driven by motor`.
+fn titled(title: &str, machine: &Machine, answer: &Answer) -> String {
+    const LONGEST: usize = 120;
+    let name = |freedom: usize| machine.nodes[machine.freedoms[freedom].node].name.as_str();
+    let ends = &answer.chain.ends;
+    let against = ends
+        .against
+        .map_or(String::new(), |a| format!(", against {}", name(a)));
+    let whose = format!(
+        "{} driven by {}{against}",
+        name(ends.output),
+        name(ends.driver)
+    );
+    let room = LONGEST.saturating_sub(whose.chars().count() + 2).max(20);
+    format!("{}: {whose}", shortened(title, room))
 }
 
 /// Rows by falling amplitude, those without one left out.
@@ -218,7 +236,13 @@ fn budget(title: &str, answer: &Answer, unit: Unit) -> String {
     })
 }
 
-/// What speed makes of the largest line of each order, in dB of what it is slowly.
+/// The node whose speed counts.
+fn whose_speed(machine: &Machine) -> &str {
+    let stated = machine.speeds.first().map(|s| machine.freedoms[s.0].node);
+    stated.map_or("the driver", |node| machine.nodes[node].name.as_str())
+}
+
+/// What speed makes of the largest line of each order, in dB of what it is slowly; beside the names how large it is slowly and at most.
 fn speeds(title: &str, machine: &Machine, answer: &Answer, map: &Map) -> String {
     const ROW: f64 = 17.0;
     const TOP: f64 = 52.0;
@@ -228,6 +252,12 @@ fn speeds(title: &str, machine: &Machine, answer: &Answer, map: &Map) -> String 
     let groups = orders(answer, |k| if still(k) { most(k) } else { 0.0 });
     let shown: Vec<usize> = groups.iter().map(|group| group[0]).collect();
     let height = TOP + ROW * shown.len() as f64;
+    let unit = Unit::of(machine, answer);
+    let sizes = |k: usize| {
+        let (slow, most) = (answer.rows[k].loaded.norm(), map.largest[k].1);
+        let [slow, most] = [slow, most].map(|x| brief(x * unit.times));
+        format!("{slow} slowly, {most} at most")
+    };
     let level = |k: usize, s: usize| {
         20.0 * (map.amplitudes[k][s] / answer.rows[k].loaded.norm().max(f64::MIN_POSITIVE)).log10()
     };
@@ -243,13 +273,21 @@ fn speeds(title: &str, machine: &Machine, answer: &Answer, map: &Map) -> String 
         let scale = (-most.min(40.0), most.min(40.0));
         let names: Vec<String> = shown
             .iter()
-            .map(|&k| shortened(&of_row(machine, &answer.rows[k]), 40))
+            .map(|&k| {
+                format!(
+                    "{}   {}",
+                    shortened(&of_row(machine, &answer.rows[k]), 40),
+                    sizes(k)
+                )
+            })
             .collect();
+        let head = format!("order: source, cause, {} at the output", unit.name);
         let left = 16.0
             + names
                 .iter()
                 .map(|name| width_of(name, 9.0))
                 .fold(60.0, f64::max);
+        canvas.text(&head, (left - 6.0, TOP - 9.0), 9.0, GREY, Anchor::End);
         let rpm: Vec<f64> = map
             .speeds
             .iter()
@@ -295,7 +333,7 @@ fn speeds(title: &str, machine: &Machine, answer: &Answer, map: &Map) -> String 
         }
         let middle = 0.5 * (left + RIGHT);
         canvas.text(
-            "speed, rpm",
+            &format!("speed of {}, rpm", whose_speed(machine)),
             (middle, height + 34.0),
             SMALL,
             BLACK,

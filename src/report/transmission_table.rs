@@ -1,6 +1,6 @@
 //! Transmission error of a chain as tables for a terminal.
 
-use super::number::{brief, percent, significant};
+use super::number::{brief, percent, significant, with_minus_signs};
 use super::table::{finish, plain};
 use super::transmission::{Unit, cause, phase, source, test};
 use crate::base::words::counted;
@@ -146,7 +146,7 @@ pub fn table(machine: &Machine, answer: &Answer, all: bool) -> String {
     text += &assumed(machine);
     text += &coincidences(machine, answer, &shown);
     text += &sums(answer, unit);
-    text
+    with_minus_signs(&text)
 }
 
 /// Amplitudes that were assumed from grades.

@@ -6,6 +6,7 @@
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::machine::direction::Direction;
+use crate::machine::kinematics::contradictory_loop;
 use crate::machine::operating::{ContactState, Operating};
 use crate::machine::parts::{Law, Machine};
 use crate::modes::orders::stated_joints;
@@ -223,6 +224,14 @@ fn counted_by(machine: &Machine, output: usize) -> Result<usize, Error> {
 fn apart(machine: &Machine, operating: &Operating, one: usize, other: usize) -> Error {
     let [one, other] = [one, other].map(|freedom| machine.freedom_name(freedom));
     let open = (operating.contacts.iter()).find(|contact| contact.1 == ContactState::Open);
+    if open.is_none() {
+        let joints: Vec<(usize, &[(usize, f64)])> = (0..machine.branches.len())
+            .filter_map(|b| Some((b, carried(machine, operating, b)?.terms.as_slice())))
+            .collect();
+        if let Some(error) = contradictory_loop(machine, &joints) {
+            return error;
+        }
+    }
     let (message, hint) = match open {
         Some(&(branch, ..)) => (
             format!(
