@@ -18,7 +18,7 @@ use crate::machine::operating::Operating;
 use crate::machine::parts::{self, Grip, Machine};
 use crate::modes::basis::{self, Solver};
 use crate::modes::equations::{Case, Equations};
-use crate::numeric::{Matrix, definite};
+use crate::numeric::Matrix;
 use crate::scene::laws::{self, Course, Friction, History, PhaseOf};
 
 /// What all parts of the assembly look at.
@@ -174,20 +174,7 @@ impl Site<'_> {
                 }
             }
         }
-        // Of the coordinates that have inertia; the others are taken out before anything is divided by it.
-        let light = &self.linear.massless;
-        let heavy: Vec<usize> = (0..n).filter(|j| !light.contains(j)).collect();
-        let m = heavy.len();
-        let block = Matrix::from_fn(m, m, |i, j| matrix[(heavy[i], heavy[j])]);
-        definite::cholesky(&block)?;
-        let inner = definite::solve(&block, &Matrix::identity(m, m))?;
-        let mut inverse = Matrix::zeros(n, n);
-        for (a, &i) in heavy.iter().enumerate() {
-            for (b, &j) in heavy.iter().enumerate() {
-                inverse[(i, j)] = inner[(a, b)];
-            }
-        }
-        Ok(Mass::Full { matrix, inverse })
+        Mass::full(matrix)
     }
 
     /// K₀ and C₀: gyroscopic and centrifugal terms at the mean speeds, modal damping.

@@ -17,6 +17,12 @@ use crate::base::error::Error;
 /// Rounding of a border's value and of the coefficients made from it, in units of ε and its size.
 const ROUNDING: f64 = 256.0 * f64::EPSILON;
 
+/// A place that moves by more than this, relative to the largest, has jumped: it is no rounding of a switch located.
+const JUMP: f64 = 1e-9;
+
+/// Looks at how contacts stand where places jump.
+const LOOKS: usize = 20;
+
 /// Where a border is crossed.
 struct Crossing {
     border: Border,
@@ -49,20 +55,21 @@ where
 {
     check(ask, train.len())?;
     let mut samples = Samples::new(ask, sink);
+    let (regime, y) = train.settled(ask.from, &ask.start)?;
     let mut way = Way {
         train,
         basis: Basis::new()?,
-        regime: train.regime(ask.from, &ask.start),
-        spans: spans(train, ask.from, &ask.start),
+        spans: spans(train, ask.from, &y),
+        regime,
         entered: vec![false; train.branches.len()],
         effort: Effort::default(),
         t: ask.from,
-        y: ask.start.clone(),
+        y,
     };
     let mut sample = way.y.clone();
     while samples.due().is_some() && way.t < ask.to {
         let stop = next_stop(|t| train.next_break(t), way.t, ask.to);
-        way.enter_stretch(stop);
+        way.enter_stretch(stop)?;
         way.give(&mut samples, &mut sample)?;
         stepper.restart();
         let mut standing = 0;
@@ -85,7 +92,7 @@ where
                 if standing > 20 + 4 * train.branches.len() {
                     return Err(way.chatters(border, y));
                 }
-                way.switch(border);
+                way.switch(border)?;
                 stepper.restart();
             }
             if way.t < stop {
@@ -106,7 +113,7 @@ impl Way<'_> {
     }
 
     /// The pieces known beforehand, up to the next known break.
-    fn enter_stretch(&mut self, stop: f64) {
+    fn enter_stretch(&mut self, stop: f64) -> Result<(), Error> {
         let middle = self.t + 0.5 * (stop - self.t);
         let train = self.train;
         let drives = train.drives.len();
@@ -136,7 +143,7 @@ impl Way<'_> {
                 self.stand_anew(at);
             }
         }
-        self.settle();
+        self.settle()
     }
 
     /// One step, to `stop` at most, and the border it ends on.
@@ -239,7 +246,7 @@ impl Way<'_> {
     }
 
     /// Goes to the other side of a border.
-    fn switch(&mut self, border: Border) {
+    fn switch(&mut self, border: Border) -> Result<(), Error> {
         let n = self.train.n();
         let branch = border.branch(&self.spans);
         self.entered[branch] = true;
@@ -284,7 +291,7 @@ impl Way<'_> {
                 }
             }
         }
-        self.settle();
+        self.settle()
     }
 
     /// How a contact stands after its stiffness or its e has jumped.
@@ -303,12 +310,35 @@ impl Way<'_> {
         }
     }
 
-    /// Lets overloaded pairs slide.
-    fn settle(&mut self) {
+    /// Lets overloaded pairs slide, and what has no inertia take its place.
+    fn settle(&mut self) -> Result<(), Error> {
         let before = self.regime.sticking().len();
         self.train.let_slip(&mut self.regime, self.t, &self.y);
         let after = self.regime.sticking().len();
         self.effort.events += (before - after) as u64;
+        if self.train.has_light() {
+            self.place_light()?;
+        }
+        Ok(())
+    }
+
+    /// Where places jump, contacts may stand otherwise there.
+    fn place_light(&mut self) -> Result<(), Error> {
+        let n = self.train.n();
+        for _ in 0..LOOKS {
+            let y = self.train.consistent(&self.regime, self.t, &self.y)?;
+            let size = y[..n].iter().fold(0.0f64, |m, x| m.max(x.abs()));
+            let places = y[..n].iter().zip(&self.y[..n]);
+            let jumps = places.fold(0.0f64, |m, (a, b)| m.max((a - b).abs())) > JUMP * size;
+            self.y = y;
+            if !jumps {
+                break;
+            }
+            for branch in 0..self.train.branches.len() {
+                self.stand_anew(branch);
+            }
+        }
+        Ok(())
     }
 
     /// Takes the last rounding of a rate from pairs that have come to rest: `v ← v − M⁻¹Wᵀ(W M⁻¹Wᵀ)⁻¹ (W v − ė)`.

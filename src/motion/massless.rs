@@ -6,6 +6,7 @@
 //! springs, one spring and damper in series, `1/ΣK` and `ΣC/ΣK²` along `Σ (Kᵢ − Cᵢ ΣK/ΣC) xᵢ`. No step subtracts stiffness.
 
 use super::combination::Combination;
+use super::light;
 use super::pressing::unpressed;
 use super::signal::Signal;
 use super::train::{Branch, Drive, Law, Mass, Train};
@@ -58,37 +59,80 @@ pub fn condense(
     let mut drives = whole.drives.clone();
     let mut followers = Vec::new();
     let mut left: Vec<usize> = massless.to_vec();
+    let mut stay: Vec<usize> = Vec::new();
     while !left.is_empty() {
         // Where all dampers are one share of the springs nothing is remembered, and neighbours may be massless too.
         let plain = left.iter().position(|&z| share(&branches, z).is_some());
         let z = left.remove(plain.unwrap_or(0));
-        let name = &whole.coordinates[z];
-        let (joined, apart): (Vec<_>, Vec<_>) =
-            branches.into_iter().partition(|(_, b)| touches(b, z));
-        branches = apart;
-        let hindered = |what: &str| hindered(name, what).at(&where_is(z));
-        let joined = joined.into_iter().map(|(_, b)| b).collect();
-        let star = Star::new(z, joined).map_err(|what| hindered(&what))?;
-        if let Some((k, c)) = &whole.general
-            && (0..whole.n()).any(|j| k[(z, j)] != 0.0 || c[(z, j)] != 0.0)
-        {
-            return Err(hindered("gyroscopic terms or modal damping"));
-        }
-        let (pulls, others): (Vec<Drive>, Vec<Drive>) = drives
-            .into_iter()
-            .partition(|d| d.direction.terms.iter().any(|t| t.0 == z));
-        drives = others;
-        for pull in &pulls {
-            if star.lags() && !is_steady(&pull.signal) {
-                return Err(hindered("a load that changes, beside dampers,"));
+        let joined = || branches.iter().map(|(_, b)| b).filter(|b| touches(b, z));
+        match reduce(&whole, z, joined().cloned().collect(), &drives, &left) {
+            Ok(reduced) => {
+                branches.retain(|(_, b)| !touches(b, z));
+                branches.extend(reduced.mesh.into_iter().map(|b| (None, b)));
+                drives = reduced.drives;
+                followers.push(reduced.follower);
             }
-            drives.push(star.shared(pull));
+            Err(_) if joined().all(light::may_stay) && !is_general(&whole, z) => stay.push(z),
+            Err(error) => return Err(error.at(&where_is(z))),
         }
-        followers.push(star.follower(&pulls));
-        let mesh = star.mesh(&left).map_err(|e| e.at(&where_is(z)))?;
-        branches.extend(mesh.into_iter().map(|b| (None, b)));
     }
-    finished(whole, massless, branches, drives, &followers)
+    let taken: Vec<usize> = followers.iter().map(|f| f.at).collect();
+    let condensed = finished(whole, &taken, branches, drives, &followers)?;
+    if let Err(floats) = condensed.train.index_one() {
+        let name = &condensed.train.coordinates[floats];
+        let message = format!(
+            "{name} has no inertia, and neither a spring nor a damper holds it while contacts beside it are open: its equations are of higher index"
+        );
+        return Err(Error::new(Code::Conflict, message)
+            .at(&where_is(condensed.kept[floats]))
+            .hint("give the node its inertia, however small, or a spring that holds it"));
+    }
+    Ok(condensed)
+}
+
+/// What stands for a coordinate without inertia.
+struct Reduced {
+    mesh: Vec<Branch>,
+    drives: Vec<Drive>,
+    follower: Follower,
+}
+
+/// Gyroscopic terms or modal damping act on a coordinate.
+fn is_general(whole: &Train, z: usize) -> bool {
+    let acts =
+        |(k, c): &(Matrix, Matrix)| (0..whole.n()).any(|j| k[(z, j)] != 0.0 || c[(z, j)] != 0.0);
+    whole.general.as_ref().is_some_and(acts)
+}
+
+/// Springs and dampers that join a coordinate, as springs and dampers between its neighbours.
+fn reduce(
+    whole: &Train,
+    z: usize,
+    joined: Vec<Branch>,
+    drives: &[Drive],
+    left: &[usize],
+) -> Result<Reduced, Error> {
+    let name = &whole.coordinates[z];
+    let star = Star::new(z, joined).map_err(|what| hindered(name, &what))?;
+    if is_general(whole, z) {
+        return Err(hindered(name, "gyroscopic terms or modal damping"));
+    }
+    let (pulls, others): (Vec<Drive>, Vec<Drive>) = drives
+        .iter()
+        .cloned()
+        .partition(|d| d.direction.terms.iter().any(|t| t.0 == z));
+    let mut drives = others;
+    for pull in &pulls {
+        if star.lags() && !is_steady(&pull.signal) {
+            return Err(hindered(name, "a load that changes, beside dampers,"));
+        }
+        drives.push(star.shared(pull));
+    }
+    Ok(Reduced {
+        mesh: star.mesh(left)?,
+        follower: star.follower(&pulls),
+        drives,
+    })
 }
 
 /// The one share of dampers on springs at a coordinate, s; none where there is not one, or something else joins it.

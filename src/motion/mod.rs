@@ -27,6 +27,9 @@ pub mod problem;
 /// A machine in motion.
 pub mod train;
 
+/// Coordinates without inertia that stay.
+pub mod light;
+
 /// What presses friction pairs at a state.
 pub mod pressing;
 

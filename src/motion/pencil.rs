@@ -1,4 +1,5 @@
-//! The linear systems of implicit methods, `(s I − ∂f/∂y) x = b`, with positions eliminated where the problem is a machine.
+//! The linear systems of implicit methods, `(s I − ∂f/∂y) x = b`, with positions eliminated where the problem is a machine; without the
+//! one of I where no equation of motion moves a state.
 
 use super::problem::Problem;
 use super::train::{Branch, Frozen, Law};
@@ -10,8 +11,8 @@ use crate::numeric::{Complex, ComplexMatrix, Matrix};
 
 /// ∂f/∂y.
 pub enum Pencil {
-    /// As it is.
-    Plain(Matrix),
+    /// As it is, and whether an equation of motion moves each state.
+    Plain(Matrix, Vec<bool>),
     /// Of a machine without inner states, `f = [v, a]`: `∂a/∂q = −K` and `∂a/∂v = −C`.
     Second {
         /// K.
@@ -59,13 +60,17 @@ fn plain(problem: &impl Problem, t: f64, y: &[f64], effort: &mut Effort) -> Penc
     let mut jacobian = Matrix::zeros(n, n);
     problem.jacobian(t, y, &mut jacobian);
     effort.jacobians += 1;
-    Pencil::Plain(jacobian)
+    Pencil::Plain(jacobian, vec![true; n])
 }
 
 impl Linearised for Frozen<'_> {
     fn pencil(&self, t: f64, y: &[f64], effort: &mut Effort) -> Pencil {
-        if self.train.inner() > 0 {
-            return plain(self, t, y, effort);
+        if self.train.inner() > 0 || self.train.has_light() {
+            let mut pencil = plain(self, t, y, effort);
+            if let Pencil::Plain(_, moving) = &mut pencil {
+                *moving = self.train.moving_states(self.regime);
+            }
+            return pencil;
         }
         effort.jacobians += 1;
         match self.train.branches.iter().any(leans) {
@@ -167,7 +172,9 @@ impl Pencil {
         let n = self.unknowns();
         let diagonal = |i: usize, j: usize, x: f64| if i == j { x } else { 0.0 };
         let matrix = match self {
-            Pencil::Plain(a) => Matrix::from_fn(n, n, |i, j| diagonal(i, j, s) - a[(i, j)]),
+            Pencil::Plain(a, moving) => Matrix::from_fn(n, n, |i, j| {
+                diagonal(i, j, if moving[i] { s } else { 0.0 }) - a[(i, j)]
+            }),
             Pencil::Second { stiffness, damping } => Matrix::from_fn(n, n, |i, j| {
                 diagonal(i, j, s) + damping[(i, j)] + stiffness[(i, j)] / s
             }),
@@ -186,7 +193,10 @@ impl Pencil {
         let n = self.unknowns();
         let diagonal = |i: usize, j: usize| if i == j { s } else { Complex::ZERO };
         let matrix = match self {
-            Pencil::Plain(a) => ComplexMatrix::from_fn(n, n, |i, j| diagonal(i, j) - a[(i, j)]),
+            Pencil::Plain(a, moving) => ComplexMatrix::from_fn(n, n, |i, j| match moving[i] {
+                true => diagonal(i, j) - a[(i, j)],
+                false => Complex::from(-a[(i, j)]),
+            }),
             Pencil::Second { stiffness, damping } => ComplexMatrix::from_fn(n, n, |i, j| {
                 diagonal(i, j) + damping[(i, j)] + Complex::from(stiffness[(i, j)]) / s
             }),
@@ -201,7 +211,7 @@ impl Pencil {
     pub fn solve(&self, factored: &Factored<f64, Lu>, b: &mut [f64]) {
         let s = factored.s;
         match self {
-            Pencil::Plain(_) => factored.lu.solve(b),
+            Pencil::Plain(..) => factored.lu.solve(b),
             Pencil::Second { stiffness, .. } => {
                 let n = stiffness.nrows();
                 let (q, v) = b.split_at_mut(n);
@@ -218,7 +228,7 @@ impl Pencil {
     pub fn solve_complex(&self, factored: &Factored<Complex, ComplexLu>, b: &mut [Complex]) {
         let s = factored.s;
         match self {
-            Pencil::Plain(_) => factored.lu.solve(b),
+            Pencil::Plain(..) => factored.lu.solve(b),
             Pencil::Second { stiffness, .. } => {
                 let n = stiffness.nrows();
                 let (q, v) = b.split_at_mut(n);
@@ -232,10 +242,18 @@ impl Pencil {
         }
     }
 
+    /// One for a state that an equation of motion moves, else zero.
+    pub fn moves(&self, state: usize) -> f64 {
+        match self {
+            Pencil::Plain(_, moving) if !moving[state] => 0.0,
+            _ => 1.0,
+        }
+    }
+
     /// The order of the linear systems.
     fn unknowns(&self) -> usize {
         match self {
-            Pencil::Plain(a) => a.nrows(),
+            Pencil::Plain(a, _) => a.nrows(),
             Pencil::Second { stiffness, .. } => stiffness.nrows(),
         }
     }

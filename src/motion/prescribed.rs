@@ -12,7 +12,7 @@ use super::wave::{Phase, Wave};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::machine::direction::Direction;
-use crate::numeric::{Matrix, definite};
+use crate::numeric::Matrix;
 
 /// What an exact cancellation leaves of the terms it is summed from.
 const ROUNDING: f64 = 1e-14;
@@ -452,9 +452,7 @@ fn of_mass(mass: &Mass, kept: &[usize]) -> Result<Mass, Error> {
         Mass::Diagonal(mass) => Mass::Diagonal(kept.iter().map(|&i| mass[i]).collect()),
         Mass::Full { matrix, .. } => {
             let m = kept.len();
-            let matrix = Matrix::from_fn(m, m, |i, j| matrix[(kept[i], kept[j])]);
-            let inverse = definite::solve(&matrix, &Matrix::identity(m, m))?;
-            Mass::Full { matrix, inverse }
+            Mass::full(Matrix::from_fn(m, m, |i, j| matrix[(kept[i], kept[j])]))?
         }
     })
 }

@@ -88,7 +88,15 @@ fn acceleration(train: &Train, ask: &Ask) -> f64 {
     let n = train.n();
     let mut slope = vec![0.0; train.len()];
     train.slope(ask.from, &ask.start, &mut slope);
-    let mut sum: Vec<f64> = slope[n..2 * n].iter().map(|a| a.abs()).collect();
+    // Rows of coordinates without inertia hold no acceleration.
+    let of = |i: usize| {
+        if train.is_light(i) {
+            0.0
+        } else {
+            slope[n + i].abs()
+        }
+    };
+    let mut sum: Vec<f64> = (0..n).map(of).collect();
     let size = |signal: &Signal| -> f64 {
         let lines = signal
             .knots

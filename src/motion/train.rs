@@ -13,6 +13,7 @@ pub use super::regime::{BranchStand, Regime};
 use super::rubbing::Pressed;
 use super::signal::Signal;
 use super::wave::{Phase, Shape, Wave};
+use crate::base::error::Error;
 use crate::machine::characteristic::Characteristic;
 use crate::machine::direction::Direction;
 use crate::numeric::{Matrix, definite};
@@ -52,6 +53,26 @@ pub enum Mass {
 }
 
 impl Mass {
+    /// Coupled; what has no inertia has no part in the inverse.
+    ///
+    /// # Errors
+    /// A matrix that is not positive over what has inertia.
+    pub fn full(matrix: Matrix) -> Result<Mass, Error> {
+        let n = matrix.nrows();
+        let heavy: Vec<usize> = (0..n).filter(|&j| matrix[(j, j)] != 0.0).collect();
+        let m = heavy.len();
+        let block = Matrix::from_fn(m, m, |i, j| matrix[(heavy[i], heavy[j])]);
+        definite::cholesky(&block)?;
+        let inner = definite::solve(&block, &Matrix::identity(m, m))?;
+        let mut inverse = Matrix::zeros(n, n);
+        for (a, &i) in heavy.iter().enumerate() {
+            for (b, &j) in heavy.iter().enumerate() {
+                inverse[(i, j)] = inner[(a, b)];
+            }
+        }
+        Ok(Mass::Full { matrix, inverse })
+    }
+
     /// An element of M.
     pub fn at(&self, i: usize, j: usize) -> f64 {
         match self {
@@ -245,6 +266,7 @@ impl Train {
     /// Nothing but constant stiffness and damping and known forces: exact propagation suffices.
     pub fn is_linear(&self) -> bool {
         self.knows_lines_only()
+            && !self.has_light()
             && self.branches.iter().all(|b| {
                 let linear = match &b.law {
                     Law::Linear { .. } | Law::Maxwell { .. } => true,
@@ -272,6 +294,7 @@ impl Train {
     /// Linear between switches: contacts with play, stiffness in steps at imposed speed, Coulomb friction.
     pub fn is_piecewise_linear(&self) -> bool {
         self.knows_lines_only()
+            && !self.has_light()
             && self.branches.iter().all(|b| {
                 let linear = match &b.law {
                     Law::Linear { .. } | Law::Maxwell { .. } | Law::Contact(_) => true,
@@ -467,10 +490,13 @@ impl Train {
         }
     }
 
-    /// M⁻¹ g, in place.
+    /// M⁻¹ g, in place; what has no inertia is not accelerated.
     pub fn accelerate(&self, g: &mut [f64]) {
         match &self.mass {
-            Mass::Diagonal(mass) => g.iter_mut().zip(mass).for_each(|(x, m)| *x /= m),
+            Mass::Diagonal(mass) => g
+                .iter_mut()
+                .zip(mass)
+                .for_each(|(x, m)| *x = if *m == 0.0 { 0.0 } else { *x / m }),
             Mass::Full { inverse, .. } => {
                 let force = g.to_vec();
                 for (i, x) in g.iter_mut().enumerate() {
@@ -495,6 +521,7 @@ impl Train {
     }
 
     /// ẏ in a regime; without one every contact stands where the state puts it, and dry friction is spread over its creep speed.
+    /// Rows of what has no equation of motion hold what must be zero ([`Train::moving_states`]).
     pub fn slope_in(&self, regime: Option<&Regime>, t: f64, y: &[f64], dy: &mut [f64]) {
         let n = self.n();
         let (q, v) = (&y[..n], &y[n..2 * n]);
@@ -525,10 +552,14 @@ impl Train {
                     .for_each(|(i, a)| g[i] -= a * held);
             }
         }
+        let forces = self.has_light().then(|| g.clone());
         self.accelerate(&mut g);
         for i in 0..n {
             dy[i] = v[i];
             dy[n + i] = g[i] - self.drag * v[i];
+        }
+        if let Some(forces) = forces {
+            self.light_rows(regime, (t, y), &forces, dy);
         }
     }
 

@@ -473,6 +473,10 @@ fn damping(train: &mut Train, of: fn(f64, f64) -> f64) {
         })
         .collect();
     for (b, m) in train.branches.iter_mut().zip(masses) {
+        // What joins no inertia has no damping of its own.
+        if !m.is_finite() {
+            continue;
+        }
         match &mut b.law {
             Law::Linear { stiffness, damping } => *damping = of(*stiffness, m),
             Law::Contact(contact) => contact.damping = of(contact.stiffness, m),

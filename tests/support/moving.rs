@@ -84,12 +84,24 @@ pub fn run(
     to: f64,
     samples: usize,
 ) -> Result<Run, Error> {
+    run_with(method, train, start, to, samples, Wanted::Tolerance(1e-12))
+}
+
+/// The same, as exactly or as finely as said.
+pub fn run_with(
+    method: &str,
+    train: &Train,
+    start: &[f64],
+    to: f64,
+    samples: usize,
+    effort: Wanted,
+) -> Result<Run, Error> {
     let ask = Ask {
         from: 0.0,
         to,
         start: start.to_vec(),
         samples,
-        effort: Wanted::Tolerance(1e-12),
+        effort,
         budget: u64::MAX,
         stop: Stop::default(),
     };

@@ -8,6 +8,7 @@
 
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::motion::light;
 use crate::motion::pencil::add;
 use crate::motion::problem::{Ask, Effort, Problem, Sink, Wanted};
 use crate::motion::progress::{Samples, check, inside, next_stop, within_budget};
@@ -107,6 +108,9 @@ pub fn refuses(train: &Train) -> Option<String> {
             "the friction of {} goes by the force of another branch, and each branch is solved by itself here",
             b.name
         ));
+    }
+    if let Some(why) = light::refused(train) {
+        return Some(why);
     }
     (train.inner() > 0).then(|| {
         "a branch has an inner state (a late torque, a spring and a damper in series), which is not of second order"

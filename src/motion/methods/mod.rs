@@ -1,5 +1,6 @@
 //! The methods of integration: one table, one way to call them.
 
+use super::light;
 use super::problem::Run;
 use super::train::Train;
 
@@ -74,7 +75,7 @@ pub const METHODS: &[Method] = &[
         ladder: Ladder::Tolerance,
         order: Some(8),
         locates_events: true,
-        refuses: |_| None,
+        refuses: light::refused,
         run: stepping::dop853,
     },
     Method {
@@ -92,7 +93,7 @@ pub const METHODS: &[Method] = &[
         ladder: Ladder::Tolerance,
         order: Some(8),
         locates_events: false,
-        refuses: |_| None,
+        refuses: light::refused,
         run: explicit::dop853,
     },
     Method {
@@ -101,7 +102,7 @@ pub const METHODS: &[Method] = &[
         ladder: Ladder::Tolerance,
         order: Some(5),
         locates_events: false,
-        refuses: |_| None,
+        refuses: light::refused,
         run: explicit::dopri5,
     },
     Method {
@@ -110,7 +111,7 @@ pub const METHODS: &[Method] = &[
         ladder: Ladder::Step,
         order: Some(4),
         locates_events: false,
-        refuses: |_| None,
+        refuses: light::refused,
         run: explicit::rk4,
     },
     #[cfg(feature = "bdf")]
@@ -120,7 +121,7 @@ pub const METHODS: &[Method] = &[
         ladder: Ladder::Tolerance,
         order: None,
         locates_events: false,
-        refuses: |_| None,
+        refuses: light::refused,
         run: bdf::machine,
     },
     Method {

@@ -2,7 +2,7 @@
 //!
 //! Source: Hairer and Wanner, Solving Ordinary Differential Equations II, 2nd edition 1996, IV.8: simplified Newton in the
 //! basis where the tableau's inverse is a real number beside a complex pair, the error of order 3 filtered by the real
-//! factors, Gustafsson's choice of steps.
+//! factors, Gustafsson's choice of steps; IV.8 and VI.1 for `M ẏ = f` with a singular M of zeros and ones on its diagonal.
 
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -210,12 +210,12 @@ impl Radau {
                 |k: usize, i: usize| -> f64 { (0..3).map(|j| INVERSE[k][j] * slopes[j][i]).sum() };
             let pair = Complex::new(PAIR.0, PAIR.1) / h;
             let mut real: Vec<f64> = (0..n)
-                .map(|i| into(0, i) - REAL / h * moved[0][i])
+                .map(|i| into(0, i) - pencil.moves(i) * REAL / h * moved[0][i])
                 .collect();
             let mut complex: Vec<Complex> = (0..n)
                 .map(|i| {
                     Complex::new(into(1, i), into(2, i))
-                        - pair * Complex::new(moved[1][i], moved[2][i])
+                        - pair * pencil.moves(i) * Complex::new(moved[1][i], moved[2][i])
                 })
                 .collect();
             pencil.solve(&factors.real, &mut real);
@@ -282,7 +282,10 @@ impl Radau {
         let reached: Vec<f64> = (0..n).map(|i| y[i] + stages.rise[2][i]).collect();
         let sizes = self.scale.sizes(y, &reached, factors.h);
         let of_stages: Vec<f64> = (0..n)
-            .map(|i| (0..3).map(|k| ERROR[k] * stages.rise[k][i]).sum::<f64>() / factors.h)
+            .map(|i| {
+                let sum: f64 = (0..3).map(|k| ERROR[k] * stages.rise[k][i]).sum();
+                pencil.moves(i) * sum / factors.h
+            })
             .collect();
         let filtered = |slope: &[f64]| -> Vec<f64> {
             let mut error: Vec<f64> = (0..n).map(|i| slope[i] + of_stages[i]).collect();

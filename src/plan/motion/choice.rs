@@ -162,6 +162,11 @@ pub fn structure(train: &Train) -> String {
         }
     };
     part(
+        (0..train.n()).filter(|&i| train.is_light(i)).count(),
+        "coordinate without inertia",
+        "coordinates without inertia",
+    );
+    part(
         count(&|l| matches!(l, Law::Contact(c) if c.half > 0.0)),
         "contact with play",
         "contacts with play",

@@ -233,6 +233,15 @@ pub fn outputs(prepared: &Prepared, moving: &Moving, names: &[String]) -> Result
                     let Some(place) = &moving.freedoms[freedom] else {
                         return Err(remembers(name));
                     };
+                    let light = |j: usize| moving.train.is_light(j);
+                    if let Some(term) = place.terms.iter().find(|term| times == 2 && light(term.0))
+                    {
+                        let message = format!(
+                            "`{name}` is not kept: {} has no inertia, and its equations give no acceleration",
+                            moving.train.coordinates[term.0]
+                        );
+                        return Err(Error::new(Code::Conflict, message).hint("ask for its speed"));
+                    }
                     let row = row_of(place, &mut outputs);
                     [
                         Quantity::Position(row),

@@ -8,6 +8,7 @@ use crate::base::stop::Stop;
 use crate::base::words::{counted, listed};
 use crate::machine::kinematics::mean_speeds;
 use crate::motion::floquet::chart::{Tongue, tongues};
+use crate::motion::light;
 use crate::motion::methods::periodic::foreign::foreign;
 use crate::motion::train::Train;
 use crate::plan::motion::scene::MotionScene;
@@ -92,6 +93,11 @@ impl Ready {
         }
         let scene = scene(prepared, study)?;
         let train = &scene.moving.train;
+        if let Some(why) = light::refused(train) {
+            return Err(
+                Error::new(Code::Conflict, why).hint("give the node its inertia, however small")
+            );
+        }
         let of = |name: &String| machine.freedom(name).map_or(0.0, |f| speeds[f]);
         let coordinates: Vec<f64> = train.coordinates.iter().map(of).collect();
         let coordinates = beside_prescribed(&scene, coordinates)?;

@@ -1,6 +1,7 @@
 //! What the tables cannot hold: laws that are not linear between switches, waves that do not follow time.
 
 use crate::motion::curve::Curve;
+use crate::motion::light;
 use crate::motion::train::{Branch, Law, Train};
 use crate::motion::wave::{Shape, Wave};
 
@@ -42,5 +43,6 @@ pub fn foreign(train: &Train) -> Option<String> {
         let message = "a known motion or load is a parabola of time";
         (!train.knows_lines_only()).then(|| message.to_string())
     };
-    train.branches.iter().find_map(of_branch).or_else(bent)
+    let light = light::refused(train);
+    light.or_else(|| train.branches.iter().find_map(of_branch).or_else(bent))
 }
