@@ -10,8 +10,8 @@ use crate::machine::direction::Direction;
 /// Sizes of states.
 ///
 /// A state of a machine is measured by the largest value it has had, at least a thousandth of the largest of its kind
-/// (positions, speeds, inner states), where speeds count at least for what the forces at hand give in a step, and positions
-/// for what the speeds do; so a start from rest has a size too. A state of a plain problem is measured by its present value, at least a millionth
+/// (positions, speeds, inner states), where speeds count at least for what the forces at hand give in a step against inertia, dampers and
+/// springs, `a h/(1 + h c/m + h² k/m)`, and positions for what the speeds do; so a start from rest has a size too. A state of a plain problem is measured by its present value, at least a millionth
 /// of the largest that any has had.
 #[derive(Debug, Clone)]
 pub struct Scale {
@@ -19,8 +19,26 @@ pub struct Scale {
     remembers: bool,
     share: f64,
     peaks: Vec<f64>,
-    /// The largest acceleration that forces at hand give, m/s² or rad/s²; zero for a plain problem.
+    /// What forces at hand do; none for a plain problem.
+    pushed: Vec<Pushed>,
+}
+
+/// A coordinate under the forces at hand.
+#[derive(Debug, Clone, Copy)]
+struct Pushed {
+    /// m/s² or rad/s².
     acceleration: f64,
+    /// Of the dampers on it over its inertia, 1/s.
+    damping: f64,
+    /// Of the springs on it over its inertia, 1/s².
+    stiffness: f64,
+}
+
+impl Pushed {
+    /// The speed after a step, at most.
+    fn speed(&self, h: f64) -> f64 {
+        self.acceleration * h / (1.0 + h * (self.damping + h * self.stiffness))
+    }
 }
 
 impl Scale {
@@ -28,7 +46,7 @@ impl Scale {
     pub fn of_train(train: &Train, ask: &Ask) -> Scale {
         let n = train.n();
         Scale {
-            acceleration: acceleration(train, ask),
+            pushed: pushed(train, ask),
             kinds: vec![0..n, n..2 * n, 2 * n..train.len()],
             remembers: true,
             share: 1e-3,
@@ -43,7 +61,7 @@ impl Scale {
             remembers: false,
             share: 1e-6,
             peaks: vec![0.0; n],
-            acceleration: 0.0,
+            pushed: Vec::new(),
         }
     }
 
@@ -67,7 +85,8 @@ impl Scale {
             })
             .collect();
         if let [positions, speeds, _] = largest.as_mut_slice() {
-            *speeds = speeds.max(h * self.acceleration);
+            let given = self.pushed.iter().map(|p| p.speed(h));
+            *speeds = given.fold(*speeds, f64::max);
             *positions = positions.max(h * *speeds);
         }
         for (kind, largest) in self.kinds.iter().zip(largest) {
@@ -83,8 +102,8 @@ impl Scale {
     }
 }
 
-/// The largest acceleration of a coordinate by forces at hand: at the start, by drives, imposed deflections and friction.
-fn acceleration(train: &Train, ask: &Ask) -> f64 {
+/// Every coordinate under forces at hand: at the start, by drives, imposed deflections and friction.
+fn pushed(train: &Train, ask: &Ask) -> Vec<Pushed> {
     let n = train.n();
     let mut slope = vec![0.0; train.len()];
     train.slope(ask.from, &ask.start, &mut slope);
@@ -134,9 +153,23 @@ fn acceleration(train: &Train, ask: &Ask) -> f64 {
             add(branch.acts(), friction.breakaway);
         }
     }
-    sum.into_iter()
-        .filter(|a| a.is_finite())
-        .fold(0.0, f64::max)
+    let (mut stiff, mut damped) = (vec![0.0; n], vec![0.0; n]);
+    for branch in &train.branches {
+        // What always joins its ends.
+        if let Law::Linear { stiffness, damping } = branch.law {
+            for (i, a) in branch.direction.scaled() {
+                stiff[i] += a * a * stiffness.abs();
+                damped[i] += a * a * damping.abs();
+            }
+        }
+    }
+    let heavy = (0..n).filter(|&i| !train.is_light(i));
+    let each = heavy.map(|i| Pushed {
+        acceleration: sum[i],
+        damping: damped[i] / train.mass.at(i, i),
+        stiffness: stiff[i] / train.mass.at(i, i),
+    });
+    each.filter(|p| p.acceleration.is_finite()).collect()
 }
 
 fn stiffness(branch: &Branch) -> f64 {
