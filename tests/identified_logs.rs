@@ -8,6 +8,7 @@ use geardyn::plan::logs::found::Identification;
 use geardyn::plan::logs::identification::{Source, identify};
 use geardyn::plan::logs::study::IdentifyStudy;
 use geardyn::recording::column::Column;
+use geardyn::recording::responses::{FrequencyResponse, FrequencyResponses, Terminal};
 use geardyn::recording::signals::{Channel, Recording};
 
 const RATE: f64 = 1000.0;
@@ -357,5 +358,90 @@ fn exact_given_dwells() {
     assert_eq!(lines.len(), 40);
     for (line, step) in lines.iter().zip(steps()) {
         assert!((line - step).abs() < 1e-6, "{line} {step}");
+    }
+}
+
+/// Half a minute of a swept sine: lines lie as far apart as the mode at 40 Hz is wide, and parabolas alone had made two of it.
+#[test]
+fn exact_modes_of_a_sweep() {
+    const SAMPLES: usize = 30_000;
+    let mut random = Normal::new(5);
+    let sine = |t: usize| {
+        let share = t as f64 / SAMPLES as f64;
+        (TAU * (5.0 * share + 0.5 * 395.0 * share * share) * SAMPLES as f64 / RATE).sin()
+    };
+    let forces = [(0..SAMPLES).map(sine).collect(), vec![0.0; SAMPLES]];
+    let mut moved = moved(&MODES, &forces);
+    for x in &mut moved {
+        let rms = (x.iter().map(|x| x * x).sum::<f64>() / SAMPLES as f64).sqrt();
+        x.iter_mut().for_each(|x| *x += 0.002 * rms * random.next());
+    }
+    let log = recording(&[
+        ("force", "N", &forces[0]),
+        ("x1", "m", &moved[0]),
+        ("x2", "m", &moved[1]),
+    ]);
+    let found = by_steps(&log, EstimateStudy::default());
+    assert!(found.how.contains("local parabolas"), "{}", found.how);
+    let (inside, is_whole) = score(&found);
+    assert!(is_whole && inside >= 2, "{inside}");
+    for (mode, (f, d, ..)) in found.modes.iter().zip(MODES) {
+        let std = (
+            mode.mode.frequency_std_hz().unwrap(),
+            mode.mode.damping_std().unwrap(),
+        );
+        assert!((mode.frequency_hz() - f).abs() < 4.0 * std.0, "{mode:?}");
+        assert!(
+            (mode.damping_ratio().unwrap() - d).abs() < 4.0 * std.1,
+            "{mode:?}"
+        );
+        assert!(std.0 < 2e-3 * f, "{mode:?}");
+    }
+}
+
+/// A free body whose receptances, of unknown kind and with noise in proportion to them, fall over five decades: its modes, and not none.
+#[test]
+fn exact_modes_of_a_free_body() {
+    const FREE: [(f64, f64, [f64; 2]); 3] = [
+        (60.0, 0.01, [1.0, -0.7]),
+        (150.0, 0.008, [1.0, 0.5]),
+        (300.0, 0.01, [1.0, 0.9]),
+    ];
+    let mut random = Normal::new(8);
+    let lines: Vec<f64> = (1..=500).map(f64::from).collect();
+    let mut functions = Vec::new();
+    for output in 0..2 {
+        let value = lines.iter().map(|&f| {
+            let s = Complex::new(0.0, TAU * f);
+            let mut sum = (s * s).inv();
+            for (f, d, shape) in FREE {
+                let omega = TAU * f;
+                sum += shape[output] / (s * s + 2.0 * d * omega * s + omega * omega);
+            }
+            sum * (1.0 + 0.01 * Complex::new(random.next(), random.next()))
+        });
+        functions.push(FrequencyResponse {
+            output: Terminal {
+                name: format!("H{output}"),
+                unit: String::new(),
+            },
+            value: value.collect(),
+            ..FrequencyResponse::default()
+        });
+    }
+    let responses = FrequencyResponses {
+        frequency_hz: lines,
+        functions,
+        ..FrequencyResponses::default()
+    };
+    let found = identify(Source::Responses(responses), &IdentifyStudy::default()).unwrap();
+    let frequencies: Vec<f64> = found.modes.iter().map(|m| m.frequency_hz()).collect();
+    assert_eq!(frequencies.len(), FREE.len(), "{frequencies:?}");
+    for (mode, (f, ..)) in found.modes.iter().zip(FREE) {
+        let std = mode.mode.frequency_std_hz().unwrap();
+        assert!(
+            (mode.frequency_hz() - f).abs() < 4.0 * std && std < 1e-3 * f,
+            "{mode:?}"
+        );
     }
 }

@@ -5,12 +5,18 @@
 //! Signal Process. 24 (2010), pp. 573–595. What rings into a block from before it, and out of it, is smooth over frequency: the second
 //! polynomial takes it, where a window would smear the response. So there is no leakage, whatever the excitation, as long as it has
 //! power on every line: noise, bursts, sweeps, not what repeats inside the block.
+//!
+//! Where a resonance is no wider than a window, no parabola follows it: over one block, both polynomials then stand over a common
+//! `D(r) = 1 + d₁ r (+ d₂ r²)`, if that lowers what is left by more than noise would. McKelvey & Guérin, Non-parametric frequency
+//! response estimation using a local rational model, 16th IFAC Symposium on System Identification (2012), with the weights of Sanathanan
+//! & Koerner, IEEE Trans. Autom. Control 8 (1963), pp. 56–58.
 
 use super::frf::{Estimate, Function};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::definite::solve_complex;
 use crate::numeric::fft::RealFft;
+use crate::numeric::statistics::fisher_above;
 use crate::numeric::{Complex, ComplexMatrix};
 
 /// Coefficients of each polynomial: a parabola.
@@ -222,13 +228,13 @@ impl Local {
         let mut undetermined = Vec::new();
         for (at, window) in self.windows.iter().enumerate() {
             let is_driven = (0..inputs).all(|j| window.driven[j] > NO_POWER * largest[j]);
-            let Some(inverse) = (is_driven.then(|| window.inverse(size))).flatten() else {
+            let Some(inverse) = (is_driven.then(|| inverse(&window.normal, size))).flatten() else {
                 undetermined.push(at);
                 continue;
             };
             for o in 0..outputs {
                 let right = &window.right[o];
-                let theta: Vec<Complex> = (0..size)
+                let mut theta: Vec<Complex> = (0..size)
                     .map(|a| (0..size).map(|b| inverse[(a, b)] * right[b]).sum())
                     .collect();
                 let explained: f64 = theta
@@ -236,8 +242,26 @@ impl Local {
                     .zip(right)
                     .map(|(t, r)| (t.conj() * r).re)
                     .sum();
-                let residual = (window.power[o] - explained).max(0.0);
-                let (noise, all) = (residual / freedoms, window.power[o] / total);
+                let mut residual = (window.power[o] - explained).max(0.0);
+                let mut spreads: Vec<f64> = (0..inputs).map(|j| inverse[(j, j)].re).collect();
+                let mut left = freedoms;
+                for order in 1..=MOST_POLES {
+                    let Some(next) = self.over_poles(at, o, order).filter(|next| {
+                        let fall = (residual - next.residual) / (left - next.freedoms);
+                        let noise = next.residual / next.freedoms;
+                        fall > 0.0
+                            && fisher_above(
+                                (fall / noise.max(f64::MIN_POSITIVE)).min(LARGEST_F),
+                                2.0 * (left - next.freedoms),
+                                2.0 * next.freedoms,
+                            ) < NEEDLESS
+                    }) else {
+                        continue;
+                    };
+                    (theta, spreads) = (next.value, next.spread);
+                    (residual, left) = (next.residual, next.freedoms);
+                }
+                let (noise, all) = (residual / left, window.power[o] / total);
                 multiple[o][at] = if all > 0.0 {
                     (1.0 - noise / all).clamp(0.0, 1.0)
                 } else {
@@ -245,7 +269,7 @@ impl Local {
                 };
                 for j in 0..inputs {
                     let function = &mut functions[o * inputs + j];
-                    let spread = inverse[(j, j)].re;
+                    let spread = spreads[j];
                     function.value[at] = theta[j];
                     if let Some(variance) = &mut function.variance {
                         variance[at] = noise * spread;
@@ -280,26 +304,112 @@ impl Local {
     }
 }
 
-impl Gathered {
-    /// The inverse of the normal matrix; nothing where it does not tell the responses.
-    fn inverse(&self, size: usize) -> Option<ComplexMatrix> {
-        // Over the sizes of the columns.
-        let scale: Vec<f64> = (0..size)
-            .map(|a| self.normal[a * size + a].re.sqrt())
-            .collect();
-        if scale.iter().any(|s| !(*s > 0.0)) {
+/// Poles of a window at most, and how often noise alone asks for one.
+const MOST_POLES: usize = 2;
+const NEEDLESS: f64 = 1e-4;
+
+/// Beyond this, F is a model without noise.
+const LARGEST_F: f64 = 1e12;
+
+/// Rounds in which the denominator of the last weighs the next.
+const ROUNDS: usize = 4;
+
+/// A denominator that falls below this share of its largest inside the window says that a pole lies on a line: none does.
+const LEAST_DENOMINATOR: f64 = 1e-3;
+
+/// Fewer freedoms left tell no variance.
+const FEWEST_FREEDOMS: usize = 3;
+
+/// A window of one block, with poles.
+struct OverPoles {
+    /// Responses at the middle by input.
+    value: Vec<Complex>,
+    /// Their variances over that of the noise.
+    spread: Vec<f64>,
+    residual: f64,
+    freedoms: f64,
+}
+
+impl Local {
+    /// Both polynomials over a denominator of the given order.
+    fn over_poles(&self, at: usize, output: usize, order: usize) -> Option<OverPoles> {
+        let width = 2 * self.half_width + 1;
+        let unknowns = TERMS * (self.inputs + 1) + order;
+        if self.blocks != 1 || width < unknowns + FEWEST_FREEDOMS {
             return None;
         }
-        let scaled = ComplexMatrix::from_fn(size, size, |a, b| {
-            self.normal[a * size + b] / (scale[a] * scale[b])
-        });
-        let one = ComplexMatrix::identity(size, size);
-        let inverse = solve_complex(&scaled, &one).ok()?;
-        let is_told = |a: usize| inverse[(a, a)].re > 0.0 && inverse[(a, a)].re < MOST_INFLATION;
-        (0..size).all(is_told).then(|| {
-            ComplexMatrix::from_fn(size, size, |a, b| inverse[(a, b)] / (scale[a] * scale[b]))
-        })
+        let lines = self.first + at * width..self.first + (at + 1) * width;
+        let y = &self.transforms[self.inputs + output][lines.clone()];
+        let power = |k: usize, s: usize| place(k, self.half_width).powi(s as i32);
+        let column = |a: usize, k: usize| match a {
+            a if a < TERMS * self.inputs => {
+                let (s, j) = (a / self.inputs, a % self.inputs);
+                self.transforms[j][lines.start + k] * power(k, s)
+            }
+            a if a < TERMS * (self.inputs + 1) => {
+                Complex::new(power(k, a - TERMS * self.inputs), 0.0)
+            }
+            a => -y[k] * power(k, a + 1 - TERMS * (self.inputs + 1)),
+        };
+        let mut denominator = vec![Complex::new(1.0, 0.0); width];
+        let mut found = None;
+        for _ in 0..ROUNDS {
+            let weighted = |a: usize| -> Vec<Complex> {
+                (0..width).map(|k| column(a, k) / denominator[k]).collect()
+            };
+            let columns: Vec<Vec<Complex>> = (0..unknowns).map(weighted).collect();
+            let answer: Vec<Complex> = y.iter().zip(&denominator).map(|(y, d)| y / d).collect();
+            let mut normal = Vec::with_capacity(unknowns * unknowns);
+            for a in &columns {
+                normal.extend(columns.iter().map(|b| product(a, b)));
+            }
+            let inverse = inverse(&normal, unknowns)?;
+            let right: Vec<Complex> = columns.iter().map(|a| product(a, &answer)).collect();
+            let theta: Vec<Complex> = (0..unknowns)
+                .map(|a| (0..unknowns).map(|b| inverse[(a, b)] * right[b]).sum())
+                .collect();
+            let off = |k: usize| {
+                let model: Complex = (0..unknowns).map(|a| theta[a] * columns[a][k]).sum();
+                (answer[k] - model).norm_sqr()
+            };
+            found = Some(OverPoles {
+                value: theta[..self.inputs].to_vec(),
+                spread: (0..self.inputs).map(|j| inverse[(j, j)].re).collect(),
+                residual: (0..width).map(off).sum(),
+                freedoms: (width - unknowns) as f64,
+            });
+            let of = |k: usize| {
+                let terms = (1..=order).map(|s| theta[unknowns - order + s - 1] * power(k, s));
+                1.0 + terms.sum::<Complex>()
+            };
+            denominator = (0..width).map(of).collect();
+            let sizes = denominator.iter().map(|d| d.norm());
+            let (least, most) =
+                sizes.fold((f64::INFINITY, 0.0_f64), |(l, m), d| (l.min(d), m.max(d)));
+            if !(least > LEAST_DENOMINATOR * most) {
+                return None;
+            }
+        }
+        found
     }
+}
+
+/// The inverse of a normal matrix, row by row; nothing where it does not tell the unknowns.
+fn inverse(normal: &[Complex], size: usize) -> Option<ComplexMatrix> {
+    // Over the sizes of the columns.
+    let scale: Vec<f64> = (0..size).map(|a| normal[a * size + a].re.sqrt()).collect();
+    if scale.iter().any(|s| !(*s > 0.0)) {
+        return None;
+    }
+    let scaled = ComplexMatrix::from_fn(size, size, |a, b| {
+        normal[a * size + b] / (scale[a] * scale[b])
+    });
+    let one = ComplexMatrix::identity(size, size);
+    let inverse = solve_complex(&scaled, &one).ok()?;
+    let is_told = |a: usize| inverse[(a, a)].re > 0.0 && inverse[(a, a)].re < MOST_INFLATION;
+    (0..size)
+        .all(is_told)
+        .then(|| ComplexMatrix::from_fn(size, size, |a, b| inverse[(a, b)] / (scale[a] * scale[b])))
 }
 
 /// Where a line lies in its window, −1 to 1.

@@ -59,6 +59,7 @@ pub(super) fn answer(measured: &Measured, lines: &Lines, found: Found) -> Ration
         fit_error: vec![0.0; responses],
         chi2: found.fitted.chi2,
         dof: found.dof,
+        surprise: found.surprise,
         structure: found.structure,
         spread: Vec::new(),
         omitted: Vec::new(),
@@ -280,7 +281,7 @@ fn warn(fit: &mut RationalFit, lines: &Lines, found: &Found, beyond: bool, per_d
             "the responses disagree, leak or are nonlinear: intervals are as wide as the misfit, and small modes may be missing",
         );
     }
-    for s in &found.spread {
+    for s in found.spread.iter().filter(|s| s.1.tau.0 > 0.0) {
         let f = s.1.pole.value().norm() * lines.top / std::f64::consts::TAU;
         let tau = HALF_INTERVAL * s.1.tau.0 * lines.top / std::f64::consts::TAU;
         say(

@@ -107,9 +107,9 @@ pub struct RationalOptions {
     pub allow_unstable: bool,
     /// A delay to be estimated with the poles.
     pub delay: Delay,
-    /// By what share of its size each value is taken to be off beside its noise, at least: responses that are not quite those of one
-    /// linear structure.
-    pub departure: f64,
+    /// Where no number of poles explains the responses, each value may be taken to be off by a share of its size beside its noise: by
+    /// this at least. `None`: by none.
+    pub departure: Option<f64>,
 }
 
 impl Default for RationalOptions {
@@ -120,7 +120,7 @@ impl Default for RationalOptions {
             order: None,
             allow_unstable: false,
             delay: Delay::None,
-            departure: 0.0,
+            departure: Some(0.0),
         }
     }
 }
@@ -156,12 +156,12 @@ impl Step {
             fall => format!("{fall:.2}"),
         };
         let before = counted(self.poles_before, "pole pair");
-        let another = match self.poles_after.saturating_sub(self.poles_before) {
-            1 => "another".to_string(),
-            n => format!("{n} more"),
+        let (another, lowers) = match self.poles_after.saturating_sub(self.poles_before) {
+            1 => ("another".to_string(), "lowers"),
+            n => (format!("{n} more"), "lower"),
         };
         if self.accepted {
-            return format!("{another} beside {before} lowers the misfit by {fall} %: kept");
+            return format!("{another} beside {before} {lowers} the misfit by {fall} %: kept");
         }
         let chance = match self.probability {
             p if !(p > CHANCE && self.reason == growth::NOISE) => String::new(),
@@ -233,6 +233,8 @@ pub struct RationalFit {
     pub chi2: f64,
     /// Data less parameters, by independent lines.
     pub dof: f64,
+    /// The negative logarithm of the likelihood, but for a constant of the data, with the variance that the fit ended with.
+    pub surprise: f64,
     /// What was tried.
     pub evidence: Vec<Step>,
     /// Terms of the fit.

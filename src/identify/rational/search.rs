@@ -41,6 +41,8 @@ pub(super) struct Found {
     pub skirts: Vec<(f64, f64)>,
     /// The most poles allowed were used up.
     pub at_limit: bool,
+    /// `Σ ln v + |r|²/v` over all values, by independent lines: the negative logarithm of the likelihood.
+    pub surprise: f64,
     /// The share of its size by which each value was taken to be off, beside its noise.
     pub departure: f64,
     /// What it took.
@@ -79,14 +81,15 @@ pub(super) fn search(
     options: &RationalOptions,
     trusted: bool,
 ) -> Result<Found, Error> {
-    let mut departure = options.departure;
+    let mut departure = options.departure.unwrap_or(0.0);
     let mut repeats = 0;
     loop {
         let departs = match searched(lines, options, trusted, departure) {
             Ok(found) => return Ok(found),
             Err(departs) => departs,
         };
-        if repeats == MOST_REPEATS || departs.share > MOST_DEPARTURE {
+        if options.departure.is_none() || repeats == MOST_REPEATS || departs.share > MOST_DEPARTURE
+        {
             let message = format!(
                 "{} pole pairs do not explain the responses to within their noise, and more do not help",
                 departs.poles
@@ -212,16 +215,25 @@ fn searched(
     let left = fits
         .map(|(problem, fit)| left(problem, &fitted.model, numerators, fit))
         .collect();
-    let spread = (0..scattered.list.len())
+    let shared = at(&all, &fitted.model, numerators);
+    let mean_of = |r: usize| {
+        spread::mean(&all[0], &shared, numerators, r, lines.independence).map(|m| (r, m))
+    };
+    let mut spread: Vec<(usize, spread::Mean)> = (0..scattered.list.len())
         .filter(|&at_list| scattered.list[at_list].0.share == 0.0)
-        .filter_map(|at_list| {
-            let r = scattered.nearest(at_list, &fitted)?;
-            let shared = at(&all, &fitted.model, numerators);
-            let mean = spread::mean(&all[0], &shared, numerators, r, lines.independence)?;
-            Some((r, mean))
-        })
+        .filter_map(|at_list| mean_of(scattered.nearest(at_list, &fitted)?))
         .collect();
+    if departure > 0.0 && lines.h.len() > 1 {
+        // A common pole is wider than those of responses that disagree, whether that was seen or not.
+        let known: Vec<usize> = spread.iter().map(|s| s.0).collect();
+        let others = (0..fitted.model.poles.len())
+            .filter(|r| !known.contains(r) && spread::is_light(&fitted.model.poles[*r]));
+        spread.extend(others.filter_map(mean_of).filter(|(_, m)| m.is_finite()));
+    }
     let dof = lines.data() - parameters(structure, &fitted, lines.h.len());
+    let last_variance = scattered.added(lines, &variance);
+    let logarithms: f64 = last_variance.iter().flatten().map(|v| v.ln()).sum();
+    let surprise = lines.independence * logarithms + 0.5 * fitted.chi2;
     Ok(Found {
         fitted,
         problems: separate.unwrap_or_else(|| all.to_vec()),
@@ -240,6 +252,7 @@ fn searched(
             .collect(),
         spread,
         at_limit,
+        surprise,
         departure,
         effort,
     })

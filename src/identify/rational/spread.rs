@@ -44,6 +44,11 @@ pub(super) struct Scatter {
     pub share: f64,
 }
 
+/// Whether responses can be told to disagree about a pole.
+pub(super) fn is_light(pole: &Pole) -> bool {
+    pole.sigma < LIGHT * pole.w
+}
+
 /// The pole a place lies beside.
 pub(super) fn beside(problem: &Problem, poles: &[Pole], place: &Pole) -> Option<usize> {
     let step = problem.step;
@@ -58,7 +63,7 @@ pub(super) fn beside(problem: &Problem, poles: &[Pole], place: &Pole) -> Option<
         .filter(|&r| {
             let p = &poles[r];
             let broad = BESIDE * p.sigma.max(step);
-            p.sigma < LIGHT * p.w && (p.w - place.w).abs() < reach(p) && place.sigma < broad
+            is_light(p) && (p.w - place.w).abs() < reach(p) && place.sigma < broad
         })
         .min_by(|&a, &b| {
             let distance = |r: usize| (poles[r].w - place.w).abs();

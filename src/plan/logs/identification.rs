@@ -457,7 +457,9 @@ fn fitted(
                 .map(|v| known.iter().map(|&k| v[k]).collect())
         })
         .collect();
-    let fit = |derivative: u8, departure: f64| {
+    // Where nobody asked for this method, another answers rather.
+    let departs = study.method.is_some().then_some(0.0);
+    let fit = |derivative: u8, departure: Option<f64>| {
         let options = RationalOptions {
             band_hz: Some(band),
             order: study.order,
@@ -482,25 +484,25 @@ fn fitted(
         .map(|f| ResponseKind::of(f.input.as_ref().map_or("", |i| &i.unit), &f.output.unit))
         .collect();
     match (study.derivative, kinds.first()) {
-        (Some(times), _) => fit(times, 0.0),
+        (Some(times), _) => fit(times, departs),
         (None, Some(ResponseKind::Compliance(times))) if kinds.iter().all(|k| k == &kinds[0]) => {
-            fit(*times, 0.0)
+            fit(*times, departs)
         }
         (None, Some(ResponseKind::Unknown)) => {
             // Receptance and accelerance differ in what modes outside the band leave in it: the better of the two. What no poles
             // explain of the one they explain no more of the other.
-            let plain = fit(0, 0.0)?;
-            match fit(2, plain.departure) {
+            let plain = fit(0, departs)?;
+            match fit(2, departs.map(|_| plain.departure)) {
                 Ok(twice) if cost(&twice) < cost(&plain) => Ok(twice),
                 _ => Ok(plain),
             }
         }
-        _ => fit(0, 0.0),
+        _ => fit(0, departs),
     }
 }
 
-/// Misfit and size of a fit in one number (Schwarz 1978).
+/// Likelihood and size of a fit in one number (Schwarz 1978). Each fit has a variance of its own, so that χ² alone compares nothing.
 fn cost(fit: &RationalFit) -> f64 {
     let unknowns = fit.poles.len() * 2 * (1 + fit.residues.len());
-    fit.chi2 + unknowns as f64 * (fit.dof.max(2.0)).ln()
+    2.0 * fit.surprise + unknowns as f64 * (fit.dof.max(2.0)).ln()
 }
