@@ -101,7 +101,7 @@ fn assert_modes(found: &Value, what: &str, share: f64) {
     }
 }
 
-const KEYS: [&str; 18] = [
+const KEYS: [&str; 19] = [
     "mode",
     "frequency_hz",
     "frequency_std_hz",
@@ -119,6 +119,7 @@ const KEYS: [&str; 18] = [
     "mean_phase_deviation_rad",
     "complexity",
     "shape",
+    "modal_mass",
     "participation",
 ];
 
@@ -173,6 +174,141 @@ fn exact_two_modes_by_every_method() {
     let delay = found["delay_s"][0].as_f64().unwrap();
     assert!((delay - 0.5 / RATE).abs() < 0.5 / RATE, "{delay}");
     assert_eq!(found["modes"].as_array().unwrap().len(), TRUTH.len());
+}
+
+/// The force acts at X1, where the modes have residues 1 and 0.7 over `2iω`, and 0.6 and −1 at X2: with the largest component one, masses
+/// of 1 kg and 0.7² / 0.7 kg. At X2 it does not act: the second mass would be negative.
+#[test]
+fn exact_modal_mass_at_driving_point() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    log(folder);
+    let call = [
+        "identify",
+        "two.csv",
+        "--input",
+        "force",
+        "--output",
+        "X1,X2",
+        "--band",
+        "20:300",
+        "--json",
+        "--driving-point",
+    ];
+    let found = document(folder, &[&call[..], &["X1"]].concat());
+    assert_eq!(found["driving_point"]["modal_mass_unit"], "kg");
+    for (mode, mass) in found["modes"].as_array().unwrap().iter().zip([1.0, 0.7]) {
+        // The hold turns the phase by half a sample, 25° at 140 Hz, and leaves the size.
+        let part = |key| mode["modal_mass"][key].as_f64().unwrap();
+        let got: f64 = part("re");
+        assert!(
+            (got.hypot(part("im")) - mass).abs() < 0.03 * mass && got > 0.0,
+            "{mode}"
+        );
+    }
+    let found = document(folder, &[&call[..], &["force=x2"]].concat());
+    let warned = found["warnings"].as_array().unwrap();
+    assert!(
+        warned.iter().any(|w| w["code"] == "driving-point"),
+        "{warned:?}"
+    );
+    let refusals: [(&[&str], &str); 4] = [
+        (
+            &[
+                "--input",
+                "force",
+                "--output",
+                "X1",
+                "--driving-point",
+                "X3",
+            ],
+            "no-channel",
+        ),
+        (
+            &[
+                "--input",
+                "force",
+                "--output",
+                "X1",
+                "--driving-point",
+                "copy=X1",
+            ],
+            "no-channel",
+        ),
+        (&["--output", "X1", "--driving-point", "X1"], "usage"),
+        (
+            &[
+                "--input",
+                "force",
+                "--output",
+                "X1",
+                "--driving-point",
+                "X1",
+                "--unit",
+                "X1=rad",
+            ],
+            "conflict",
+        ),
+    ];
+    for (arguments, word) in refusals {
+        let all = [&["identify", "two.csv"], arguments].concat();
+        assert_eq!(refused(folder, &all), word, "{arguments:?}");
+    }
+}
+
+/// A mode whose frequency falls from 60 to 50 Hz in the middle of the record: the course is in JSON, CSV and the picture, the modes are
+/// those at the end.
+#[test]
+fn law_course_by_the_command() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let mut rng = fastrand::Rng::with_seed(3);
+    let (mut y1, mut y2) = (0.0, 0.0);
+    let mut text = String::from("time [s],f [N],a [m/s^2]\n");
+    for t in 0..8000 {
+        let w = TAU * if t < 4000 { 60.0 } else { 50.0 } / 400.0;
+        let r = (-0.02 * w).exp();
+        let u = normal(&mut rng);
+        let y = 2.0 * r * w.cos() * y1 - r * r * y2 + u + 0.1 * normal(&mut rng);
+        (y2, y1) = (y1, y);
+        text += &format!("{:.4},{u:.6e},{y:.6e}\n", f64::from(t) / 400.0);
+    }
+    std::fs::write(folder.join("cut.csv"), text).unwrap();
+    let call = ["identify", "cut.csv", "--output", "a", "--method", "rls"];
+    let files = ["--json", "--csv", "course.csv", "--svg", "course.svg"];
+    let found = document(folder, &[&call[..], &files].concat());
+    let near = |mode: &Value, f: f64| {
+        let std = mode["frequency_std_hz"].as_f64().unwrap();
+        (mode["frequency_hz"].as_f64().unwrap() - f).abs() < 4.0 * std + 0.02
+    };
+    let modes = found["modes"].as_array().unwrap();
+    assert!(near(&modes[0], 50.0), "{modes:?}");
+    let tracks = found["course"].as_array().unwrap();
+    let points = |k: usize| tracks[k]["points"].as_array().unwrap();
+    assert!(near(&points(0)[10], 60.0), "{}", points(0)[10]);
+    let rows: usize = (0..tracks.len()).map(|k| points(k).len()).sum();
+    let csv = std::fs::read_to_string(folder.join("course.csv")).unwrap();
+    assert_eq!(csv.lines().count(), rows + 1);
+    let svg = std::fs::read_to_string(folder.join("course.svg")).unwrap();
+    assert!(svg.contains("damping, %"));
+    let text = String::from_utf8(geardyn(folder, &call).stdout).unwrap();
+    assert!(
+        text.contains("error of prediction") && text.contains("taken"),
+        "{text}"
+    );
+    let driven = ["--input", "f", "--order", "1", "--memory", "1 s", "--json"];
+    let found = document(folder, &[&call[..], &driven].concat());
+    let modes = found["modes"].as_array().unwrap();
+    assert!(modes.len() == 1 && near(&modes[0], 50.0), "{modes:?}");
+    assert!(
+        modes[0]["frequency_std_hz"].as_f64().unwrap() < 0.1,
+        "{modes:?}"
+    );
+    let memory = |time| refused(folder, &[&call[..], &["--memory", time]].concat());
+    assert_eq!(memory("0.01 s"), "too-short");
+    assert_eq!(memory("-1"), "out-of-range");
+    let other = ["identify", "cut.csv", "--output", "a", "--memory", "1"];
+    assert_eq!(refused(folder, &other), "usage");
 }
 
 /// Responses written are responses read: the same modes from the file of them.

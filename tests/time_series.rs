@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use geardyn::base::code::Code;
 use geardyn::identify::series::autoregressive::{self, Method};
+use geardyn::identify::series::course::{follow, tracks};
 use geardyn::identify::series::model::{Family, SeriesModel};
 use geardyn::identify::series::order::{self, Criterion};
 use geardyn::identify::series::prediction_error;
@@ -415,7 +416,7 @@ fn law_recursion_follows_a_jump() {
         rate_hz: rate,
     };
     let mut following = Recursive::new(settings).unwrap();
-    assert_eq!(following.modes().unwrap_err().code, Code::TooShort);
+    assert_eq!(following.model().unwrap_err().code, Code::TooShort);
     let mut rng = fastrand::Rng::with_seed(4);
     let e = noise(&mut rng, 6000);
     let (mut y1, mut y2) = (0.0, 0.0);
@@ -427,7 +428,7 @@ fn law_recursion_follows_a_jump() {
         following.push(0.0, y).unwrap();
         (y1, y2) = (y, y1);
         if [2999, 4500, 5999].contains(&t) {
-            at.push(following.modes().unwrap()[0].clone());
+            at.push(following.model().unwrap().modes().unwrap()[0].clone());
         }
     }
     for (mode, f) in at.iter().zip([5.0, 8.0, 8.0]) {
@@ -438,6 +439,69 @@ fn law_recursion_follows_a_jump() {
         );
     }
     assert!(following.push(0.0, f64::NAN).is_err());
+}
+
+/// A natural frequency that falls from 12 to 9 Hz, with a second that stays: both are one track each, near the truth all along, and the
+/// memory taken is neither all of the record nor the shortest.
+#[test]
+fn law_course_of_a_process_that_changes() {
+    let rate = 100.0;
+    let mut rng = fastrand::Rng::with_seed(11);
+    let e = noise(&mut rng, 20_000);
+    let truth = |t: usize| 12.0 - 3.0 * t as f64 / 20_000.0;
+    let mut past = [[0.0; 2]; 2];
+    let y: Vec<f64> = (e.iter().enumerate())
+        .map(|(t, e)| {
+            let mut x = *e;
+            // One after the other, an autoregression of order four.
+            for (past, f) in past.iter_mut().zip([truth(t), 31.0]) {
+                let r: f64 = 0.98;
+                x += 2.0 * r * (TAU * f / rate).cos() * past[0] - r * r * past[1];
+                *past = [x, past[0]];
+            }
+            x
+        })
+        .collect();
+    let record = Record::new(&y, rate).unwrap();
+    let course = follow(&record, &[2, 4, 6, 8, 10], None).unwrap();
+    assert_eq!(
+        course.taken.family,
+        Family::Ar { a: 4 },
+        "{:?}",
+        course.tried
+    );
+    assert!(
+        course.taken.memory > 100.0 && course.taken.memory < 10_000.0,
+        "{:?}",
+        course.tried
+    );
+    let modes: Vec<_> = (course.instants.iter())
+        .map(|i| i.1.modes().unwrap())
+        .collect();
+    let tracks = tracks(&modes, 10);
+    assert_eq!(tracks.len(), 2);
+    let lag = course.taken.memory / rate;
+    let mut within = 0;
+    for (at, mode) in &tracks[0].points {
+        // The mean over the memory is what is seen.
+        let time = course.instants[*at].0;
+        let seen = truth(((time - lag).max(0.0) * rate) as usize);
+        let std = mode.frequency_std_hz().unwrap();
+        assert!(
+            (mode.damped_frequency_hz() - seen).abs() < 6.0 * std,
+            "{time} {mode:?} {seen}"
+        );
+        within += usize::from((mode.damped_frequency_hz() - seen).abs() < 2.0 * std);
+    }
+    assert!(within as f64 > 0.8 * tracks[0].points.len() as f64);
+    let steady = tracks[1].points.iter();
+    assert!(
+        steady
+            .into_iter()
+            .all(|(_, m)| (m.damped_frequency_hz() - 31.0).abs() < 0.5)
+    );
+    let short = follow(&record, &[4], Some(30.0)).unwrap_err();
+    assert_eq!(short.code, Code::TooShort, "{short}");
 }
 
 /// Nothing forgotten: the recursion ends at least squares of the whole record.

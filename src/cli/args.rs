@@ -198,6 +198,12 @@ pub struct IdentifyArgs {
     /// So many modes instead of as many as are significant
     #[arg(long, value_name = "N")]
     pub order: Option<usize>,
+    /// The output where the force acts, along it (INPUT=OUTPUT with several inputs): every mode gets its modal mass
+    #[arg(long, value_name = "CHANNEL")]
+    pub driving_point: Option<String>,
+    /// With --method rls: how long a sample counts (s where bare); by what predicts best where left out
+    #[arg(long, value_name = "TIME")]
+    pub memory: Option<String>,
     /// Estimate a dead time of the measuring chain
     #[arg(long, value_enum, default_value_t = DelayWord::None)]
     pub delay: DelayWord,
@@ -437,6 +443,8 @@ pub enum MethodWord {
     Armax,
     /// One input, one output: noise on the output only
     OutputError,
+    /// One output, with or without an input: modes that change in the course of the record, by recursive least squares
+    Rls,
 }
 
 /// Words for estimators.

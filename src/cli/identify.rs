@@ -197,6 +197,8 @@ fn study(args: &IdentifyArgs) -> Result<IdentifyStudy, Error> {
         }),
         method: args.method.map(method_of),
         speed_hz: args.speed.as_deref().map(speed).transpose()?,
+        driving_point: args.driving_point.clone(),
+        memory_s: args.memory.as_deref().map(memory).transpose()?,
     })
 }
 
@@ -208,6 +210,18 @@ fn speed(text: &str) -> Result<f64, Error> {
         false => Err(Error::new(
             Code::OutOfRange,
             "--speed takes a speed above zero",
+        )),
+    }
+}
+
+/// A time above zero, s.
+fn memory(text: &str) -> Result<f64, Error> {
+    let time = units::parse_or_bare(text, Kind::Time, "s", "--memory")?;
+    match time > 0.0 {
+        true => Ok(time),
+        false => Err(Error::new(
+            Code::OutOfRange,
+            "--memory takes a time above zero",
         )),
     }
 }
@@ -230,6 +244,7 @@ fn method_of(word: MethodWord) -> Method {
         MethodWord::Arx => Method::Arx,
         MethodWord::Armax => Method::Armax,
         MethodWord::OutputError => Method::OutputError,
+        MethodWord::Rls => Method::Rls,
     }
 }
 
@@ -315,7 +330,10 @@ fn drawn(path: &Path, log: &Path, found: &Identification) -> Result<Vec<(PathBuf
         report::identified::diagram(found, &name).map(|d| report::poles_picture::stabilisation(&d));
     let Some(shown) = report::identified::curves(found, &name) else {
         // Without responses the first picture is what the modes were chosen from.
-        let picture = diagram
+        let course = found.course().map(|c| {
+            report::mode_course::draw(c, &format!("{name}: modes in the course of the record"))
+        });
+        let picture = (course.or(diagram))
             .or_else(|| {
                 report::identified::peaks(found, &name).map(|p| report::lines_picture::lines(&p))
             })

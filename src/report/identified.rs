@@ -5,6 +5,7 @@ use serde_json::{Map, Value, json};
 use super::bode::{Bode, Curve};
 use super::json::{complex, log_header, warnings};
 use super::lines_picture::Lines;
+use super::mode_course;
 use super::poles_picture::{Stabilisation, Steadiness};
 use super::recording::repairs;
 use crate::base::error::Error;
@@ -46,11 +47,13 @@ pub fn json(found: &Identification, done: &[Repair]) -> Result<Value, Error> {
         "band_hz": [found.band_hz.0, found.band_hz.1],
         "hits": hits.collect::<Vec<_>>(),
         "averages": found.responses.as_ref().and_then(|r| r.averages),
+        "driving_point": found.driving_point.as_ref().map(|d| json!({ "input": d.input, "output": d.output, "modal_mass_unit": d.unit })),
         "window_decay_1_s": found.window_decay(),
         "modes": found.modes.iter().enumerate().map(|(k, m)| mode(found, k, m)).collect::<Vec<_>>(),
         "harmonics": found.harmonics.iter().map(|h| harmonic(found, h)).collect::<Vec<_>>(),
         "omitted": omitted.map(|o| json!({ "pole_rad_s": complex(o.pole), "reason": o.reason })).chain(roots).collect::<Vec<_>>(),
         "spread": spread.map(|s| json!({ "frequency_hz": s.frequency_hz, "frequency_spread_hz": s.frequency_spread_hz, "damping_spread": s.damping_spread })).collect::<Vec<_>>(),
+        "course": found.course().map_or(Value::Array(Vec::new()), mode_course::json),
         "evidence": evidence(&found.evidence),
         "tests": tests(&found.evidence),
         "chi2": fit.map(|f| f.chi2),
@@ -95,6 +98,7 @@ fn mode(found: &Identification, k: usize, mode: &FoundMode) -> Value {
         "mean_phase_deviation_rad": shaped.then(|| compare::mean_phase_deviation(shape)),
         "complexity": shaped.then(|| compare::complexity(shape)),
         "shape": over(&found.outputs, &mode.mode.shape),
+        "modal_mass": mode.modal_mass.map(complex),
         "participation": several.then(|| over(&found.inputs, &mode.participation)),
     })
 }
@@ -145,6 +149,7 @@ fn evidence(evidence: &Evidence) -> Value {
         Evidence::Diagram(diagram) => diagram.poles.iter().map(|p| json!({ "order": p.order, "frequency_hz": p.frequency_hz, "damping_ratio": p.damping_ratio, "stability": stability_word(p.stability) })).collect(),
         Evidence::Peaks(peaks) => peaks.peaks.iter().map(|p| json!({ "frequency_hz": p.frequency_hz, "prominence": p.prominence, "half_power": p.half_power.map(|(f, d)| json!({ "frequency_hz": f, "damping_ratio": d })), "reason": p.reason })).collect(),
         Evidence::Orders(orders) => orders.candidates.iter().map(|c| json!({ "model": family(c.family), "error_variance": c.error_variance, "aic": c.aic, "bic": c.bic, "mdl": c.mdl, "accepted": c.family == orders.chosen })).collect(),
+        Evidence::Course(course) => mode_course::trials(course),
     }
 }
 
@@ -165,13 +170,19 @@ fn stability_word(stability: Stability) -> &'static str {
     }
 }
 
-/// The modes as CSV.
+/// The modes as CSV; where they change, in their course.
 pub fn csv(found: &Identification) -> String {
+    if let Some(course) = found.course() {
+        return mode_course::csv(course);
+    }
     let mut text =
         String::from("mode,frequency_hz,frequency_std_hz,damping_ratio,damping_std,coherence");
     let quoted = |name: &str| name.replace('"', "\"\"");
     for output in &found.outputs {
         text += &format!(",\"{0} re\",\"{0} im\"", quoted(&output.name));
+    }
+    if found.driving_point.is_some() {
+        text += ",modal_mass_re,modal_mass_im";
     }
     text.push('\n');
     let or_empty = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x:?}"));
@@ -198,6 +209,10 @@ pub fn csv(found: &Identification) -> String {
                 or_empty(part.map(|z| z.re)),
                 or_empty(part.map(|z| z.im))
             );
+        }
+        if found.driving_point.is_some() {
+            let part = |pick: fn(Complex) -> f64| or_empty(m.modal_mass.map(pick));
+            text += &format!(",{},{}", part(|z| z.re), part(|z| z.im));
         }
         text.push('\n');
     }

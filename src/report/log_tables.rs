@@ -1,6 +1,7 @@
 //! Logs as tables for a terminal.
 
-use super::number::{brief, with_deviation};
+use super::mode_course;
+use super::number::{brief, significant, with_deviation};
 use super::recording::note;
 use super::table::{finish, plain};
 use crate::base::words::{counted, wrapped};
@@ -141,6 +142,9 @@ const HALF_INTERVAL: f64 = 1.96;
 pub fn identified(found: &Identification) -> String {
     let rule = wrapped(&format!("{}: {}", found.method.word(), found.rule));
     let mut text = format!("{}\n{rule}\n\n", wrapped(&found.how));
+    if let Some(course) = found.course().filter(|c| !c.tracks.is_empty()) {
+        return text + &mode_course::table(course) + &mode_course::tried(course);
+    }
     if found.modes.is_empty() {
         text += "no mode is significant in the band\n";
         return text + &harmonics(found) + &evidence(found);
@@ -153,6 +157,10 @@ pub fn identified(found: &Identification) -> String {
     if coherent {
         heads.push("coherence");
         units.push("at peak");
+    }
+    if let Some(point) = &found.driving_point {
+        heads.push("modal mass");
+        units.push(point.unit);
     }
     heads.push("note");
     units.push("");
@@ -169,6 +177,12 @@ pub fn identified(found: &Identification) -> String {
             let coherence = responses.and_then(|r| coherence_at(r, mode.frequency_hz()));
             row.push(coherence.map_or("–".to_string(), |c| format!("{c:.3}")));
         }
+        if found.driving_point.is_some() {
+            row.push(
+                (mode.modal_mass)
+                    .map_or("–".to_string(), |m| significant(m.re.signum() * m.norm())),
+            );
+        }
         row.push(note_of(found, mode));
         table.add_row(row);
     }
@@ -176,6 +190,12 @@ pub fn identified(found: &Identification) -> String {
     text += &finish(&table);
     if found.modes.iter().any(|m| m.mode.pole_covariance.is_some()) {
         text += "± the 95 % interval, 1.96 standard deviations\n";
+    }
+    if let Some(point) = &found.driving_point {
+        text += &format!(
+            "modal masses where the largest component of the shape is 1, by the driving point {} over {}\n",
+            point.output, point.input
+        );
     }
     if let Some(error) = super::identified::worst_error(found) {
         text += &format!("fit error {} %\n", super::number::percent(error));
@@ -290,6 +310,7 @@ fn evidence(found: &Identification) -> String {
             let roots: Vec<_> = orders.omitted.iter().map(|(m, r)| (m.pole, *r)).collect();
             order_table(orders) + &no_modes(&roots)
         }
+        Evidence::Course(course) => mode_course::tried(course),
     }
 }
 
@@ -326,7 +347,7 @@ fn peak(peak: &Peak) -> Option<String> {
         }
         Some((f, d)) => Some(format!(
             "peak at {at} Hz by half power: {} Hz, {} %\n",
-            super::number::significant(f),
+            significant(f),
             super::number::percent(d)
         )),
         None => None,

@@ -39,6 +39,9 @@ pub mod json;
 /// What was understood of a log.
 pub mod recording;
 
+/// Modes in the course of a record.
+pub mod mode_course;
+
 /// What was identified from a log.
 pub mod identified;
 

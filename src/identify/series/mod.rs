@@ -25,3 +25,6 @@ pub mod residuals;
 
 /// Models that follow a process as it changes.
 pub mod recursive;
+
+/// The course of such a model over a record: order and memory by what they predict, modes as tracks.
+pub mod course;

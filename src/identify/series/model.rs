@@ -355,7 +355,7 @@ fn power(x: Complex, n: usize) -> Complex {
 /// Modes of `z^n + a₁z^{n−1} + … + a_n`, whose coefficients have the covariance that starts at `first`.
 ///
 /// `dz/da_k = −z^{n−k} / P′(z)` and `s = rate · ln z`, so `ds/da_k = −rate · z^{n−k−1} / P′(z)`.
-pub(super) fn modes_of(
+fn modes_of(
     a: &[f64],
     covariance: &Matrix,
     first: usize,

@@ -3,10 +3,9 @@
 //! The triangle of the weighted rows is kept up to date by Givens rotations (Gentleman, J. Inst. Maths Applics 12 (1973); Haykin,
 //! Adaptive Filter Theory, 4th ed. (2002), §12.2), which cannot lose definiteness however long it runs; a sample costs about `3n²`.
 
-use super::model::modes_of;
+use super::model::{Family, SeriesModel};
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::identify::mode::IdentifiedMode;
 use crate::identify::samples::check_rate;
 use crate::numeric::Matrix;
 use crate::numeric::factors::least_squares;
@@ -24,6 +23,17 @@ pub struct Settings {
     pub forgetting: f64,
     /// Sample rate, Hz.
     pub rate_hz: f64,
+}
+
+impl Settings {
+    /// The polynomials followed: AR without an input, ARX with one.
+    pub fn family(&self) -> Family {
+        let Settings { a, b, delay, .. } = *self;
+        match b {
+            0 => Family::Ar { a },
+            _ => Family::Arx { a, b, delay },
+        }
+    }
 }
 
 /// Coefficients that follow the samples.
@@ -123,11 +133,11 @@ impl Recursive {
         &self.theta[self.settings.a..]
     }
 
-    /// Modes as they are now, with the covariance that white noise and the memory's length give them.
+    /// The model as it is now, with the covariance that white noise and the memory's length give its coefficients.
     ///
     /// # Errors
     /// `TooShort` before there are enough samples; `IllPosed` where the samples in memory do not determine the coefficients.
-    pub fn modes(&self) -> Result<Vec<IdentifiedMode>, Error> {
+    pub fn model(&self) -> Result<SeriesModel, Error> {
         let size = self.theta.len();
         if self.seen <= 2 * size {
             return Err(Error::new(
@@ -139,10 +149,22 @@ impl Recursive {
         let found = least_squares(&self.triangle)?;
         let [w1, w2] = self.weights;
         let variance = found.residual_square / w1;
-        let covariance = Matrix::from_fn(size, size, |i, j| {
-            found.inverse[(i, j)] * variance * w2 / w1
-        });
-        modes_of(self.a(), &covariance, 0, self.settings.rate_hz)
+        Ok(SeriesModel {
+            family: self.settings.family(),
+            a: self.a().to_vec(),
+            b: self.b().to_vec(),
+            c: Vec::new(),
+            f: Vec::new(),
+            noise_variance: variance,
+            covariance: Matrix::from_fn(size, size, |i, j| {
+                found.inverse[(i, j)] * variance * w2 / w1
+            }),
+            output_mean: 0.0,
+            input_mean: 0.0,
+            samples: self.seen,
+            rate_hz: self.settings.rate_hz,
+            iterations: 0,
+        })
     }
 
     /// Ages the triangle and rotates the row into it.

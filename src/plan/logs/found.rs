@@ -1,6 +1,7 @@
 //! What an identification answers, whatever the method: modes, and what they rest on.
 
 use super::method::Method;
+use super::scaling::DrivingPoint;
 use crate::base::error::Warning;
 use crate::identify::modal::candidates::unit_largest;
 use crate::identify::modal::lsfd::ModeShape;
@@ -8,6 +9,7 @@ use crate::identify::modal::stabilisation::DiagramPole;
 use crate::identify::mode::IdentifiedMode;
 use crate::identify::operational::harmonics::Harmonic;
 use crate::identify::rational::RationalFit;
+use crate::identify::series::course::{Track, Trial};
 use crate::identify::series::model::Family;
 use crate::identify::series::order::Candidate;
 use crate::identify::series::residuals::Test;
@@ -33,6 +35,8 @@ pub struct Identification {
     pub outputs: Vec<Terminal>,
     /// What participation is over: the inputs, where there are several.
     pub inputs: Vec<Terminal>,
+    /// What modal masses come from.
+    pub driving_point: Option<DrivingPoint>,
     /// The responses that were fitted; `None` where the method starts from signals.
     pub responses: Option<FrequencyResponses>,
     /// The band of the modes, Hz.
@@ -60,6 +64,14 @@ impl Identification {
         }
     }
 
+    /// The course of the modes, where the method follows them.
+    pub fn course(&self) -> Option<&ModeCourse> {
+        match &self.evidence {
+            Evidence::Course(course) => Some(course),
+            _ => None,
+        }
+    }
+
     /// Rate of the exponential window on the responses, 1/s.
     pub fn window_decay(&self) -> f64 {
         self.responses.as_ref().map_or(0.0, |r| r.window_decay)
@@ -81,6 +93,8 @@ pub struct FoundMode {
     pub scatter_hz: Option<f64>,
     /// What it shows of being a line of running speed.
     pub harmonic: Option<Harmonic>,
+    /// Modal mass, the largest component of the shape one, by the driving point; in its unit.
+    pub modal_mass: Option<Complex>,
 }
 
 impl From<IdentifiedMode> for FoundMode {
@@ -92,6 +106,7 @@ impl From<IdentifiedMode> for FoundMode {
             presence: None,
             scatter_hz: None,
             harmonic: None,
+            modal_mass: None,
         }
     }
 }
@@ -168,6 +183,8 @@ pub enum Evidence {
     Peaks(Peaks),
     /// Orders that were tried.
     Orders(Orders),
+    /// Modes that change.
+    Course(ModeCourse),
 }
 
 /// A stabilisation diagram.
@@ -212,4 +229,26 @@ pub struct Orders {
     pub omitted: Vec<(IdentifiedMode, &'static str)>,
     /// Tests of the residuals: what was tested, and how often chance gives as much.
     pub tests: Vec<(&'static str, Test)>,
+}
+
+/// Modes in the course of the record.
+#[derive(Debug)]
+pub struct ModeCourse {
+    /// Seconds from the first sample at which the model was looked at.
+    pub time_s: Vec<f64>,
+    /// Modes over these instants: those that begin first, then by frequency.
+    pub tracks: Vec<Track>,
+    /// Orders and memories that were tried.
+    pub tried: Vec<Trial>,
+    /// The one taken.
+    pub taken: Trial,
+    /// Samples a second.
+    pub rate_hz: f64,
+}
+
+impl ModeCourse {
+    /// The memory of a trial, s; `None` where nothing is forgotten.
+    pub fn memory_s(&self, trial: &Trial) -> Option<f64> {
+        (trial.memory.is_finite()).then(|| trial.memory / self.rate_hz)
+    }
 }

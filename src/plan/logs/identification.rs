@@ -9,7 +9,7 @@ use super::functions::{Partials, transfer_functions, without_window};
 use super::method::{Method, Needs};
 use super::modal::{self, Modal};
 use super::study::IdentifyStudy;
-use super::{operational, record, series};
+use super::{course, operational, record, scaling, series};
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
 use crate::base::words::counted;
@@ -144,6 +144,16 @@ fn check_flags(method: Method, study: &IdentifyStudy) -> Result<(), Error> {
             "--kind",
             "it says what responses to an input are: name what drives, --input",
         ),
+        (
+            study.driving_point.is_some() && method.needs() != Needs::Responses,
+            "--driving-point",
+            "modal masses need a measured force: name it, --input",
+        ),
+        (
+            study.memory_s.is_some() && method != Method::Rls,
+            "--memory",
+            "--method rls forgets",
+        ),
     ];
     match idle.into_iter().find(|flag| flag.0) {
         Some((_, flag, hint)) => {
@@ -184,6 +194,10 @@ fn check_roles(
             format!("{word} takes one output, of {} named", outputs.len()),
             "name one, or take --method ssi-cov for all of them",
         ),
+        (Needs::OutputAndPerhapsInput, i, o) if i > 1 || o != 1 => (
+            format!("{word} takes one output and at most one input, of {o} and {i} named"),
+            "name one of each, or one output alone",
+        ),
         (Needs::InputAndOutput, i, o) if i != 1 || o != 1 => (
             format!("{word} takes one input and one output, of {i} and {o} named"),
             "name one of each, or take --method rational for several",
@@ -212,6 +226,10 @@ fn from_signals(
             let modes = (found.modes, found.harmonics);
             (modes.0, modes.1, found.rule, found.evidence, found.warnings)
         }
+        Needs::OutputAndPerhapsInput => {
+            let found = course::identify(&record, band_hz, study)?;
+            (found.modes, found.rule, found.evidence, found.warnings)
+        }
         _ => {
             let found = operational::identify(method, &record, band_hz, study)?;
             let modes = (found.modes, found.harmonics);
@@ -231,6 +249,7 @@ fn from_signals(
         hits: Vec::new(),
         outputs: outputs.iter().map(terminal).collect(),
         inputs: Vec::new(),
+        driving_point: None,
         responses: None,
         band_hz,
         evidence,
@@ -335,7 +354,7 @@ fn from_responses(
             (how, Vec::new())
         }
     };
-    Ok(Identification {
+    let mut found = Identification {
         trace,
         method,
         how,
@@ -358,9 +377,12 @@ fn from_responses(
         harmonics: Vec::new(),
         functions: found.functions,
         fit_error: found.fit_error,
+        driving_point: None,
         responses: Some(responses),
         warnings,
-    })
+    };
+    scaling::scale(&mut found, study.driving_point.as_deref())?;
+    Ok(found)
 }
 
 /// A mode over outputs and inputs from one whose shape is over the functions of a table.

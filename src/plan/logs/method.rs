@@ -37,6 +37,8 @@ pub enum Method {
     Armax,
     /// `y = B/F u + e`.
     OutputError,
+    /// `A y = B u + e` whose coefficients change, by recursive least squares.
+    Rls,
 }
 
 /// What a method starts from.
@@ -50,11 +52,13 @@ pub enum Needs {
     OneOutput,
     /// Signals of one input and one output.
     InputAndOutput,
+    /// The signal of one output, and of one input where it was measured.
+    OutputAndPerhapsInput,
 }
 
 impl Method {
     /// Every method.
-    pub const ALL: [Method; 16] = [
+    pub const ALL: [Method; 17] = [
         Method::Rational,
         Method::Plscf,
         Method::Lsce,
@@ -71,6 +75,7 @@ impl Method {
         Method::Arx,
         Method::Armax,
         Method::OutputError,
+        Method::Rls,
     ];
 
     /// The word users say.
@@ -92,6 +97,7 @@ impl Method {
             Method::Arx => "arx",
             Method::Armax => "armax",
             Method::OutputError => "output-error",
+            Method::Rls => "rls",
         }
     }
 
@@ -108,6 +114,7 @@ impl Method {
             Method::SsiCov | Method::SsiData | Method::Fdd | Method::Efdd => Needs::Outputs,
             Method::Ar | Method::Arma => Needs::OneOutput,
             Method::Arx | Method::Armax | Method::OutputError => Needs::InputAndOutput,
+            Method::Rls => Needs::OutputAndPerhapsInput,
         }
     }
 }

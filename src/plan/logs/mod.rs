@@ -33,11 +33,17 @@ mod parts;
 /// Modes from responses to a measured input.
 mod modal;
 
+/// Modal masses from a driving point.
+pub mod scaling;
+
 /// Modes from responses alone.
 mod operational;
 
 /// Modes from difference equations.
 mod series;
+
+/// Modes that change in the course of a record.
+mod course;
 
 /// The run of an identification.
 pub mod identification;

@@ -14,7 +14,7 @@ use crate::identify::operational::channels::Channels;
 use crate::identify::operational::harmonics::Bands;
 use crate::identify::operational::selection::{HALF_BANDS, LINES};
 use crate::identify::series::autoregressive;
-use crate::identify::series::model::{Family, SeriesModel};
+use crate::identify::series::model::{Family, SeriesModel, Shares};
 use crate::identify::series::order::{self, Criterion};
 use crate::identify::series::record;
 use crate::identify::series::residuals::{cross_correlation, ljung_box};
@@ -37,7 +37,7 @@ pub struct Series {
 const LINEAR: usize = 60;
 
 /// The highest order where each is iterated.
-const ITERATED: usize = 12;
+pub const ITERATED: usize = 12;
 
 /// Samples wanted for each unknown.
 const SAMPLES_PER_UNKNOWN: usize = 10;
@@ -58,14 +58,8 @@ pub fn identify(
     band_hz: (f64, f64),
     study: &IdentifyStudy,
 ) -> Result<Series, Error> {
-    let (output, input) = match samples.samples.as_slice() {
-        [input, output] => (output, Some(input)),
-        all => (&all[0], None),
-    };
-    let mut record = record::Record::new(output, samples.rate_hz)?;
-    if let Some(input) = input {
-        record = record.driven_by(input)?;
-    }
+    let record = of_samples(samples)?;
+    let output = record.output();
     let bearable = (output.len() / SAMPLES_PER_UNKNOWN).max(2);
     let orders: Vec<usize> = match study.order {
         Some(modes) => {
@@ -114,7 +108,7 @@ pub fn identify(
             });
             (Vec::new(), Vec::new())
         }
-        false => told_apart(&model, output, input.is_some(), band_hz)?,
+        false => told_apart(&model, &record, band_hz)?,
     };
     let (modes, harmonics) = apart(modes);
     warnings.extend(operational::of_harmonics(&harmonics));
@@ -136,15 +130,13 @@ pub fn identify(
         }
     }
     let rule = format!(
-        "{} {}; a root inside the band is a mode where its damping ratio is up to {}, its frequency known to half its bandwidth, and \
-         it makes up {} % of the response at its own frequency",
+        "{} {}; {}",
         method::family(model.family),
         match study.order {
             Some(_) => "as asked",
             None => "by the smallest BIC",
         },
-        SelectionRule::default().most_damping,
-        100.0 * AT_PEAK
+        root_rule()
     );
     Ok(Series {
         modes,
@@ -162,8 +154,19 @@ pub fn identify(
     })
 }
 
+/// An output, the last channel, and an input, the first of two.
+///
+/// # Errors
+/// Those of [`record::Record`].
+pub fn of_samples(samples: &Record) -> Result<record::Record<'_>, Error> {
+    match samples.samples.as_slice() {
+        [input, output] => record::Record::new(output, samples.rate_hz)?.driven_by(input),
+        all => record::Record::new(&all[0], samples.rate_hz),
+    }
+}
+
 /// Refuses an order that the samples do not bear, or that would take too long.
-fn check_cost(method: Method, order: usize, samples: usize) -> Result<(), Error> {
+pub fn check_cost(method: Method, order: usize, samples: usize) -> Result<(), Error> {
     /// Seconds worth waiting for, steps of a slow iteration, and operations a second.
     const PATIENCE: f64 = 300.0;
     const STEPS: f64 = 100.0;
@@ -212,36 +215,24 @@ type ToldApart = (Vec<FoundMode>, Vec<(IdentifiedMode, &'static str)>);
 /// Tells modes from roots that only fill up the polynomial.
 fn told_apart(
     model: &SeriesModel,
-    output: &[f64],
-    is_driven: bool,
+    record: &record::Record,
     band_hz: (f64, f64),
 ) -> Result<ToldApart, Error> {
-    let most_damping = SelectionRule::default().most_damping;
-    let signals = [output];
+    let signals = [record.output()];
     let channels = Channels::new(&signals, model.rate_hz)?;
     // A response to a measured input may be as constant as that is.
-    let bands = (!is_driven).then(|| Bands::new(&channels));
-    let spacing = model.rate_hz / output.len() as f64;
+    let bands = (record.input().is_none()).then(|| Bands::new(&channels));
+    let spacing = model.rate_hz / record.output().len() as f64;
     let (mut modes, mut omitted) = (Vec::new(), Vec::new());
     for (mode, shares) in model.modes()?.into_iter().zip(model.shares()?) {
         if !within(mode.pole, band_hz) {
             continue;
         }
-        let (damping, f) = (mode.damping_ratio(), mode.frequency_hz());
-        let std = mode.frequency_std_hz().unwrap_or(0.0);
-        let reason = match () {
-            () if damping <= 0.0 => "it grows",
-            () if damping > most_damping => "it is damped too much for a resonance",
-            () if std > damping * f => "its frequency is less certain than its half-power width",
-            () if shares.at_peak < AT_PEAK || shares.power < LEAST_POWER => {
-                "it fills up the polynomial: other roots make most of the response at its frequency"
-            }
-            () => "",
-        };
-        if !reason.is_empty() {
+        if let Some(reason) = no_mode(&mode, shares) {
             omitted.push((mode, reason));
             continue;
         }
+        let (damping, f) = (mode.damping_ratio(), mode.frequency_hz());
         let half = (HALF_BANDS * damping * f).max(LINES * spacing);
         let harmonic = (bands.as_ref()).map(|b| b.look(0, mode.damped_frequency_hz(), half, None));
         modes.push(FoundMode {
@@ -250,6 +241,32 @@ fn told_apart(
         });
     }
     Ok((modes, omitted))
+}
+
+/// Why a root is no mode.
+pub fn no_mode(mode: &IdentifiedMode, shares: Shares) -> Option<&'static str> {
+    let most_damping = SelectionRule::default().most_damping;
+    let (damping, f) = (mode.damping_ratio(), mode.frequency_hz());
+    let std = mode.frequency_std_hz().unwrap_or(0.0);
+    match () {
+        () if damping <= 0.0 => Some("it grows"),
+        () if damping > most_damping => Some("it is damped too much for a resonance"),
+        () if std > damping * f => Some("its frequency is less certain than its half-power width"),
+        () if shares.at_peak < AT_PEAK || shares.power < LEAST_POWER => Some(
+            "it fills up the polynomial: other roots make most of the response at its frequency",
+        ),
+        () => None,
+    }
+}
+
+/// How roots are told from modes, in words.
+pub fn root_rule() -> String {
+    format!(
+        "a root inside the band is a mode where its damping ratio is up to {}, its frequency known to half its bandwidth, and it makes \
+         up {} % of the response at its own frequency",
+        SelectionRule::default().most_damping,
+        100.0 * AT_PEAK
+    )
 }
 
 fn of_order(method: Method, n: usize) -> Family {

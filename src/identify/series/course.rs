@@ -1,0 +1,259 @@
+//! The course of a recursive model over a record: order and memory by the errors with which it predicted, its modes as tracks.
+//!
+//! The criterion is the mean square of the one-step errors made before each sample was used: Rissanen, IEEE Trans. Inf. Theory 30 (1984),
+//! 629–636, "predictive least squares". It needs no penalty, since what is fitted to noise predicts the next sample worse.
+
+use super::model::{Family, SeriesModel};
+use super::record::{Record, centred, check_order};
+use super::recursive::{Recursive, Settings};
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::base::words::counted;
+use crate::identify::mode::IdentifiedMode;
+
+/// Instants at which the model is looked at, evenly over the record.
+pub const INSTANTS: usize = 200;
+
+/// Shares of the record that are tried as memory, the longest first; infinity forgets nothing.
+const MEMORIES: [f64; 6] = [f64::INFINITY, 0.3, 0.1, 0.03, 0.01, 0.003];
+
+/// The share with which orders are compared.
+const MEMORY_OF_ORDERS: f64 = 0.1;
+
+/// Samples of memory for each unknown, at least.
+pub const SAMPLES_PER_UNKNOWN: f64 = 10.0;
+
+/// Orders one after the other that may predict no better before the search ends.
+const IN_VAIN: usize = 3;
+
+/// An order with a memory, and how well it predicted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trial {
+    /// The polynomials.
+    pub family: Family,
+    /// Samples of memory, `1/(1 − λ)`; infinite where nothing is forgotten.
+    pub memory: f64,
+    /// Mean square of the errors with which each sample was predicted before it was used, output squared.
+    pub error_variance: f64,
+}
+
+/// A model as it was at some instants.
+#[derive(Debug, Clone)]
+pub struct Course {
+    /// What was taken.
+    pub taken: Trial,
+    /// The largest family that could have been tried.
+    pub highest: Family,
+    /// All that was tried.
+    pub tried: Vec<Trial>,
+    /// Mean square of the output over the samples predicted.
+    pub output_variance: f64,
+    /// Seconds from the first sample, and the model then.
+    pub instants: Vec<(f64, SeriesModel)>,
+}
+
+/// Follows a record with one of the orders (coefficients of A, rising) and a memory in samples, or the one that predicts best.
+///
+/// # Errors
+/// `TooShort` where the record does not bear the orders, or the memory given holds fewer than ten samples for each unknown.
+pub fn follow(record: &Record, orders: &[usize], memory: Option<f64>) -> Result<Course, Error> {
+    let mut runs = Runs::new(record);
+    if let (Some(memory), Some(&a)) = (memory, orders.first()) {
+        runs.check_memory(a, memory)?;
+    }
+    let bears = memory.unwrap_or(runs.samples() / 2.0);
+    let orders: Vec<usize> = (orders.iter().copied())
+        .filter(|&a| runs.least_memory(a) <= bears)
+        .collect();
+    let largest = orders.last().map_or(0, |&a| runs.family(a).unknowns());
+    check_order(record.samples(), largest, 2 * largest)?;
+    runs.first = (4 * largest).min(record.samples() / 4);
+    let mut tried: Vec<Trial> = Vec::new();
+    let (mut order, mut best, mut in_vain) = (0, f64::INFINITY, 0);
+    for &a in &orders {
+        let share = (MEMORY_OF_ORDERS * runs.samples()).max(runs.least_memory(a));
+        let trial = runs.run(a, memory.unwrap_or(share), |_, _| ())?;
+        in_vain += 1;
+        if trial.error_variance < best {
+            (order, best, in_vain) = (a, trial.error_variance, 0);
+        }
+        tried.push(trial);
+        if in_vain == IN_VAIN {
+            break;
+        }
+    }
+    if memory.is_none() {
+        for memory in MEMORIES.map(|share| share * runs.samples()) {
+            let again = |t: &Trial| t.family == runs.family(order) && t.memory == memory;
+            if memory >= runs.least_memory(order) && !tried.iter().any(again) {
+                tried.push(runs.run(order, memory, |_, _| ())?);
+            }
+        }
+    }
+    let family = runs.family(order);
+    let taken = (tried.iter().filter(|t| t.family == family))
+        .min_by(|a, b| a.error_variance.total_cmp(&b.error_variance))
+        .ok_or_else(|| Error::new(Code::OutOfRange, "no order was asked for"))?
+        .clone();
+    let step = (record.samples() / INSTANTS).max(1);
+    let unknowns = 4.0 * family.unknowns() as f64;
+    let settled = taken.memory.min(runs.samples() / 10.0).max(unknowns) as usize;
+    let mut instants = Vec::new();
+    runs.run(order, taken.memory, |k, following| {
+        if k >= settled && (k + 1) % step == 0 {
+            // Where nothing moves, the samples in memory determine no model.
+            let model = following.model().ok();
+            instants.extend(model.map(|m| (k as f64 / record.rate_hz(), m)));
+        }
+    })?;
+    Ok(Course {
+        taken,
+        highest: runs.family(orders.last().copied().unwrap_or(order)),
+        tried,
+        output_variance: mean_square(&runs.output[runs.first..]),
+        instants,
+    })
+}
+
+fn mean_square(samples: &[f64]) -> f64 {
+    samples.iter().map(|y| y * y).sum::<f64>() / samples.len() as f64
+}
+
+/// A record without its means, to be run over by several models.
+struct Runs {
+    output: Vec<f64>,
+    input: Option<Vec<f64>>,
+    rate_hz: f64,
+    /// The first sample whose error counts.
+    first: usize,
+}
+
+impl Runs {
+    fn new(record: &Record) -> Runs {
+        Runs {
+            output: centred(record.output()).0,
+            input: record.input().map(|u| centred(u).0),
+            rate_hz: record.rate_hz(),
+            first: 0,
+        }
+    }
+
+    fn samples(&self) -> f64 {
+        self.output.len() as f64
+    }
+
+    fn settings(&self, a: usize, memory: f64) -> Settings {
+        Settings {
+            a,
+            b: self.input.as_ref().map_or(0, |_| a + 1),
+            delay: 0,
+            forgetting: 1.0 - 1.0 / memory,
+            rate_hz: self.rate_hz,
+        }
+    }
+
+    fn family(&self, a: usize) -> Family {
+        self.settings(a, f64::INFINITY).family()
+    }
+
+    /// The shortest memory that determines an order, samples.
+    fn least_memory(&self, a: usize) -> f64 {
+        SAMPLES_PER_UNKNOWN * self.family(a).unknowns() as f64
+    }
+
+    fn check_memory(&self, a: usize, memory: f64) -> Result<(), Error> {
+        let least = self.least_memory(a);
+        if memory >= least {
+            return Ok(());
+        }
+        let message = format!(
+            "a memory of {memory:.0} samples bears {:.0} unknowns at most; {} has {}",
+            memory / SAMPLES_PER_UNKNOWN,
+            counted(a / 2, "mode"),
+            self.family(a).unknowns()
+        );
+        Err(Error::new(Code::TooShort, message).hint(format!(
+            "take {:.3} s of memory or more, or fewer modes",
+            least / self.rate_hz
+        )))
+    }
+
+    /// One run over the record; `look` sees the model after every sample.
+    fn run(
+        &self,
+        a: usize,
+        memory: f64,
+        mut look: impl FnMut(usize, &Recursive),
+    ) -> Result<Trial, Error> {
+        let mut following = Recursive::new(self.settings(a, memory))?;
+        let mut sum = 0.0;
+        for (k, &y) in self.output.iter().enumerate() {
+            let u = self.input.as_ref().map_or(0.0, |u| u[k]);
+            let error = following.push(u, y)?;
+            if k >= self.first {
+                sum += error * error;
+            }
+            look(k, &following);
+        }
+        Ok(Trial {
+            family: self.family(a),
+            memory,
+            error_variance: sum / (self.output.len() - self.first) as f64,
+        })
+    }
+}
+
+/// One mode over the instants at which it was found.
+#[derive(Debug, Clone)]
+pub struct Track {
+    /// Place of each instant, and the mode then.
+    pub points: Vec<(usize, IdentifiedMode)>,
+}
+
+/// Instants that a mode may be lost for.
+const LOST: usize = 5;
+
+/// A change of frequency between two instants by which a mode stays itself, relative; three standard deviations, where they are more.
+const STAYS: f64 = 0.05;
+
+/// Joins the modes of successive instants, nearest first; tracks of fewer than `least` points are left out.
+pub fn tracks(instants: &[Vec<IdentifiedMode>], least: usize) -> Vec<Track> {
+    let mut all: Vec<Track> = Vec::new();
+    for (at, modes) in instants.iter().enumerate() {
+        let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
+        for (t, track) in all.iter().enumerate() {
+            let Some((seen, last)) = track.points.last().filter(|p| at - p.0 <= LOST) else {
+                continue;
+            };
+            for (m, mode) in modes.iter().enumerate() {
+                let f = last.frequency_hz();
+                let std = (last.frequency_std_hz().unwrap_or(0.0))
+                    .hypot(mode.frequency_std_hz().unwrap_or(0.0));
+                let apart = (mode.frequency_hz() - f).abs();
+                if apart <= (STAYS * f * (at - seen) as f64).max(3.0 * std) {
+                    pairs.push((apart / f, t, m));
+                }
+            }
+        }
+        pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut track_of: Vec<Option<usize>> = vec![None; modes.len()];
+        let mut taken = vec![false; all.len()];
+        for (_, t, m) in pairs {
+            if !taken[t] && track_of[m].is_none() {
+                taken[t] = true;
+                track_of[m] = Some(t);
+            }
+        }
+        for (mode, track) in modes.iter().zip(track_of) {
+            let point = (at, mode.clone());
+            match track {
+                Some(t) => all[t].points.push(point),
+                None => all.push(Track {
+                    points: vec![point],
+                }),
+            }
+        }
+    }
+    all.retain(|t| t.points.len() >= least);
+    all
+}

@@ -1,0 +1,182 @@
+//! Modes in the course of a record: table, JSON, CSV, and the picture of frequency over time.
+
+use serde_json::{Value, json};
+
+use super::axes::{frame, span};
+use super::number::{brief, significant, with_deviation};
+use super::style::{
+    Anchor, BLACK, BLUE, GREY, Ink, ORANGE, Panel, SMALL, TITLE, WIDTH, paler, picture, ticks,
+};
+use super::table::{finish, plain, right_but_last};
+use crate::identify::mode::IdentifiedMode;
+use crate::identify::series::course::{Track, Trial};
+use crate::plan::logs::found::ModeCourse;
+use crate::plan::logs::method::family;
+
+/// One row for each mode: where it begins and ends, and the range between.
+pub fn table(course: &ModeCourse) -> String {
+    let mut table = plain();
+    table.add_row(vec![
+        "mode",
+        "from",
+        "to",
+        "frequency",
+        "",
+        "",
+        "damping",
+        "",
+        "seen at",
+    ]);
+    table.add_row(vec![
+        "",
+        "s",
+        "s",
+        "first, Hz",
+        "last, Hz",
+        "range, Hz",
+        "first, %",
+        "last, %",
+        "",
+    ]);
+    for (k, track) in course.tracks.iter().enumerate() {
+        let (Some((from, first)), Some((to, last))) = (track.points.first(), track.points.last())
+        else {
+            continue;
+        };
+        let all = || track.points.iter().map(|p| p.1.frequency_hz());
+        let (low, high) = all().fold((f64::INFINITY, 0.0f64), |(l, h), f| (l.min(f), h.max(f)));
+        table.add_row(vec![
+            (k + 1).to_string(),
+            brief(course.time_s[*from]),
+            brief(course.time_s[*to]),
+            frequency(first),
+            frequency(last),
+            format!("{} … {}", significant(low), significant(high)),
+            damping(first),
+            damping(last),
+            format!("{} of {} instants", track.points.len(), course.time_s.len()),
+        ]);
+    }
+    right_but_last(&mut table);
+    finish(&table) + "± one standard deviation\n"
+}
+
+/// Errors of prediction of what was tried, the best first.
+pub fn tried(course: &ModeCourse) -> String {
+    let mut table = plain();
+    table.add_row(vec!["model", "memory", "error of prediction", "note"]);
+    table.add_row(vec!["", "s", "rms", ""]);
+    let mut all: Vec<&Trial> = course.tried.iter().collect();
+    all.sort_by(|a, b| a.error_variance.total_cmp(&b.error_variance));
+    for trial in all.into_iter().take(SHOWN) {
+        let memory = course.memory_s(trial).map_or("all".to_string(), brief);
+        let note = if *trial == course.taken { "taken" } else { "" };
+        table.add_row(vec![
+            family(trial.family),
+            memory,
+            significant(trial.error_variance.sqrt()),
+            note.to_string(),
+        ]);
+    }
+    right_but_last(&mut table);
+    finish(&table)
+}
+
+/// Trials shown.
+const SHOWN: usize = 6;
+
+fn frequency(mode: &IdentifiedMode) -> String {
+    with_deviation(mode.frequency_hz(), mode.frequency_std_hz().unwrap_or(0.0))
+}
+
+fn damping(mode: &IdentifiedMode) -> String {
+    let std = mode.damping_std().unwrap_or(0.0);
+    with_deviation(100.0 * mode.damping_ratio(), 100.0 * std)
+}
+
+/// What was tried, for `evidence`.
+pub fn trials(course: &ModeCourse) -> Value {
+    let one = |t: &Trial| json!({ "model": family(t.family), "memory_s": course.memory_s(t), "error_variance": t.error_variance, "accepted": *t == course.taken });
+    course.tried.iter().map(one).collect()
+}
+
+/// The tracks, point by point.
+pub fn json(course: &ModeCourse) -> Value {
+    let point = |(at, m): &(usize, IdentifiedMode)| json!({ "time_s": course.time_s[*at], "frequency_hz": m.frequency_hz(), "frequency_std_hz": m.frequency_std_hz(), "damping_ratio": m.damping_ratio(), "damping_std": m.damping_std() });
+    let track = |(k, t): (usize, &Track)| json!({ "mode": k + 1, "points": t.points.iter().map(point).collect::<Vec<_>>() });
+    course.tracks.iter().enumerate().map(track).collect()
+}
+
+/// The tracks, one row for each point.
+pub fn csv(course: &ModeCourse) -> String {
+    let mut text =
+        String::from("mode,time_s,frequency_hz,frequency_std_hz,damping_ratio,damping_std\n");
+    let or_empty = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x:?}"));
+    for (k, track) in course.tracks.iter().enumerate() {
+        for (at, m) in &track.points {
+            text += &format!(
+                "{},{:?},{:?},{},{:?},{}\n",
+                k + 1,
+                course.time_s[*at],
+                m.frequency_hz(),
+                or_empty(m.frequency_std_hz()),
+                m.damping_ratio(),
+                or_empty(m.damping_std())
+            );
+        }
+    }
+    text
+}
+
+/// Draws frequency and damping over time, a bar of two standard deviations to either side at every point.
+pub fn draw(course: &ModeCourse, title: &str) -> String {
+    const INKS: [Ink; 4] = [BLUE, ORANGE, BLACK, GREY];
+    const LEFT: f64 = 70.0;
+    picture(WIDTH, 640.0, |canvas| {
+        canvas.text(title, (LEFT, 16.0), TITLE, BLACK, Anchor::Start);
+        let x = (0.0, course.time_s.last().copied().unwrap_or(1.0));
+        type Pick = fn(&IdentifiedMode) -> (f64, f64);
+        let frequency: Pick = |m| (m.frequency_hz(), m.frequency_std_hz().unwrap_or(0.0));
+        let damping: Pick = |m| {
+            let std = m.damping_std().unwrap_or(0.0);
+            (100.0 * m.damping_ratio(), 100.0 * std)
+        };
+        let panels = [
+            ("frequency, Hz", frequency, (44.0, 364.0), None),
+            ("damping, %", damping, (388.0, 588.0), Some("time, s")),
+        ];
+        for (name, pick, down, below) in panels {
+            let values = (course.tracks.iter()).flat_map(|t| t.points.iter().map(|p| pick(&p.1).0));
+            let Some(y) = span(values) else {
+                let spot = (WIDTH / 2.0, 0.5 * (down.0 + down.1));
+                canvas.text("no mode", spot, TITLE, GREY, Anchor::Middle);
+                continue;
+            };
+            let panel = Panel {
+                across: (LEFT, WIDTH - 40.0),
+                down,
+                x,
+                y,
+            };
+            panel.rule_y(canvas, &ticks(y, 6));
+            frame(&panel, canvas, name, below);
+            for (k, track) in course.tracks.iter().enumerate() {
+                let ink = INKS[k % INKS.len()];
+                for (at, mode) in &track.points {
+                    let (value, std) = pick(mode);
+                    let ends = [value - 2.0 * std, value + 2.0 * std].map(|v| v.clamp(y.0, y.1));
+                    let [low, high] = ends.map(|v| panel.at(course.time_s[*at], v));
+                    canvas.line(low, high, paler(ink), 1.4);
+                }
+                for (at, mode) in &track.points {
+                    canvas.disc(panel.at(course.time_s[*at], pick(mode).0), 1.6, ink);
+                }
+                if let Some((at, mode)) = track.points.last() {
+                    let spot = panel.at(course.time_s[*at], pick(mode).0);
+                    let label = (k + 1).to_string();
+                    canvas.text(&label, (spot.0 + 8.0, spot.1), SMALL, ink, Anchor::Start);
+                }
+            }
+        }
+    })
+}
