@@ -1,6 +1,6 @@
 //! Logs as tables for a terminal.
 
-use super::mode_course;
+use super::mode_course_table;
 use super::number::{brief, significant, with_deviation};
 use super::recording::note;
 use super::table::{finish, plain};
@@ -143,7 +143,7 @@ pub fn identified(found: &Identification) -> String {
     let rule = wrapped(&format!("{}: {}", found.method.word(), found.rule));
     let mut text = format!("{}\n{rule}\n\n", wrapped(&found.how));
     if let Some(course) = found.course().filter(|c| !c.tracks.is_empty()) {
-        return text + &mode_course::table(course) + &mode_course::tried(course);
+        return text + &mode_course_table::table(course) + &mode_course_table::tried(course);
     }
     if found.modes.is_empty() {
         text += "no mode is significant in the band\n";
@@ -310,7 +310,7 @@ fn evidence(found: &Identification) -> String {
             let roots: Vec<_> = orders.omitted.iter().map(|(m, r)| (m.pole, *r)).collect();
             order_table(orders) + &no_modes(&roots)
         }
-        Evidence::Course(course) => mode_course::tried(course),
+        Evidence::Course(course) => mode_course_table::tried(course),
     }
 }
 

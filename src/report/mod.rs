@@ -130,6 +130,10 @@ pub mod stability_table;
 #[cfg(feature = "cli")]
 pub mod measure_table;
 
+/// Tables of modes in the course of a record.
+#[cfg(feature = "cli")]
+pub mod mode_course_table;
+
 /// Tables of logs.
 #[cfg(feature = "cli")]
 pub mod log_tables;

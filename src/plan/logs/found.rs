@@ -1,7 +1,6 @@
 //! What an identification answers, whatever the method: modes, and what they rest on.
 
 use super::method::Method;
-use super::scaling::DrivingPoint;
 use crate::base::error::Warning;
 use crate::identify::modal::candidates::unit_largest;
 use crate::identify::modal::lsfd::ModeShape;
@@ -76,6 +75,17 @@ impl Identification {
     pub fn window_decay(&self) -> f64 {
         self.responses.as_ref().map_or(0.0, |r| r.window_decay)
     }
+}
+
+/// Where a force acts and the motion along it was measured.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct DrivingPoint {
+    /// Channel that drives.
+    pub input: String,
+    /// Channel that answers there.
+    pub output: String,
+    /// The unit of the modal masses: kg, or kg·m² where a torque drives.
+    pub unit: &'static str,
 }
 
 /// A mode with what its method tells beside the pole.

@@ -4,7 +4,7 @@
 
 use std::f64::consts::PI;
 
-use super::found::{FoundMode, Identification};
+use super::found::{DrivingPoint, FoundMode, Identification};
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
 use crate::identify::transfer::function::TransferFunction;
@@ -12,17 +12,6 @@ use crate::numeric::Complex;
 use crate::recording::names;
 use crate::recording::quantity::{self, Quantity};
 use crate::recording::settle::no_channel;
-
-/// Where a force acts and the motion along it was measured.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct DrivingPoint {
-    /// Channel that drives.
-    pub input: String,
-    /// Channel that answers there.
-    pub output: String,
-    /// The unit of the modal masses: kg, or kg·m² where a torque drives.
-    pub unit: &'static str,
-}
 
 /// Phase beyond which a modal mass is none, rad.
 const NO_MASS: f64 = PI / 6.0;
