@@ -1,7 +1,7 @@
 //! Logs as tables for a terminal.
 
 use super::mode_course_table;
-use super::number::{brief, significant, with_deviation};
+use super::number::{HALF_INTERVAL, INTERVAL, brief, significant, with_deviation};
 use super::recording::note;
 use super::table::{finish, plain};
 use crate::base::words::{counted, wrapped};
@@ -135,9 +135,6 @@ fn spectra(held: &[Spectrum]) -> String {
     finish(&table)
 }
 
-/// Half of a 95 % interval in standard deviations: what ± means in every table of a log.
-const HALF_INTERVAL: f64 = 1.96;
-
 /// Identified modes.
 pub fn identified(found: &Identification) -> String {
     let rule = wrapped(&format!("{}: {}", found.method.word(), found.rule));
@@ -189,7 +186,7 @@ pub fn identified(found: &Identification) -> String {
     super::table::right_but_last(&mut table);
     text += &finish(&table);
     if found.modes.iter().any(|m| m.mode.pole_covariance.is_some()) {
-        text += "± the 95 % interval, 1.96 standard deviations\n";
+        text += INTERVAL;
     }
     if let Some(point) = &found.driving_point {
         text += &format!(
@@ -275,7 +272,7 @@ fn harmonics(found: &Identification) -> String {
             Some(order) => format!("order {order} of the running speed"),
             None => what,
         };
-        let at = super::number::significant(harmonic.frequency_hz);
+        let at = significant(harmonic.frequency_hz);
         table.add_row(vec![at, strongest.0, strongest.1, note]);
     }
     super::table::right_but_last(&mut table);

@@ -1,6 +1,6 @@
 //! Modes in the course of a record as tables: one row for each, and what was tried.
 
-use super::number::{brief, significant, with_deviation};
+use super::number::{HALF_INTERVAL, INTERVAL, brief, significant, with_deviation};
 use super::table::{finish, plain, right_but_last};
 use crate::identify::mode::IdentifiedMode;
 use crate::identify::series::course::Trial;
@@ -52,7 +52,7 @@ pub fn table(course: &ModeCourse) -> String {
         ]);
     }
     right_but_last(&mut table);
-    finish(&table) + "± one standard deviation\n"
+    finish(&table) + INTERVAL
 }
 
 /// Errors of prediction of what was tried, the best first.
@@ -80,10 +80,13 @@ pub fn tried(course: &ModeCourse) -> String {
 const SHOWN: usize = 6;
 
 fn frequency(mode: &IdentifiedMode) -> String {
-    with_deviation(mode.frequency_hz(), mode.frequency_std_hz().unwrap_or(0.0))
+    with_deviation(
+        mode.frequency_hz(),
+        HALF_INTERVAL * mode.frequency_std_hz().unwrap_or(0.0),
+    )
 }
 
 fn damping(mode: &IdentifiedMode) -> String {
-    let std = mode.damping_std().unwrap_or(0.0);
-    with_deviation(100.0 * mode.damping_ratio(), 100.0 * std)
+    let half = HALF_INTERVAL * mode.damping_std().unwrap_or(0.0);
+    with_deviation(100.0 * mode.damping_ratio(), 100.0 * half)
 }

@@ -129,6 +129,12 @@ pub fn with_minus_signs(text: &str) -> String {
     out
 }
 
+/// Half of a 95 % interval in standard deviations: what ± means in every table of a log.
+pub const HALF_INTERVAL: f64 = 1.96;
+
+/// What stands below such a table.
+pub const INTERVAL: &str = "± the 95 % interval, 1.96 standard deviations\n";
+
 /// A value with how far it may be off, to two digits of that: `26.602 ± 0.014`.
 pub fn with_deviation(value: f64, deviation: f64) -> String {
     if !(deviation > 0.0 && deviation.is_finite() && value.is_finite()) {

@@ -1,10 +1,10 @@
 //! Modes in the course of a record: the equation followed by recursive least squares, its modes joined to tracks.
 
-use super::found::{Evidence, FoundMode, ModeCourse};
+use super::found::{Evidence, FoundMode, FromSignals, ModeCourse};
 use super::method::{Method, family};
 use super::modal::within;
 use super::record::Record;
-use super::series::{ITERATED, Series, check_cost, no_mode, of_samples, root_rule};
+use super::series::{ITERATED, check_cost, no_mode, of_samples, root_rule};
 use super::study::IdentifyStudy;
 use crate::base::error::{Error, Warning};
 use crate::identify::mode::IdentifiedMode;
@@ -22,7 +22,7 @@ pub fn identify(
     samples: &Record,
     band_hz: (f64, f64),
     study: &IdentifyStudy,
-) -> Result<Series, Error> {
+) -> Result<FromSignals, Error> {
     let record = of_samples(samples)?;
     let orders: Vec<usize> = match study.order {
         Some(modes) => {
@@ -99,8 +99,9 @@ pub fn identify(
         root_rule(),
         100.0 * LASTS
     );
-    Ok(Series {
+    Ok(FromSignals {
         modes: at_end,
+        harmonics: Vec::new(),
         rule,
         evidence: Evidence::Course(ModeCourse {
             time_s: course.instants.iter().map(|i| i.0).collect(),

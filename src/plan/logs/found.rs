@@ -181,6 +181,20 @@ pub fn apart(all: Vec<FoundMode>) -> (Vec<FoundMode>, Vec<FoundHarmonic>) {
     (modes, harmonics)
 }
 
+/// What a method that starts from signals answers.
+pub struct FromSignals {
+    /// Modes.
+    pub modes: Vec<FoundMode>,
+    /// Lines of running speed.
+    pub harmonics: Vec<FoundHarmonic>,
+    /// How they were told from other poles.
+    pub rule: String,
+    /// Poles of all orders, peaks, orders tried, or the course of the modes.
+    pub evidence: Evidence,
+    /// Doubts.
+    pub warnings: Vec<Warning>,
+}
+
 /// What modes rest on.
 #[derive(Debug)]
 #[allow(clippy::large_enum_variant, reason = "one of them per answer")]

@@ -220,21 +220,12 @@ fn from_signals(
     let mut trace = vec![("samples", start.elapsed().as_secs_f64())];
     let band_hz = study.band_hz.unwrap_or((0.0, record.rate_hz / 2.0));
     let start = Instant::now();
-    let (modes, harmonics, rule, evidence, warnings) = match method.needs() {
+    let found = match method.needs() {
         Needs::OneOutput | Needs::InputAndOutput => {
-            let found = series::identify(method, &record, band_hz, study)?;
-            let modes = (found.modes, found.harmonics);
-            (modes.0, modes.1, found.rule, found.evidence, found.warnings)
+            series::identify(method, &record, band_hz, study)?
         }
-        Needs::OutputAndPerhapsInput => {
-            let found = course::identify(&record, band_hz, study)?;
-            (found.modes, found.rule, found.evidence, found.warnings)
-        }
-        _ => {
-            let found = operational::identify(method, &record, band_hz, study)?;
-            let modes = (found.modes, found.harmonics);
-            (modes.0, modes.1, found.rule, found.evidence, found.warnings)
-        }
+        Needs::OutputAndPerhapsInput => course::identify(&record, band_hz, study)?,
+        _ => operational::identify(method, &record, band_hz, study)?,
     };
     trace.push((method.word(), start.elapsed().as_secs_f64()));
     let terminal = |&at: &usize| Terminal {
@@ -245,19 +236,19 @@ fn from_signals(
         trace,
         method,
         how: record.how,
-        rule,
+        rule: found.rule,
         hits: Vec::new(),
         outputs: outputs.iter().map(terminal).collect(),
         inputs: Vec::new(),
         driving_point: None,
         responses: None,
         band_hz,
-        evidence,
-        modes,
-        harmonics,
+        evidence: found.evidence,
+        modes: found.modes,
+        harmonics: found.harmonics,
         functions: Vec::new(),
         fit_error: Vec::new(),
-        warnings,
+        warnings: found.warnings,
     })
 }
 

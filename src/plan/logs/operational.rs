@@ -1,6 +1,6 @@
 //! Modes from responses alone: subspace identification with an automatic choice, or peaks of a decomposition.
 
-use super::found::{Diagram, Evidence, FoundHarmonic, FoundMode, Peak, Peaks, apart};
+use super::found::{Diagram, Evidence, FoundHarmonic, FoundMode, FromSignals, Peak, Peaks, apart};
 use super::method::Method;
 use super::modal::within;
 use super::record::Record;
@@ -18,20 +18,6 @@ use crate::identify::series::residuals::ljung_box;
 use crate::numeric::Complex;
 use crate::spectrum::tones::{self, Tone};
 
-/// What such a method answers.
-pub struct Operational {
-    /// Modes.
-    pub modes: Vec<FoundMode>,
-    /// Lines of running speed.
-    pub harmonics: Vec<FoundHarmonic>,
-    /// How they were told from other poles.
-    pub rule: String,
-    /// Poles of all orders, or peaks.
-    pub evidence: Evidence,
-    /// Doubts.
-    pub warnings: Vec<Warning>,
-}
-
 /// Orders of the running speed that are looked for: 1 to this; meshes beyond are seen by their distribution.
 const ORDERS: usize = 10;
 
@@ -47,7 +33,7 @@ pub fn identify(
     record: &Record,
     band_hz: (f64, f64),
     study: &IdentifyStudy,
-) -> Result<Operational, Error> {
+) -> Result<FromSignals, Error> {
     let mut samples = record.samples.clone();
     let tones = tones::take_out(record.rate_hz, &mut samples)?;
     let samples: Vec<&[f64]> = samples.iter().map(Vec::as_slice).collect();
@@ -182,7 +168,7 @@ fn of_subspace(
     running: Option<&Running>,
     level: Option<Decomposition>,
     band_hz: (f64, f64),
-) -> Operational {
+) -> FromSignals {
     let rule = default_rule(&poles);
     let chosen = physical(&poles, channels, &rule, running);
     let inside = |m: &OperationalMode| within(m.mode.pole, band_hz);
@@ -201,7 +187,7 @@ fn of_subspace(
         OrderPoles::new(o.order, candidates.collect())
     };
     let orders: Vec<OrderPoles> = poles.orders.iter().map(of_order).collect();
-    Operational {
+    FromSignals {
         modes: modes.collect(),
         harmonics: Vec::new(),
         rule: format!(
@@ -224,7 +210,7 @@ fn largest_values(found: Decomposition) -> (Vec<f64>, Vec<f64>) {
     (found.frequency_hz, first)
 }
 
-fn of_peaks(method: Method, found: Decomposition) -> Operational {
+fn of_peaks(method: Method, found: Decomposition) -> FromSignals {
     let mut modes = Vec::new();
     let mut peaks = Vec::new();
     for peak in &found.peaks {
@@ -254,7 +240,7 @@ fn of_peaks(method: Method, found: Decomposition) -> Operational {
             "peaks of the largest singular value that stand out of their valleys beyond chance; it tells no damping"
         }
     };
-    Operational {
+    FromSignals {
         modes,
         harmonics: Vec::new(),
         rule: rule.to_string(),

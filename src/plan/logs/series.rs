@@ -1,6 +1,6 @@
 //! Modes from difference equations: the order by Schwarz's criterion, the residuals tested.
 
-use super::found::{Evidence, FoundHarmonic, FoundMode, Orders, apart};
+use super::found::{Evidence, FoundMode, FromSignals, Orders, apart};
 use super::method::{self, Method};
 use super::modal::within;
 use super::operational;
@@ -18,20 +18,6 @@ use crate::identify::series::model::{Family, SeriesModel, Shares};
 use crate::identify::series::order::{self, Criterion};
 use crate::identify::series::record;
 use crate::identify::series::residuals::{cross_correlation, ljung_box};
-
-/// What such a method answers.
-pub struct Series {
-    /// Modes.
-    pub modes: Vec<FoundMode>,
-    /// Lines of running speed.
-    pub harmonics: Vec<FoundHarmonic>,
-    /// How they were told from other poles.
-    pub rule: String,
-    /// Orders tried, and tests.
-    pub evidence: Evidence,
-    /// Doubts.
-    pub warnings: Vec<Warning>,
-}
 
 /// The highest order of a recursion over orders, and of a linear fit for each.
 const LINEAR: usize = 60;
@@ -57,7 +43,7 @@ pub fn identify(
     samples: &Record,
     band_hz: (f64, f64),
     study: &IdentifyStudy,
-) -> Result<Series, Error> {
+) -> Result<FromSignals, Error> {
     let record = of_samples(samples)?;
     let output = record.output();
     let bearable = (output.len() / SAMPLES_PER_UNKNOWN).max(2);
@@ -138,7 +124,7 @@ pub fn identify(
         },
         root_rule()
     );
-    Ok(Series {
+    Ok(FromSignals {
         modes,
         harmonics,
         rule,
