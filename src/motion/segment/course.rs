@@ -15,9 +15,8 @@ pub struct Parts {
     pub turning: Vec<Complex>,
     /// How many of these are harmonics.
     pub known: usize,
-    /// 1/λ and λ².
+    /// 1/λ.
     inverses: Vec<Complex>,
-    squares: Vec<Complex>,
     others: Vec<Other>,
     near: Vec<Resonance>,
     /// `iω − λ` of the resonances of swings; zero for those of others.
@@ -49,9 +48,14 @@ pub struct Course {
     strides: u32,
     /// Bounds on |σ|, part by part: of every number that turns, then of every other state.
     pub sizes: Vec<f64>,
-    /// Bounds on what resonances add to |σ̈|, in the same order; empty where there are none.
+    /// Bounds on what resonances add to |σ̈|, of swings to |μ|, in the same order; empty where there are none.
     lasting: Vec<f64>,
 }
+
+/// What a part is read by, beside what it counts in a border: p, ṗ, p, ṗ, p̈, p̈, the bound on p̈, that on the third derivative.
+#[derive(Debug, Clone, Copy, Default)]
+#[repr(C, align(16))]
+pub struct Lanes(pub [f64; 8]);
 
 /// What a β that rises does to a swing beside turning: `drift τ`, by series for small λτ.
 #[derive(Debug, Clone, Copy)]
@@ -122,7 +126,6 @@ impl Parts {
             known: frequencies.len(),
             fastest: turning.iter().map(|l| size_of(*l)).fold(0.0, f64::max),
             inverses: turning.iter().map(|lambda| lambda.inv()).collect(),
-            squares: turning.iter().map(|lambda| lambda * lambda).collect(),
             plain: near.is_empty() && spectrum.others.iter().all(plain),
             others: spectrum.others,
             turning,
@@ -173,22 +176,6 @@ impl Parts {
     /// How many numbers and other states there are.
     pub fn count(&self) -> usize {
         self.turning.len() + self.others.iter().map(Other::count).sum::<usize>()
-    }
-
-    /// Bounds on the third derivatives from those on the second, part by part; for plain parts.
-    pub fn jerks(&self, bounds: &[f64], out: &mut Vec<f64>) {
-        out.clear();
-        let turning = self.turning.iter().zip(bounds);
-        out.extend(turning.map(|(lambda, bound)| size_of(*lambda) * bound));
-        let mut at = self.turning.len();
-        for other in &self.others {
-            match other {
-                Other::Coast(lambda) => out.extend([bounds[at + 1], lambda.abs() * bounds[at + 1]]),
-                Other::Decay(lambda) => out.push(lambda.abs() * bounds[at]),
-                _ => out.extend(std::iter::repeat_n(f64::INFINITY, other.count())),
-            }
-            at += other.count();
-        }
     }
 }
 
@@ -321,7 +308,8 @@ impl Course {
                     let lambda = parts.turning[parts.known + k];
                     let longest = span.min(2.0 / kappa.norm());
                     let fast = omega + lambda.norm() + lambda.norm_sqr() * longest;
-                    self.lasting[parts.known + k] += size * fast;
+                    // As of μ, of which |λ|² makes an acceleration.
+                    self.lasting[parts.known + k] += size * fast / lambda.norm_sqr();
                     self.sizes[parts.known + k] += size * longest;
                 }
                 Part::Other(number, at) => {
@@ -519,60 +507,64 @@ impl Course {
         }
     }
 
-    /// σ̈ where it is, zero where only a bound is known; and bounds on |σ̈|, part by part, from here on for `horizon` seconds at most.
-    pub fn accelerations(&self, parts: &Parts, horizon: f64, out: &mut [f64], bounds: &mut [f64]) {
-        let turning = self.moving.iter().zip(&parts.squares);
-        let places = out.chunks_exact_mut(2).zip(bounds.iter_mut());
-        for ((moving, square), (out, bound)) in turning.zip(places) {
-            let bent = moving * square;
-            (out[0], out[1]) = (bent.re, bent.im);
-            *bound = size_of(bent);
+    /// Its lanes where it is, part by part: σ twice, what σ̈ is read from, and bounds on that and on its change from there on, for
+    /// `horizon` seconds at most. A number that turns gives ζ, ζ, μ and |μ|, any other state x, x, ẍ and bounds on ẍ and x⃛.
+    pub fn lay(&self, parts: &Parts, horizon: f64, lanes: &mut Vec<Lanes>) {
+        lanes.resize(parts.count(), Lanes::default());
+        let (turning, rest) = lanes.split_at_mut(parts.turning.len());
+        let numbers = self.moving.iter().zip(self.sigma.as_chunks::<2>().0);
+        for (lane, (moving, &[x, y])) in turning.iter_mut().zip(numbers) {
+            let size = size_of(*moving);
+            lane.0 = [x, x, y, y, moving.re, moving.im, size, size];
         }
+        let mut rest = rest.iter_mut();
         let mut state = parts.first_other();
-        let mut at = parts.turning.len();
         for (part, other) in self.others.iter().zip(&parts.others) {
+            let x = &self.sigma[state..];
+            let mut lay = |x: f64, bent: f64, bound: f64, change: f64| {
+                if let Some(lane) = rest.next() {
+                    lane.0 = [x, x, 0.0, 0.0, bent, 0.0, bound, change];
+                }
+            };
             match part {
                 OtherCourse::Decay { lambda, push, .. } => {
-                    let rate = lambda * self.sigma[state] + push[0] + push[1] * self.tau;
-                    out[state] = lambda * rate + push[1];
-                    bounds[at] = out[state].abs();
+                    let rate = lambda * x[0] + push[0] + push[1] * self.tau;
+                    let bent = lambda * rate + push[1];
+                    lay(x[0], bent, bent.abs(), (lambda * bent).abs());
                 }
                 OtherCourse::Coast { lambda, push, .. } => {
-                    let bent = lambda * self.sigma[state + 1] + push[0] + push[1] * self.tau;
+                    let bent = lambda * x[1] + push[0] + push[1] * self.tau;
                     let change = lambda * bent + push[1];
-                    (out[state], out[state + 1]) = (bent, change);
                     // It goes one way from here on, by no more than this.
                     let last = match *lambda > 0.0 {
                         true => bent.abs() + change.abs() * horizon,
                         false => (bent + change * horizon.min(-1.0 / lambda)).abs(),
                     };
-                    bounds[at] = bent.abs().max(last);
-                    bounds[at + 1] = change.abs();
+                    lay(x[0], bent, bent.abs().max(last), change.abs());
+                    lay(x[1], change, change.abs(), (lambda * change).abs());
                 }
-                OtherCourse::Critical { bounds: own, .. } => {
+                OtherCourse::Critical { bounds, .. } => {
                     let grown = (parts.growth * self.tau).exp();
-                    out[state..state + 2].fill(0.0);
-                    (bounds[at], bounds[at + 1]) = (own[0] * grown, own[1] * grown);
+                    lay(x[0], 0.0, bounds[0] * grown, 0.0);
+                    lay(x[1], 0.0, bounds[1] * grown, 0.0);
                 }
                 OtherCourse::Dense(started) => {
                     let grown = (parts.growth * self.tau).exp();
-                    let count = other.count();
-                    out[state..state + count].fill(0.0);
-                    bounds[at..at + count].fill(started.bound() * grown);
+                    for x in &x[..other.count()] {
+                        lay(*x, 0.0, started.bound() * grown, 0.0);
+                    }
                 }
             }
             state += other.count();
-            at += other.count();
         }
-        let lasting = bounds.iter_mut().zip(&self.lasting);
-        match parts.growth > 0.0 {
-            true => {
-                let until = (parts.growth * self.tau).exp();
-                lasting.for_each(|(bound, more)| *bound += more * until);
-                let grown = (parts.growth * horizon).exp();
-                bounds.iter_mut().for_each(|bound| *bound *= grown);
+        if parts.growth > 0.0 || !self.lasting.is_empty() {
+            let until = (parts.growth * self.tau).exp();
+            let grown = (parts.growth * horizon).exp();
+            let lasting = self.lasting.iter().copied().chain(std::iter::repeat(0.0));
+            for (Lanes(lane), more) in lanes.iter_mut().zip(lasting) {
+                lane[6] = (lane[6] + more * until) * grown;
+                lane[7] *= grown;
             }
-            false => lasting.for_each(|(bound, more)| *bound += more),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The motion of a machine in one regime from a state on, and what its borders read there.
 
 use super::border::Border;
-use super::course::{Course, Stride};
+use super::course::{Course, Lanes, Stride};
 use super::frame::dot;
 use super::instant::Instant;
 use super::machine::Machine;
@@ -24,9 +24,7 @@ pub struct Flight {
     push: [Vec<f64>; 2],
     given: Vec<f64>,
     carried: Vec<f64>,
-    bent: Vec<f64>,
-    bounds: Vec<f64>,
-    jerks: Vec<f64>,
+    lanes: Vec<Lanes>,
     block: Option<Block>,
 }
 
@@ -52,6 +50,12 @@ pub struct Reading {
     pub value: f64,
     /// ṗ.
     pub rate: f64,
+    /// p̈; no number where only a bound is known.
+    pub bend: f64,
+    /// A bound on |p̈| from there on.
+    pub bound: f64,
+    /// A bound on the third derivative from there on; ∞ where none is known.
+    pub jerk: f64,
 }
 
 /// States that are read off together.
@@ -188,46 +192,36 @@ impl Flight {
         }
     }
 
-    /// A border where the motion is.
+    /// Lays out where the motion is, for [`Flight::read`]; bounds hold from there on for `horizon` seconds at most.
+    pub fn look(&mut self, machine: &Machine, horizon: f64) {
+        self.course.lay(&machine.parts, horizon, &mut self.lanes);
+    }
+
+    /// A border where the motion was looked at.
     pub fn read(&self, machine: &Machine, at: usize) -> Reading {
         let (border, started) = (&machine.borders[at], &self.borders[at]);
-        let (sigma, tau) = (&self.course.sigma, self.course.tau);
-        let value = match started.zero && tau == 0.0 {
-            true => 0.0,
-            false => {
-                started.base[0] + started.base[1] * tau - started.offset + dot(&border.row, sigma)
+        let tau = self.course.tau;
+        let mut sums = Lanes::default().0;
+        for (Lanes(lane), Lanes(row)) in self.lanes.iter().zip(&border.lanes) {
+            for at in 0..sums.len() {
+                sums[at] += row[at] * lane[at];
             }
+        }
+        let [p, v, q, w, a, b, bound, jerk] = sums;
+        let (bend, jerk) = match machine.parts.is_plain() {
+            true => (a + b, jerk),
+            false => (f64::NAN, f64::INFINITY),
         };
         Reading {
-            value,
-            rate: started.push[0] + started.push[1] * tau + dot(&border.rate, sigma),
+            value: match started.zero && tau == 0.0 {
+                true => 0.0,
+                false => started.base[0] + started.base[1] * tau - started.offset + (p + q),
+            },
+            rate: started.push[0] + started.push[1] * tau + (v + w),
+            bend,
+            bound,
+            jerk,
         }
-    }
-
-    /// Finds accelerations where it is, and bounds on them from there on, for `horizon` seconds at most.
-    pub fn bend(&mut self, machine: &Machine, horizon: f64) {
-        self.bent.resize(self.course.sigma.len(), 0.0);
-        self.bounds.resize(machine.parts.count(), 0.0);
-        self.course
-            .accelerations(&machine.parts, horizon, &mut self.bent, &mut self.bounds);
-    }
-
-    /// The bound on |p̈| of a border that [`Flight::bend`] found.
-    pub fn bound(&self, machine: &Machine, at: usize) -> f64 {
-        dot(&machine.borders[at].sizes, &self.bounds)
-    }
-
-    /// p̈ where [`Flight::bend`] was, and a bound on the third derivative from there on; nothing where only bounds on p̈ are known.
-    pub fn bending(&mut self, machine: &Machine, at: usize) -> Option<(f64, f64)> {
-        if !machine.parts.is_plain() {
-            return None;
-        }
-        let border = &machine.borders[at];
-        machine.parts.jerks(&self.bounds, &mut self.jerks);
-        Some((
-            dot(&border.row, &self.bent),
-            dot(&border.sizes, &self.jerks),
-        ))
     }
 
     /// Rounding of p.

@@ -275,16 +275,19 @@ impl Making<'_> {
                 .iter()
                 .flat_map(move |p| [p[which].re, -p[which].im])
         };
+        let sizes = phasors.iter().map(|[p, _]| p.norm());
+        let sizes: Vec<f64> = sizes.chain(self.spectrum.sizes_of(&row)).collect();
+        let known = shared.inputs.frequencies.iter();
+        let known = known.map(|&omega| Complex::new(0.0, omega));
+        let lambdas: Vec<Complex> = known.chain(self.spectrum.swings.iter().copied()).collect();
+        let rate: Vec<f64> = turning(1).chain(rate).collect();
+        let row: Vec<f64> = turning(0).chain(row.iter().copied()).collect();
         Border {
             branch,
             to,
-            sizes: phasors
-                .iter()
-                .map(|[p, _]| p.norm())
-                .chain(self.spectrum.sizes_of(&row))
-                .collect(),
-            row: turning(0).chain(row.iter().copied()).collect(),
-            rate: turning(1).chain(rate).collect(),
+            lanes: Border::lanes(&lambdas, &row, &rate, &sizes),
+            sizes,
+            row,
             constant,
             direct: direct.into_iter().collect(),
             dense,

@@ -34,8 +34,8 @@ pub struct Search {
     known: Vec<f64>,
     /// Until when a border is known to have none.
     clear: Vec<f64>,
-    /// Readings with the bounds on p̈, and the safe steps that follow.
-    readings: Vec<(Reading, f64)>,
+    /// Readings, and the safe steps that follow.
+    readings: Vec<Reading>,
     steps: Vec<f64>,
 }
 
@@ -66,41 +66,36 @@ impl Search {
                 return Outcome::Spent(tau);
             }
             let horizon = (span - tau).min(flight.reach);
-            flight.bend(machine, horizon);
+            flight.look(machine, horizon);
             self.readings.clear();
             self.steps.clear();
             for at in 0..borders {
                 let mut reading = flight.read(machine, at);
-                let bound = flight.bound(machine, at);
                 if reading.value <= 0.0 {
                     // Just crossed, and falling by no more than rounding: a pair that breaks away does so without acceleration.
                     let noise = flight.noise(at);
                     let leaving = flight.starts_on(at)
                         && reading.value >= -noise
-                        && reading.rate * reading.rate <= 4.0 * bound * noise;
+                        && reading.rate * reading.rate <= 4.0 * reading.bound * noise;
                     if reading.rate < 0.0 && !leaving {
                         return Outcome::Reached(Reached { tau, border: at });
                     }
                     reading.value = 0.0;
                     reading.rate = reading.rate.max(0.0);
                 }
-                self.readings.push((reading, bound));
-                let step = safe(reading, bound);
-                let bending = match step < horizon {
-                    true => flight.bending(machine, at),
-                    false => None,
-                };
-                self.steps.push(match bending {
-                    Some(bending) => further(step, reading, bending).min(horizon),
-                    None => step,
+                self.readings.push(reading);
+                let step = safe(reading);
+                self.steps.push(match step < horizon {
+                    true => further(step, reading).min(horizon),
+                    false => step,
                 });
             }
             let (mut step, mut first) = self.shortest(tau, None);
-            let (reading, bound) = self.readings[first];
-            let steep =
-                reading.rate < 0.0 && bound * reading.value < 0.25 * reading.rate * reading.rate;
+            let reading = self.readings[first];
+            let square = reading.rate * reading.rate;
+            let steep = reading.rate < 0.0 && reading.bound * reading.value < 0.25 * square;
             if steep && self.known[first].is_nan() && step < horizon {
-                let from = (tau, reading, bound);
+                let from = (tau, reading);
                 match newton(machine, flight, first, from, horizon, effort) {
                     Some(root) => self.known[first] = root,
                     None => self.clear[first] = tau + horizon,
@@ -119,7 +114,7 @@ impl Search {
                 };
             }
             // Touching without a certain crossing: go on by as much as rounding hides, but no other border is passed.
-            let hidden = match self.readings[first].1 {
+            let hidden = match self.readings[first].bound {
                 0.0 => 0.0,
                 bound => (2.0 * flight.noise(first) / bound).sqrt(),
             };
@@ -168,7 +163,10 @@ impl Search {
 }
 
 /// No root before this: where `p + ṗ h − M h²/2` touches zero.
-fn safe(Reading { value, rate }: Reading, bound: f64) -> f64 {
+fn safe(reading: Reading) -> f64 {
+    let Reading {
+        value, rate, bound, ..
+    } = reading;
     let root = (rate * rate + 2.0 * bound * value).sqrt();
     match rate > 0.0 {
         true if bound > 0.0 => (rate + root) / bound,
@@ -185,7 +183,14 @@ fn safe(Reading { value, rate }: Reading, bound: f64) -> f64 {
 
 /// A longer safe step where one is seen: p̈ is known now and changes by no more than `jerk` a second, so that p stays above
 /// `p + ṗ h + p̈ h²/2 − jerk H³/6` for all h up to H.
-fn further(step: f64, Reading { value, rate }: Reading, (bend, jerk): (f64, f64)) -> f64 {
+fn further(step: f64, reading: Reading) -> f64 {
+    let Reading {
+        value,
+        rate,
+        bend,
+        jerk,
+        ..
+    } = reading;
     for times in [8.0, 4.0, 2.0, 1.5] {
         let reach = times * step;
         let lost = jerk * reach * reach * reach / 6.0;
@@ -219,20 +224,17 @@ fn newton(
     machine: &Machine,
     flight: &mut Flight,
     border: usize,
-    (tau, start, bound): (f64, Reading, f64),
+    (tau, start): (f64, Reading),
     horizon: f64,
     effort: &mut Effort,
 ) -> Option<f64> {
     let steep = start.rate.abs();
-    let (mut bend, jerk) = match flight.bending(machine, border) {
-        Some((bend, jerk)) => (Some(bend), jerk),
-        None => (None, f64::INFINITY),
-    };
     let (mut low, mut high) = (tau, tau - 2.0 * start.value / start.rate);
     if high > tau + horizon {
         high = tau + horizon;
         effort.evaluations += 1;
         flight.go(machine, high);
+        flight.look(machine, 0.0);
         if flight.read(machine, border).value > 0.0 {
             return None;
         }
@@ -241,9 +243,11 @@ fn newton(
     let mut reading = start;
     const MOST: usize = 60; // of which two or three happen
     for _ in 0..MOST {
-        let Reading { value, rate } = reading;
+        let Reading {
+            value, rate, bend, ..
+        } = reading;
         // Where the parabola through value, rate and acceleration is zero.
-        let root = bend.map_or(f64::NAN, |bend| (rate * rate - 2.0 * value * bend).sqrt());
+        let root = (rate * rate - 2.0 * value * bend).sqrt();
         let parabola = 2.0 * value / (root - rate);
         let mut next = at
             + if parabola.is_nan() {
@@ -258,19 +262,16 @@ fn newton(
         at = next;
         // What is left is quadratic in what was moved, or cubic.
         let left = match parabola.is_nan() {
-            true => bound * moved * moved / steep,
-            false => (bound * moved * moved).min(jerk * moved * moved * moved) / steep,
+            true => start.bound * moved * moved / steep,
+            false => moved * moved * start.bound.min(start.jerk * moved) / steep,
         };
         if left <= 0.25 * f64::EPSILON * at || moved <= f64::EPSILON * at {
             break;
         }
         effort.evaluations += 1;
         flight.go(machine, at);
+        flight.look(machine, horizon);
         reading = flight.read(machine, border);
-        if bend.is_some() {
-            flight.bend(machine, horizon);
-            bend = flight.bending(machine, border).map(|(bend, _)| bend);
-        }
         if reading.value > 0.0 {
             low = at;
         } else {
