@@ -29,6 +29,21 @@ pub fn add(x: &mut [f64], factor: f64, v: &[f64]) {
     x.iter_mut().zip(v).for_each(|(x, v)| *x += factor * v);
 }
 
+/// `out + Σ x_j column_j`, four columns at a time.
+pub fn add_columns<'a>(out: &mut [f64], x: &[f64], column: impl Fn(usize) -> &'a [f64]) {
+    let (fours, rest) = x.as_chunks::<4>();
+    for (at, [p, q, r, s]) in fours.iter().enumerate() {
+        let [a, b, c, d] = std::array::from_fn(|k| column(4 * at + k));
+        let columns = a.iter().zip(b).zip(c.iter().zip(d));
+        for (out, ((a, b), (c, d))) in out.iter_mut().zip(columns) {
+            *out += (a * p + b * q) + (c * r + d * s);
+        }
+    }
+    for (j, x) in rest.iter().enumerate() {
+        add(out, *x, column(4 * fours.len() + j));
+    }
+}
+
 /// `aᵀb`, in eight partial sums: faster, and with less rounding, than one.
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];

@@ -6,7 +6,8 @@ use super::frame::dot;
 use super::instant::Instant;
 use super::machine::Machine;
 use super::shared::Shared;
-use super::stage::{add, product};
+use super::stage::product;
+use crate::numeric::slices::add;
 use crate::numeric::{Matrix, products};
 
 /// A motion; used again for the next, so that nothing is allocated on the way.

@@ -107,8 +107,13 @@ impl Modes {
     /// Numbers out of range; no convergence.
     pub fn new(root: &Root, rows: &Rows, n: usize) -> Result<Modes, Error> {
         let allowed = allowed(&rows.stuck, n)?;
-        let m = allowed.len();
-        let inside = |row: &Vec<f64>| -> Vec<f64> { allowed.iter().map(|a| dot(a, row)).collect() };
+        let m = allowed.as_ref().map_or(n, Vec::len);
+        let inside = |row: &Vec<f64>| -> Vec<f64> {
+            match &allowed {
+                Some(allowed) => allowed.iter().map(|a| dot(a, row)).collect(),
+                None => row.clone(),
+            }
+        };
         let inside_all = |rows: &[Vec<f64>]| rows.iter().map(inside).collect::<Vec<_>>();
         let squares: Vec<Vec<f64>> = rows.squares.iter().map(|(row, _)| inside(row)).collect();
         let springs = inside_all(&rows.springs);
@@ -136,8 +141,9 @@ impl Modes {
             Some(rigid) => rigid[i],
             None => found.vectors[(i, j)],
         };
-        let vectors = Matrix::from_fn(n, m, |i, j| {
-            (0..m).map(|k| allowed[k][i] * column(j, k)).sum()
+        let vectors = Matrix::from_fn(n, m, |i, j| match &allowed {
+            Some(allowed) => (0..m).map(|k| allowed[k][i] * column(j, k)).sum(),
+            None => column(j, i),
         });
         let mut omega = found.values;
         omega.iter_mut().take(zero.len()).for_each(|w| *w = 0.0);
@@ -164,15 +170,14 @@ impl Modes {
     }
 }
 
-/// Orthonormal motions over x that the stuck directions allow.
-fn allowed(stuck: &[Vec<f64>], n: usize) -> Result<Vec<Vec<f64>>, Error> {
-    let unit = |i: usize| (0..n).map(|j| f64::from(u8::from(i == j))).collect();
+/// Orthonormal motions over x that the stuck directions allow; nothing where nothing is stuck.
+fn allowed(stuck: &[Vec<f64>], n: usize) -> Result<Option<Vec<Vec<f64>>>, Error> {
     if stuck.is_empty() {
-        return Ok((0..n).map(unit).collect());
+        return Ok(None);
     }
     let mut basis = Vec::new();
     extend(&mut basis, &null_motions(stuck, n)?);
-    Ok(basis)
+    Ok(Some(basis))
 }
 
 /// Adds to an orthonormal basis what a list of motions adds to its span.

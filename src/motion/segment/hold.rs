@@ -7,6 +7,7 @@ use super::shared::Shared;
 use super::stage::Stage;
 use crate::base::error::Error;
 use crate::motion::friction::Slip;
+use crate::numeric::slices::add;
 use crate::numeric::{Matrix, definite};
 
 /// Pairs that stick.
@@ -112,7 +113,7 @@ impl Hold {
     pub fn carry(&self, rates: impl Fn(usize) -> f64, out: &mut [f64]) {
         out.fill(0.0);
         for (i, &at) in self.stuck.iter().enumerate() {
-            super::stage::add(out, rates(at), self.carried.col_as_slice(i));
+            add(out, rates(at), self.carried.col_as_slice(i));
         }
     }
 

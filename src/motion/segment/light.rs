@@ -112,45 +112,53 @@ fn settle(
 ) -> Option<LightRoot> {
     let n = squares.len();
     let mut lambda = start;
-    let mut x = vec![Complex::ZERO; n];
-    x[j] = Complex::ONE;
-    // D is symmetric: its columns are its rows.
-    let across = |i: usize, x: &[Complex]| -> Complex {
-        let row = d.col_as_slice(i);
-        let (mut re, mut im) = (0.0, 0.0);
-        for (d, x) in row.iter().zip(x) {
-            re += d * x.re;
-            im += d * x.im;
-        }
-        Complex::new(re, im) - x[i] * row[i]
-    };
+    let mut x = vec![[0.0; 2]; n];
+    x[j] = [1.0, 0.0];
     for _ in 0..ROUNDS {
+        // Squared, as a share of what x and λ are.
         let mut moved: f64 = 0.0;
+        let (inverse, fast) = (lambda.inv(), lambda.norm_sqr());
         for i in (0..n).filter(|&i| i != j) {
+            // D is symmetric: its columns are its rows.
+            let row = d.col_as_slice(i);
             let own = match squares[i] {
                 // λ is a factor of every term.
-                0.0 => -(lambda + d[(i, i)]),
-                square => -(lambda + d[(i, i)] + lambda.inv() * square),
+                0.0 => -(lambda + row[i]),
+                square => -(lambda + row[i] + inverse * square),
             };
-            let next = across(i, &x) / own;
-            let weight = (squares[i] / lambda.norm_sqr()).sqrt().max(1.0);
-            moved = moved.max((next - x[i]).norm() * weight);
-            x[i] = next;
+            let before = Complex::new(x[i][0], x[i][1]);
+            let next = (across(row, &x) - before * row[i]) * own.conj() / own.norm_sqr();
+            moved = moved.max((next - before).norm_sqr() * (squares[i] / fast).max(1.0));
+            x[i] = [next.re, next.im];
         }
-        let next = value(Complex::new(d[(j, j)], 0.0) + across(j, &x));
-        moved = moved.max((next - lambda).norm() / next.norm());
+        let next = value(across(d.col_as_slice(j), &x));
+        moved = moved.max((next - lambda).norm_sqr() / next.norm_sqr());
         lambda = next;
         if !moved.is_finite() || lambda == Complex::ZERO {
             return None;
         }
-        if moved <= SETTLED {
+        if moved <= SETTLED * SETTLED {
             return Some(LightRoot {
                 value: lambda,
-                shape: x,
+                shape: x.iter().map(|x| Complex::new(x[0], x[1])).collect(),
             });
         }
     }
     None
+}
+
+/// `Σ d_k x_k`, in two partial sums.
+fn across(d: &[f64], x: &[[f64; 2]]) -> Complex {
+    let ((twos, last), (pairs, rest)) = (d.as_chunks::<2>(), x.as_chunks::<2>());
+    let (mut even, mut odd) = ([0.0; 2], [0.0; 2]);
+    for ([d, e], [x, y]) in twos.iter().zip(pairs) {
+        even = [even[0] + d * x[0], even[1] + d * x[1]];
+        odd = [odd[0] + e * y[0], odd[1] + e * y[1]];
+    }
+    for (d, x) in last.iter().zip(rest) {
+        even = [even[0] + d * x[0], even[1] + d * x[1]];
+    }
+    Complex::new(even[0] + odd[0], even[1] + odd[1])
 }
 
 #[cfg(test)]

@@ -11,13 +11,14 @@ use super::inputs::{Entry, Input, Inputs};
 use super::law::{Held, held};
 use super::shared::Shared;
 use super::spectrum::Spectrum;
-use super::stage::{Stage, add, product};
+use super::stage::Stage;
 use super::{apart, mixed};
 use crate::base::error::Error;
 use crate::machine::direction::Direction;
 use crate::motion::contact::Affine;
 use crate::motion::friction::Slip;
 use crate::motion::train::{BranchStand, Law, Train};
+use crate::numeric::slices::{add, add_columns};
 use crate::numeric::{Complex, Matrix, registers};
 
 /// A machine in one regime.
@@ -136,46 +137,43 @@ impl Making<'_> {
     fn ways(&self, inner: usize) -> (Matrix, Matrix) {
         let (n, m) = (self.modes.shapes.nrows(), self.modes.count());
         let (out, into) = self.stage.matrices(self.spectrum.count());
-        let (modal, states) = (2 * m + inner, 2 * n + inner);
-        let mut to_modes = Matrix::zeros(modal, states);
-        let mut from_modes = Matrix::zeros(states, modal);
-        for j in 0..m {
-            let momentum = self.modes.momenta.col_as_slice(j);
-            for (i, p) in momentum.iter().enumerate() {
-                (to_modes[(j, i)], to_modes[(m + j, n + i)]) = (*p, *p);
-            }
-            let shape = self.modes.shapes.col_as_slice(j);
-            from_modes.col_as_slice_mut(j)[..n].copy_from_slice(shape);
-            from_modes.col_as_slice_mut(m + j)[n..2 * n].copy_from_slice(shape);
-        }
-        for z in 0..inner {
-            to_modes[(2 * m + z, 2 * n + z)] = 1.0;
-            from_modes[(2 * n + z, 2 * m + z)] = 1.0;
-        }
-        let (parts, back) = (&into * &to_modes, &from_modes * &out);
+        let states = 2 * n + inner;
         let turns = 2 * self.steady.len();
-        let len = parts.nrows();
+        let len = into.nrows();
         // Re(a e^{iωt}) = Re a cos − Im a sin, and σ is without it.
         let steady = |turn: usize, i: usize| match turn % 2 {
             0 => self.steady[turn / 2][i].re,
             _ => -self.steady[turn / 2][i].im,
         };
+        let (shapes, momenta) = (&self.modes.shapes, &self.modes.momenta);
         let mut enter = Matrix::zeros(len, states + turns);
         let mut leave = Matrix::zeros(states, turns + len);
-        for j in 0..states {
-            enter
-                .col_as_slice_mut(j)
-                .copy_from_slice(parts.col_as_slice(j));
+        // Places, then speeds: each of them by the same modes.
+        for half in 0..2 {
+            let parts = into.subcols(half * m, m) * momenta.transpose();
+            let back = shapes * out.subrows(half * m, m);
+            for i in 0..n {
+                let column = enter.col_as_slice_mut(half * n + i);
+                column.copy_from_slice(parts.col_as_slice(i));
+            }
+            for k in 0..len {
+                let column = &mut leave.col_as_slice_mut(turns + k)[half * n..][..n];
+                column.copy_from_slice(back.col_as_slice(k));
+            }
         }
-        for k in 0..len {
-            leave
-                .col_as_slice_mut(turns + k)
-                .copy_from_slice(back.col_as_slice(k));
+        for z in 0..inner {
+            let column = enter.col_as_slice_mut(2 * n + z);
+            column.copy_from_slice(into.col_as_slice(2 * m + z));
+            for k in 0..len {
+                leave[(2 * n + z, turns + k)] = out[(2 * m + z, k)];
+            }
         }
         for turn in 0..turns {
             let answer: Vec<f64> = (0..len).map(|k| steady(turn, k)).collect();
             add(enter.col_as_slice_mut(states + turn), -1.0, &answer);
-            product(&back, &answer, leave.col_as_slice_mut(turn));
+            let mut sum = vec![0.0; states];
+            add_columns(&mut sum, &answer, |k| leave.col_as_slice(turns + k));
+            leave.col_as_slice_mut(turn).copy_from_slice(&sum);
         }
         (enter, leave)
     }

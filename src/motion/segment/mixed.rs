@@ -113,30 +113,14 @@ impl States {
         a
     }
 
-    /// Modal state of the states, without rigid positions and free modes.
-    fn out(&self) -> Matrix {
-        let mut out = Matrix::zeros(2 * self.modes + self.scales.len(), self.len());
-        for (at, &(j, s)) in self.places.iter().enumerate() {
-            out[(j, at)] = 1.0 / s;
-        }
-        (self.first..self.modes).for_each(|j| out[(self.modes + j, self.rate(j))] = 1.0);
-        for (at, scale) in self.scales.iter().enumerate() {
-            out[(2 * self.modes + at, self.inner(at))] = *scale;
-        }
-        out
-    }
-
-    /// States of a modal state.
-    fn into(&self) -> Matrix {
-        let mut into = Matrix::zeros(self.len(), 2 * self.modes + self.scales.len());
-        for (at, &(j, s)) in self.places.iter().enumerate() {
-            into[(at, j)] = s;
-        }
-        (self.first..self.modes).for_each(|j| into[(self.rate(j), self.modes + j)] = 1.0);
-        for (at, scale) in self.scales.iter().enumerate() {
-            into[(self.inner(at), 2 * self.modes + at)] = 1.0 / scale;
-        }
-        into
+    /// Where every state stands in a modal state, and its unit there; rigid positions and free modes are beside.
+    fn modal(&self) -> Vec<(usize, usize, f64)> {
+        let places = self.places.iter().enumerate();
+        let places = places.map(|(at, &(j, s))| (j, at, 1.0 / s));
+        let rates = (self.first..self.modes).map(|j| (self.modes + j, self.rate(j), 1.0));
+        let inner = self.scales.iter().enumerate();
+        let inner = inner.map(|(at, &scale)| (2 * self.modes + at, self.inner(at), scale));
+        places.chain(rates).chain(inner).collect()
     }
 }
 
@@ -260,24 +244,27 @@ fn apart(
     let mut vectors = Matrix::zeros(n, n);
     for (k, root) in swings.iter().enumerate() {
         let size = length(&root.vector);
-        for i in 0..n {
-            vectors[(i, 2 * k)] = root.vector[i].re / size;
-            vectors[(i, 2 * k + 1)] = -root.vector[i].im / size;
-        }
+        let cosine = vectors.col_as_slice_mut(2 * k).iter_mut();
+        cosine.zip(&root.vector).for_each(|(v, x)| *v = x.re / size);
+        let sine = vectors.col_as_slice_mut(2 * k + 1).iter_mut();
+        sine.zip(&root.vector).for_each(|(v, x)| *v = -x.im / size);
     }
     for (k, root) in slow.iter().enumerate() {
         let size = length(&root.vector);
-        (0..n).for_each(|i| vectors[(i, 2 * swings.len() + k)] = root.vector[i].re / size);
+        let column = vectors.col_as_slice_mut(2 * swings.len() + k).iter_mut();
+        column.zip(&root.vector).for_each(|(v, x)| *v = x.re / size);
     }
     let Ok(inverse) = definite::solve(&vectors, &Matrix::identity(n, n)) else {
         return Ok(None);
     };
-    let long = |k: usize| {
-        (0..n)
-            .map(|j| inverse[(k, j)] * inverse[(k, j)])
-            .sum::<f64>()
-    };
-    if !(0..n).all(|k| long(k) < ILL * ILL) {
+    let mut long = vec![0.0; n];
+    for j in 0..n {
+        let column = inverse.col_as_slice(j).iter();
+        long.iter_mut()
+            .zip(column)
+            .for_each(|(sum, x)| *sum += x * x);
+    }
+    if !long.iter().all(|&square| square < ILL * ILL) {
         return Ok(None);
     }
 
@@ -287,16 +274,21 @@ fn apart(
     let kept = 2 * swings.len() + wide * slow.len();
     let total = kept + rigid.len() + 2 * free.len();
     let modal = 2 * states.modes + states.scales.len();
-    let (from_states, to_states) = (states.out(), states.into());
     let own = |k: usize| match k < 2 * swings.len() {
         true => k,
         false => 2 * swings.len() + wide * (k - 2 * swings.len()) + wide - 1,
     };
     let (mut out, mut into) = (Matrix::zeros(modal, total), Matrix::zeros(total, modal));
-    let (some_out, some_into) = (&from_states * &vectors, &inverse * &to_states);
+    let places = states.modal();
     for k in 0..n {
-        (0..modal).for_each(|i| out[(i, own(k))] = some_out[(i, k)]);
-        (0..modal).for_each(|i| into[(own(k), i)] = some_into[(k, i)]);
+        let (vector, column) = (vectors.col_as_slice(k), out.col_as_slice_mut(own(k)));
+        let places = places.iter();
+        places.for_each(|&(row, state, unit)| column[row] = unit * vector[state]);
+    }
+    for &(row, state, unit) in &places {
+        let column = into.col_as_slice_mut(row);
+        let shares = inverse.col_as_slice(state).iter().enumerate();
+        shares.for_each(|(k, x)| column[own(k)] = x / unit);
     }
     for (at, mode) in rigid.clone().enumerate() {
         let keep = kept + at;
@@ -309,8 +301,8 @@ fn apart(
             out[(mode, 2 * k)] = x.re;
             out[(mode, 2 * k + 1)] = -x.im;
             for i in 0..modal {
-                let share = x.re * into[(2 * k, i)] - x.im * into[(2 * k + 1, i)];
-                into[(keep, i)] -= share;
+                let column = into.col_as_slice_mut(i);
+                column[keep] -= x.re * column[2 * k] - x.im * column[2 * k + 1];
             }
         }
         for k in 0..slow.len() {
@@ -366,11 +358,10 @@ fn together(
     }
     (0..rigid).for_each(|mode| a[(n + mode, rate(mode))] = 1.0);
     (0..equations.free).for_each(|mode| a[(rate(mode), rate(mode))] = -equations.drag);
-    let (from_states, to_states) = (states.out(), states.into());
     let (mut out, mut into) = (Matrix::zeros(modal, total), Matrix::zeros(total, modal));
-    for k in 0..n {
-        (0..modal).for_each(|i| out[(i, k)] = from_states[(i, k)]);
-        (0..modal).for_each(|i| into[(k, i)] = to_states[(k, i)]);
+    for (row, state, unit) in states.modal() {
+        out[(row, state)] = unit;
+        into[(state, row)] = 1.0 / unit;
     }
     let mut one = |row: usize, state: usize| {
         out[(row, state)] = 1.0;

@@ -3,6 +3,7 @@
 //! A modal state is `(η, η̇, z)`: modes, their rates, inner states.
 
 use crate::numeric::Matrix;
+use crate::numeric::slices::add_columns;
 
 /// Both ways.
 #[derive(Debug)]
@@ -89,27 +90,8 @@ impl Stage {
     }
 }
 
-/// `A x`, four columns at a time.
+/// `A x`.
 pub fn product(a: &Matrix, x: &[f64], out: &mut [f64]) {
-    const AT_ONCE: usize = 4;
     out.fill(0.0);
-    let whole = x.len() - x.len() % AT_ONCE;
-    for first in (0..whole).step_by(AT_ONCE) {
-        let [a, b, c, d] = std::array::from_fn(|k| a.col_as_slice(first + k));
-        let &[p, q, r, s] = &x[first..first + AT_ONCE] else {
-            continue;
-        };
-        let columns = a.iter().zip(b).zip(c.iter().zip(d));
-        for (out, ((a, b), (c, d))) in out.iter_mut().zip(columns) {
-            *out += (a * p + b * q) + (c * r + d * s);
-        }
-    }
-    for (j, &x) in x.iter().enumerate().skip(whole) {
-        add(out, x, a.col_as_slice(j));
-    }
-}
-
-/// `out += x · column`.
-pub fn add(out: &mut [f64], x: f64, column: &[f64]) {
-    out.iter_mut().zip(column).for_each(|(o, c)| *o += x * c);
+    add_columns(out, x, |j| a.col_as_slice(j));
 }
