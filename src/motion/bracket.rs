@@ -61,12 +61,15 @@ pub fn first_root(border: Border, [from, to]: [f64; 2], effort: &mut Effort) -> 
 fn bounds(p: &[f64]) -> (f64, f64) {
     const LANES: usize = 4;
     let (mut swing, mut curvature) = ([0.0; LANES], [0.0; LANES]);
-    let mut power = [0.0, 1.0, 2.0, 3.0];
-    for four in p.chunks(LANES) {
-        for (lane, a) in four.iter().enumerate() {
-            let k: f64 = power[lane];
-            swing[lane] += a.abs();
-            curvature[lane] += k * (k - 1.0) * a.abs();
+    let mut power: [f64; LANES] = [0.0, 1.0, 2.0, 3.0];
+    let (fours, rest) = p.as_chunks::<LANES>();
+    let mut last = [0.0; LANES];
+    last[..rest.len()].copy_from_slice(rest);
+    for four in fours.iter().chain([&last]) {
+        for lane in 0..LANES {
+            let (k, size) = (power[lane], four[lane].abs());
+            swing[lane] += size;
+            curvature[lane] += k * (k - 1.0) * size;
             power[lane] += LANES as f64;
         }
     }

@@ -16,17 +16,21 @@ pub fn solve(a: &mut [f64], b: &mut [f64]) {
             (0..n).for_each(|c| a.swap(j * n + c, pivot * n + c));
             b.swap(j, pivot);
         }
-        for i in j + 1..n {
-            let factor = a[i * n + j] / a[j * n + j];
-            for c in j + 1..n {
-                a[i * n + c] -= factor * a[j * n + c];
-            }
-            b[i] -= factor * b[j];
+        let (above, below) = a.split_at_mut((j + 1) * n);
+        let (known, left) = b.split_at_mut(j + 1);
+        let pivot = &above[j * n + j..];
+        for (row, right) in below.chunks_exact_mut(n).zip(left) {
+            let factor = row[j] / pivot[0];
+            let pairs = row[j..].iter_mut().zip(pivot);
+            pairs.for_each(|(x, p)| *x -= factor * p);
+            *right -= factor * known[j];
         }
     }
     for j in (0..n).rev() {
-        let known: f64 = (j + 1..n).map(|c| a[j * n + c] * b[c]).sum();
-        b[j] = (b[j] - known) / a[j * n + j];
+        let row = &a[j * n..(j + 1) * n];
+        let pairs = row[j + 1..].iter().zip(&b[j + 1..]);
+        let known: f64 = pairs.map(|(a, x)| a * x).sum();
+        b[j] = (b[j] - known) / row[j];
     }
 }
 

@@ -7,6 +7,7 @@ use crate::motion::contact::{Affine, Stand};
 use crate::motion::series::{Held, Sources};
 use crate::motion::train::{BranchStand, Law};
 use crate::numeric::in_place;
+use crate::numeric::slices::add_columns;
 
 use super::scale::Scale;
 
@@ -28,8 +29,8 @@ pub struct Solutions {
     pub rows: usize,
     /// Coefficients, series after series: `[row][column][term]`.
     pub terms: Vec<f64>,
-    /// The same by terms, `[term][row][column]`, every term filled up to whole lanes.
-    by_term: Vec<f64>,
+    /// The same with so many entries `[row][column]` beside each other, term after term; what is beyond the last entry is zero.
+    beside: Vec<[f64; LANES]>,
     /// Of every border: `[border][column][term]`.
     pub borders: Vec<f64>,
     /// First term of each of these, and the sum of the sizes of the others: `[border][column]`.
@@ -133,11 +134,12 @@ impl Solutions {
                 terms.extend((0..length).map(|k| at(k, row, column)));
             }
         }
-        let width = (rows * columns).next_multiple_of(LANES);
-        let mut by_term = vec![0.0; length * width];
+        let mut beside = vec![[0.0; LANES]; (rows * columns).div_ceil(LANES) * length];
         for (entry, series) in terms.chunks_exact(length).enumerate() {
-            let places = by_term[entry..].iter_mut().step_by(width);
-            places.zip(series).for_each(|(place, a)| *place = *a);
+            let places = beside[entry / LANES * length..].iter_mut();
+            places
+                .zip(series)
+                .for_each(|(place, a)| place[entry % LANES] = *a);
         }
         let mut borders = Vec::with_capacity(limits.len() * length * columns);
         for limit in limits {
@@ -150,7 +152,7 @@ impl Solutions {
             columns,
             rows,
             terms,
-            by_term,
+            beside,
             reaches: borders.chunks_exact(length).map(reach).collect(),
             borders,
             length,
@@ -167,15 +169,12 @@ impl Solutions {
     /// The same into room that is there.
     pub fn states_into(&self, place: f64, n: usize, speed: f64, states: &mut Vec<f64>) {
         let (entries, moved) = (self.rows * self.columns, n * self.columns);
-        let width = entries.next_multiple_of(LANES);
         states.clear();
         states.resize(entries + moved, 0.0);
-        for first in (0..entries).step_by(LANES) {
+        for (at, terms) in self.beside.chunks_exact(self.length).enumerate() {
+            let first = at * LANES;
             let (mut value, mut slope) = ([0.0; LANES], [0.0; LANES]);
-            for term in self.by_term.chunks_exact(width).rev() {
-                let Some(term) = term[first..].first_chunk::<LANES>() else {
-                    continue;
-                };
+            for term in terms.iter().rev() {
                 for lane in 0..LANES {
                     slope[lane] = slope[lane] * place + value[lane];
                     value[lane] = value[lane] * place + term[lane];
@@ -192,14 +191,15 @@ impl Solutions {
         }
     }
 
-    /// Of a combination of the series of a border: its middle, and how far it gets from that on the piece at most.
-    pub fn reach(&self, border: usize, weights: &[f64]) -> [f64; 2] {
+    /// Of a combination of the series of a border: its middle, how far it gets from that on the piece at most, and the size of what
+    /// the middle is summed from.
+    pub fn reach(&self, border: usize, weights: &[f64]) -> [f64; 3] {
         let own = &self.reaches[border * self.columns..(border + 1) * self.columns];
-        own.iter()
-            .zip(weights)
-            .fold([0.0; 2], |[middle, reach], ([a, more], x)| {
-                [middle + a * x, reach + more * x.abs()]
-            })
+        let pairs = own.iter().zip(weights);
+        pairs.fold([0.0; 3], |[middle, reach, size], ([a, more], x)| {
+            let part = a * x;
+            [middle + part, reach + more * x.abs(), size + part.abs()]
+        })
     }
 
     /// The combination of the series of a row by weights, added to `sum`.
@@ -208,21 +208,18 @@ impl Solutions {
         self.add(&self.terms[row * size..(row + 1) * size], weights, sum);
     }
 
-    /// The combination of the series of a border by weights, added to `sum`; returns the size of what its first term is summed from.
-    pub fn add_border(&self, border: usize, weights: &[f64], sum: &mut [f64]) -> f64 {
+    /// The combination of the series of a border by weights, added to `sum`.
+    pub fn add_border(&self, border: usize, weights: &[f64], sum: &mut [f64]) {
         let size = self.columns * self.length;
         let all = &self.borders[border * size..(border + 1) * size];
         self.add(all, weights, sum);
-        let first = all.iter().step_by(self.length).zip(weights);
-        first.map(|(a, x)| (a * x).abs()).sum()
     }
 
     fn add(&self, all: &[f64], weights: &[f64], sum: &mut [f64]) {
-        for (series, weight) in all.chunks_exact(self.length).zip(weights) {
-            sum.iter_mut()
-                .zip(series)
-                .for_each(|(s, a)| *s += weight * a);
-        }
+        let weights = &weights[..self.columns];
+        add_columns(sum, weights, |j| {
+            &all[j * self.length..(j + 1) * self.length]
+        });
     }
 }
 

@@ -124,10 +124,13 @@ impl<'a> Walk<'a> {
         let length = free.solutions.length.max(self.cell.forced.length);
         for (border, limit) in free.limits.iter().enumerate() {
             let fresh = self.crossed.contains(&(limit.branch, limit.value));
-            if !fresh && self.is_far(border) {
+            let [middle, reach, size] = self.reach(border);
+            // It cannot be reached on this piece, whatever its polynomial.
+            if !fresh && middle > reach {
                 continue;
             }
-            let noise = NOISE * self.border(border, length);
+            self.border(border, length);
+            let noise = NOISE * size;
             let candidate = Border {
                 coefficients: &self.scratch,
                 noise,
@@ -253,25 +256,23 @@ impl<'a> Walk<'a> {
         self.there = there;
     }
 
-    /// Whether a border cannot be reached on this piece, whatever its polynomial.
-    fn is_far(&self, border: usize) -> bool {
+    /// Of a border: its middle, how far it gets from that on the piece at most, and the size of what the middle is summed from.
+    fn reach(&self, border: usize) -> [f64; 3] {
         let rising = [1.0, self.tables.grid.elapsed(self.periods)];
         let own = self.cell.free.solutions.reach(border, &self.constants);
         let forced = self.cell.forced.reach(border, &rising);
-        own[0] + forced[0] > own[1] + forced[1]
+        std::array::from_fn(|at| own[at] + forced[at])
     }
 
-    /// The polynomial of a border, into the scratch; returns the size of what its first term is summed from.
-    fn border(&mut self, border: usize, length: usize) -> f64 {
+    /// The polynomial of a border, into the scratch.
+    fn border(&mut self, border: usize, length: usize) {
         let rising = [1.0, self.tables.grid.elapsed(self.periods)];
         self.scratch.clear();
         self.scratch.resize(length, 0.0);
-        let free = &self.cell.free.solutions;
-        let own = free.add_border(border, &self.constants, &mut self.scratch);
-        own + self
-            .cell
-            .forced
-            .add_border(border, &rising, &mut self.scratch)
+        let Cell { free, forced, .. } = &*self.cell;
+        let free = &free.solutions;
+        free.add_border(border, &self.constants, &mut self.scratch);
+        forced.add_border(border, &rising, &mut self.scratch);
     }
 
     /// The state at a place, in units.
