@@ -108,8 +108,9 @@ const PARTS: &[Part] = &[
     },
     Part {
         name: "geared_chain",
-        title: "geared chain, 20 freedoms, two meshes with play, 1 s",
-        make: || in_turning_frame(shipped("geared_chain", 1.0, 400)),
+        // It rattles, and multiplies every rounding: by a second no two methods agree, until here all do.
+        title: "geared chain, 20 freedoms, two meshes with play, 0.3 s",
+        make: || in_turning_frame(shipped("geared_chain", 0.3, 120)),
         truth: Truth::Beside("dop853-events"),
         also: &["dop853-events"],
         peers: &[
@@ -122,8 +123,9 @@ const PARTS: &[Part] = &[
     },
     Part {
         name: "y2250_cutting",
-        title: "Y2250 cutting, 0.5 s",
-        make: || shipped("y2250_cutting", 0.5, 1000),
+        // The cutter enters at 0.2 s; before, the train rattles under the motor alone.
+        title: "Y2250 cutting, 0.22 s, of which it cuts 0.02 s",
+        make: || shipped("y2250_cutting", 0.22, 440),
         truth: Truth::Beside("dop853-events"),
         also: &["dop853-events"],
         peers: &["Radau", "LSODA", "CVODE-BDF", "CVODE-Adams"],
@@ -376,22 +378,22 @@ fn show(part: &Part) {
     let folder = Temporary::new(part.name);
     let machine = folder.path("machine.json");
     fs::write(&machine, moved.numbers(part.peers).to_string()).expect("there is room");
-    let own = moved.run(method, tightest).expect("it moves").0;
     // The reference, and what our own error is measured by.
+    let own = || moved.run(method, tightest).expect("it moves").0;
     let (reference, other, by) = match part.truth {
         Truth::Exponential => {
             let file = folder.path("truth.bin");
             peers("motion_peer.py", &["truth", text(&machine), text(&file)]);
             match fs::read(&file) {
                 Ok(bytes) => (doubles(&bytes), doubles(&bytes), "a matrix exponential"),
-                Err(_) => (own.clone(), own, "itself, for want of Python"),
+                Err(_) => (own(), own(), "itself, for want of Python"),
             }
         }
         Truth::Beside(name) => {
             let beside = methods::find(name).expect("it is a method");
             let other = moved.run(beside, tightest).expect("it moves").0;
             match method.ladder {
-                Ladder::Exact => (own, other, name),
+                Ladder::Exact => (own(), other, name),
                 _ => (other.clone(), other, name),
             }
         }
@@ -440,10 +442,11 @@ fn cheapest(moved: &Moved, method: &Method, against: &States) -> Option<(String,
     }
     let (tolerance, error, effort) = found?;
     let work = || moved.run(method, Wanted::Tolerance(tolerance)).map(|r| r.1);
-    let once = best(1, work).0;
-    let seconds = match once < 0.02 {
-        true => best((0.5 / once) as usize + 3, work).0,
-        false => best_on_processor(if once < 0.5 { 5 } else { 2 }, work).0,
+    let once = best_on_processor(1, work).0;
+    let seconds = match once {
+        once if once < 0.02 => best((0.5 / once.max(1e-4)) as usize + 3, work).0,
+        once if once < 0.5 => best_on_processor(5, work).0,
+        once => once,
     };
     let asked = match method.ladder {
         Ladder::Exact => String::new(),
