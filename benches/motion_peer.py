@@ -93,6 +93,7 @@ def truth(machine, out):
         start[cos], start[cos + 1] = fixed(math.cos(phase)), fixed(math.sin(phase))
         for i, x in machine["drives"][at]["d"]:
             push(i, cos, fixed(x) * fixed(amplitude) >> bits)
+    assert machine["from"] == 0.0
     step = fixed(machine["until"]) // machine["samples"]
     a = (a * step) >> bits
     largest = max(sum(abs(x) for x in row) for row in a)
@@ -410,7 +411,8 @@ class Race:
 
         self.machine = machine
         self.start = np.array(machine["start"], dtype=float)
-        self.times = np.arange(machine["samples"] + 1) * (machine["until"] / machine["samples"])
+        step = (machine["until"] - machine["from"]) / machine["samples"]
+        self.times = machine["from"] + np.arange(machine["samples"] + 1) * step
         self.times[-1] = machine["until"]
         self.reference = np.fromfile(f"{folder}/reference.bin").reshape(-1, len(self.start))
         with open(f"{folder}/outputs.json") as file:
@@ -477,7 +479,7 @@ class Race:
         import numpy as np
 
         solver = Cvode(self, name, tolerance, self.free)
-        solver.start(0.0, self.start)
+        solver.start(self.times[0], self.start)
         states = [self.start]
         for target in self.times[1:]:
             solver.step(target)
@@ -494,7 +496,7 @@ class Race:
                 for k in range(-1, int(self.times[-1] / turn) + 2):
                     for share in (0.0, wave["steps"][2]):
                         found.add((k + share) * turn - wave["start"] / wave["omega"])
-        return sorted(t for t in found if 0.0 < t)
+        return sorted(t for t in found if self.times[0] < t)
 
     def cvode_by_roots(self, name, tolerance):
         """Stopped at every contact lost or made and at every jump of a stiffness, and started anew."""
@@ -510,15 +512,15 @@ class Race:
                     frozen[len(branches) + at] = 0 if psi % 1.0 < b["wave"]["steps"][2] else 1
 
         values = np.empty(2 * len(self.contacts))
-        self.roots(0.0, self.start, values)
+        self.roots(self.times[0], self.start, values)
         for place, b in enumerate(self.contacts):
             frozen[b] = 1 if values[2 * place] > 0.0 else -1 if values[2 * place + 1] < 0.0 else 0
         jumps = self.breaks() + [math.inf]
         near = 1e-9 * (self.times[1] - self.times[0])
         solver = Cvode(self, name, tolerance, frozen, 2 * len(self.contacts))
-        pieces(0.5 * min(jumps[0], self.times[-1]))
-        solver.start(0.0, self.start)
-        states, t, jump = [self.start], 0.0, 0
+        pieces(0.5 * (self.times[0] + min(jumps[0], self.times[-1])))
+        solver.start(self.times[0], self.start)
+        states, t, jump = [self.start], self.times[0], 0
         for target in self.times[1:]:
             while t < target:
                 # A jump and a sample that differ by rounding are one.
