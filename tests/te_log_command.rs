@@ -397,6 +397,11 @@ fn exact_declared_errors_come_back() {
     let text = geardyn(&[&SHIPPED[..], &model].concat());
     let text = String::from_utf8(text.stdout).unwrap();
     assert!(text.contains("5 numbers of 5 declared"), "{text}");
+    assert!(
+        text.contains("most of it: order 1, index_wheel cumulative-pitch = output"),
+        "{text}"
+    );
+    assert!(text.contains("mean turn of input"), "{text}");
     let wrong = [
         &SHIPPED[..],
         &["--model", "models/y2250.toml", "--at", "motor,work_spindle"],

@@ -58,6 +58,9 @@ pub fn run(args: &TeArgs) -> Result<u8, Errors> {
 /// Every file that is to be written.
 fn outputs(args: &TeArgs) -> Result<Vec<PathBuf>, Error> {
     let mut all: Vec<PathBuf> = args.csv.iter().chain(&args.written).cloned().collect();
+    if let Some(path) = &args.csv {
+        output::ends(path, &["csv"])?;
+    }
     if let Some(path) = &args.svg {
         output::ends(path, &["svg"])?;
         let words: &[&str] = match args.speeds {

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::encoders::{arcsec, degrees, micrometres, range, way};
-use super::number::{brief, interval, significant, with_minus_signs};
+use super::number::{brief, interval, percent, significant, with_minus_signs};
 use super::table::{finish, plain, right_but_first, right_but_last};
 use crate::base::words::counted;
 use crate::plan::logs::attribution::Attribution;
@@ -185,6 +185,7 @@ fn one(flank: &Flank, found: &EncoderRecord, all: bool) -> String {
     }
     text += &finish(&whole);
     text += &lines(flank, with_um, found, all);
+    text += &largest(flank);
     for u in &flank.unexplained {
         let near = u.nearest.as_ref().map_or(String::new(), |what| {
             format!("; {what} lies there, --all fits multiples of the shafts")
@@ -197,6 +198,26 @@ fn one(flank: &Flank, found: &EncoderRecord, all: bool) -> String {
         );
     }
     text
+}
+
+/// Which line makes most of the error.
+fn largest(flank: &Flank) -> String {
+    let known = || flank.lines.iter().filter(|l| l.significant);
+    let Some(first) = known().max_by(|a, b| a.amplitude.total_cmp(&b.amplitude)) else {
+        return "no order stands out of the noise\n".to_string();
+    };
+    let others = flank.unexplained.iter().map(|u| u.amplitude);
+    let sum: f64 = known()
+        .map(|l| l.amplitude)
+        .chain(others)
+        .map(|a| a * a)
+        .sum();
+    format!(
+        "most of it: order {}, {}, {} % of the squares of what stands out\n",
+        first.order.exact,
+        first.order.names.join(" = "),
+        percent(first.amplitude.powi(2) / sum)
+    )
 }
 
 /// Declared errors beside what the record makes of them.

@@ -275,7 +275,7 @@ fn speeds(title: &str, machine: &Machine, answer: &Answer, map: &Map) -> String 
             .iter()
             .map(|&k| {
                 format!(
-                    "{}   {}",
+                    "{}: {}",
                     shortened(&of_row(machine, &answer.rows[k]), 40),
                     sizes(k)
                 )

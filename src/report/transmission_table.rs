@@ -330,8 +330,8 @@ fn elements(answer: &Answer) -> String {
     };
     match fast {
         Some(fast) => {
-            text += &out(" slowly", &answer.negligible);
-            text += &out(" at speed", &fast.negligible);
+            text += &out(" as far as slow turning goes", &answer.negligible);
+            text += &out(" as far as this speed goes", &fast.negligible);
         }
         None => text += &out("", &answer.negligible),
     }

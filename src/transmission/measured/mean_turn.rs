@@ -21,8 +21,8 @@ pub struct MeanTurn {
     pub average: TurnAverage,
 }
 
-/// Fewer cells a turn of a shaft show nothing of it.
-const FEWEST: f64 = 16.0;
+/// Fewer cells a turn of a shaft show less than its second multiple.
+const FEWEST: f64 = 8.0;
 
 /// Of every shaft that turns twice or more, the output first. `input` is where the input's angle is zero, turns of the output.
 ///
