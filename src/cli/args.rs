@@ -595,7 +595,7 @@ pub struct MotionArgs {
     #[arg(long, value_name = "SIGNALS", value_delimiter = ',')]
     pub output: Vec<String>,
     /// Method of integration, chosen from the structure of the machine where left out: exact, switched, periodic; by --tolerance
-    /// radau5, dop853-events, dop853, dopri5, generalized-alpha-controlled; by --step rk4, newmark, hht, generalized-alpha
+    /// radau5, exponential, dop853-events, dop853, dopri5, generalized-alpha-controlled; by --step rk4, newmark, hht, generalized-alpha
     #[arg(long, value_name = "METHOD")]
     pub method: Option<String>,
     /// Local error of a step, relative to the size of each state; 1e-8 where left out

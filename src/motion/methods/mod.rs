@@ -22,6 +22,9 @@ pub mod radau;
 /// Both, on machines and on plain problems.
 pub mod stepping;
 
+/// Exponential, order 4.
+pub mod exponential;
+
 /// Newmark's and its kin.
 pub mod alpha;
 
@@ -86,6 +89,15 @@ pub const METHODS: &[Method] = &[
         locates_events: true,
         refuses: |_| None,
         run: stepping::radau5,
+    },
+    Method {
+        name: "exponential",
+        title: "exponential Runge–Kutta of stiff order 4, the linear part exact, for stiff machines with smooth forces",
+        ladder: Ladder::Tolerance,
+        order: Some(4),
+        locates_events: true,
+        refuses: exponential::refuses,
+        run: exponential::exponential,
     },
     Method {
         name: "dop853",

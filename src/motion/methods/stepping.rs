@@ -49,7 +49,8 @@ pub fn radau5_plain<P: Problem>(problem: &P, ask: &Ask, sink: &mut Sink) -> Resu
     stepper::run(&Plain(problem), ask, sink, &mut stepper)
 }
 
-fn control(ask: &Ask) -> Control {
+/// How steps are chosen.
+pub(super) fn control(ask: &Ask) -> Control {
     match ask.effort {
         Wanted::Tolerance(tolerance) => Control::Tolerance(tolerance),
         Wanted::Step(h) => Control::Fixed(h),
