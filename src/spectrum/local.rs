@@ -328,6 +328,8 @@ struct OverPoles {
     spread: Vec<f64>,
     residual: f64,
     freedoms: f64,
+    /// `d₁`, and `d₂` where there is one.
+    denominator: Vec<Complex>,
 }
 
 impl Local {
@@ -352,7 +354,7 @@ impl Local {
             a => -y[k] * power(k, a + 1 - TERMS * (self.inputs + 1)),
         };
         let mut denominator = vec![Complex::new(1.0, 0.0); width];
-        let mut found = None;
+        let mut found: Option<OverPoles> = None;
         for _ in 0..ROUNDS {
             let weighted = |a: usize| -> Vec<Complex> {
                 (0..width).map(|k| column(a, k) / denominator[k]).collect()
@@ -377,6 +379,7 @@ impl Local {
                 spread: (0..self.inputs).map(|j| inverse[(j, j)].re).collect(),
                 residual: (0..width).map(off).sum(),
                 freedoms: (width - unknowns) as f64,
+                denominator: theta[unknowns - order..].to_vec(),
             });
             let of = |k: usize| {
                 let terms = (1..=order).map(|s| theta[unknowns - order + s - 1] * power(k, s));
@@ -390,7 +393,23 @@ impl Local {
                 return None;
             }
         }
-        found
+        found.filter(|found| are_resonances(&found.denominator))
+    }
+}
+
+/// Whether the roots of `1 + d₁ r (+ d₂ r²)` are resonances inside the window or beside it, and no wider: stable poles, above the real
+/// axis. Others only follow noise.
+fn are_resonances(d: &[Complex]) -> bool {
+    const BESIDE: f64 = 1.5;
+    let is_one = |r: Complex| r.re.abs() < BESIDE && r.im > 0.0 && r.im < BESIDE;
+    match d {
+        [first] => is_one(-first.inv()),
+        [first, second] => {
+            let root = (first * first - second * 4.0).sqrt();
+            let twice = second * 2.0;
+            is_one((root - first) / twice) && is_one((-root - first) / twice)
+        }
+        _ => false,
     }
 }
 
