@@ -384,7 +384,18 @@ fn exact_modes_of_a_sweep() {
     let found = by_steps(&log, EstimateStudy::default());
     assert!(found.how.contains("local parabolas"), "{}", found.how);
     let (inside, is_whole) = score(&found);
-    assert!(is_whole && inside >= 2, "{inside}");
+    let told: Vec<_> = found
+        .modes
+        .iter()
+        .map(|m| {
+            (
+                m.frequency_hz(),
+                m.damping_ratio(),
+                m.mode.frequency_std_hz(),
+            )
+        })
+        .collect();
+    assert!(is_whole && inside >= 2, "{inside} {told:?}");
     for (mode, (f, d, ..)) in found.modes.iter().zip(MODES) {
         let std = (
             mode.mode.frequency_std_hz().unwrap(),

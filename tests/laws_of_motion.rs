@@ -489,7 +489,7 @@ fn exact_orders_follow_the_angle() {
     let mut scene = scene_of(text);
     scene.start.speeds = vec![(scene.model.inertias[0].name.clone(), 2.0)];
     let (name, motion) = moved(&scene, &study(8.0, &["d", "d.speed"], None));
-    assert_eq!(name, "radau5");
+    assert_eq!(name, "dop853-events");
     for k in 0..motion.time.len() {
         let (angle, speed) = (motion.values[0][k], motion.values[1][k]);
         let square = 4.0 + 2.0 * (1.5 * angle).sin();
@@ -529,7 +529,7 @@ p = "5 rad/s"
     };
     let (known, time) = run(scene::laws::PhaseOf::Speed);
     let (followed, angle) = run(scene::laws::PhaseOf::Angle);
-    assert_eq!((known, followed), ("exact", "radau5"));
+    assert_eq!((known, followed), ("exact", "dop853-events"));
     assert!(gap(&angle) < 1e-6, "{}", gap(&angle));
     let force = 3.0 / (0.5 * 20.0 * 0.004 * 20f64.to_radians().cos());
     // Inertia of what the errors shake, m ë = 0.03 N, and its ring; without the speeds of the errors k ė/ω would be 2 N. Where e

@@ -279,6 +279,16 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "Common poles do not explain the responses to within their noise, however many. Each value was taken to be off by a share of its size as well, by which the poles found do explain them: the responses disagree about the modes (sensors that load the structure, drift), leak, or the structure is not linear.",
     ),
     (
+        "driving-point",
+        Warning,
+        "A modal mass is no positive number: force and motion at the driving point do not belong together, or one of them is turned round.",
+    ),
+    (
+        "uncalibrated",
+        Warning,
+        "Units that are not those of force and motion give no modal masses.",
+    ),
+    (
         "not-poles",
         Warning,
         "The responses are not those of a few poles: the usual method found no number of poles that suffices, and another answers.",

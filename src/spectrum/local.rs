@@ -397,10 +397,11 @@ impl Local {
     }
 }
 
-/// Whether the roots of `1 + d₁ r (+ d₂ r²)` are resonances inside the window or beside it, and no wider: stable poles, above the real
-/// axis. Others only follow noise.
+/// Whether the roots of `1 + d₁ r (+ d₂ r²)` are stable poles (above the real axis) within a few of the window's half-widths, and no
+/// wider. Others only follow noise.
 fn are_resonances(d: &[Complex]) -> bool {
-    const BESIDE: f64 = 1.5;
+    // A parabola misses resonances up to several of its widths away.
+    const BESIDE: f64 = 4.0;
     let is_one = |r: Complex| r.re.abs() < BESIDE && r.im > 0.0 && r.im < BESIDE;
     match d {
         [first] => is_one(-first.inv()),

@@ -36,6 +36,58 @@ const PREFERRED: &[&str] = &[
     "dopri5",
 ];
 
+/// Takes the place of [`STURDY`] where its steps, bound by stability, are few: a step costs a tenth.
+const EXPLICIT: &str = "dop853-events";
+
+/// Steps that are few: some seconds for forty freedoms.
+const FEW_STEPS: f64 = 1e5;
+
+/// `h ω` on the imaginary axis up to which Dormand and Prince's method of order 8 does not grow (Hairer, Nørsett & Wanner,
+/// Solving Ordinary Differential Equations I, §II.5; what `stability` computes from its coefficients).
+const REACH: f64 = 6.0;
+
+/// Steps that keep the explicit method stable over a time, at most; nothing where a law has no greatest slope.
+fn explicit_steps(train: &Train, until: f64) -> Option<f64> {
+    let mut stiffness = vec![0.0; train.n()];
+    let mut damping = vec![0.0; train.n()];
+    let mut inner = 0.0f64;
+    for branch in &train.branches {
+        let wave = branch.variation.as_ref();
+        let factor = wave.map_or(1.0, |w| w.shape.greatest().abs().max(w.shape.least().abs()));
+        let (k, c) = match &branch.law {
+            Law::Linear { stiffness, damping } => (*stiffness, *damping),
+            Law::Contact(contact) => (contact.stiffness, contact.damping),
+            Law::Maxwell { stiffness, damping } => {
+                inner = inner.max(stiffness / damping);
+                (*stiffness, 0.0)
+            }
+            // What sticks is held, and what slides has the slope of its law alone.
+            Law::Friction(_) | Law::Orders { .. } => (0.0, 0.0),
+            Law::Lagged { lag, .. } => {
+                inner = inner.max(1.0 / lag);
+                (0.0, 0.0)
+            }
+            _ => return None,
+        };
+        // Row sums of M^-½ K M^-½ bound its largest eigenvalue (Gershgorin).
+        let root = |i: usize| train.mass.at(i, i).sqrt();
+        let sum: f64 = branch
+            .direction
+            .scaled()
+            .map(|(i, a)| a.abs() / root(i))
+            .sum();
+        for (i, a) in branch.direction.scaled() {
+            let share = a.abs() / root(i) * sum;
+            stiffness[i] += (k * factor).abs() * share;
+            damping[i] += (c * factor).abs() * share;
+        }
+    }
+    let largest = |all: &[f64]| all.iter().copied().fold(0.0, f64::max);
+    let fastest = largest(&stiffness).sqrt() + largest(&damping) + inner;
+    let steps = until * fastest / REACH;
+    steps.is_finite().then_some(steps)
+}
+
 /// Chooses a method for a machine.
 ///
 /// # Errors
@@ -145,6 +197,18 @@ fn automatic(train: &Train, study: &SimulateStudy) -> Result<(&'static Method, S
             .collect();
         return Err(Error::new(Code::Hopeless, "no method takes this machine").hint(why.join("; ")));
     };
+    let explicit = methods::find(EXPLICIT).filter(|m| (m.refuses)(train).is_none());
+    let steps = study.until.and_then(|until| explicit_steps(train, until));
+    if let (Some(explicit), Some(steps)) = (explicit, steps)
+        && method.name == STURDY
+        && steps < FEW_STEPS
+    {
+        let reason = format!(
+            "{}; not stiff: {steps:.0} steps or fewer keep it stable",
+            explicit.title
+        );
+        return Ok((explicit, reason));
+    }
     Ok((method, method.title.to_string()))
 }
 
