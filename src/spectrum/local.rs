@@ -304,9 +304,9 @@ impl Local {
     }
 }
 
-/// Poles of a window at most, and how often noise alone asks for one.
+/// Poles of a window at most, and how often noise alone asks for one: of a thousand windows none, its poles being sought.
 const MOST_POLES: usize = 2;
-const NEEDLESS: f64 = 1e-4;
+const NEEDLESS: f64 = 1e-6;
 
 /// Beyond this, F is a model without noise.
 const LARGEST_F: f64 = 1e12;
