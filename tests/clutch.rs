@@ -83,7 +83,7 @@ load = [{{ at = "b", kind = "harmonic", torque = 6.0, frequency = "1 Hz" }}]
         ),
     ];
     for (clutch, name, limit, ratio) in cases {
-        let asked = (name == "dop853-events").then_some(name);
+        let asked = (name != "switched").then_some(name);
         let mut study = study(8.0, 800, &outputs, asked);
         study.energy = name == "switched";
         let (method, motion) = moved(&scene_of(&text(clutch)), &study);

@@ -2,7 +2,7 @@
 //! `F = (K − 1) |μ|² Σ U_k²/Σ |Y_k − μ U_k|²`, `μ = Σ U_k Y_k/Σ U_k²`, has 2 and 2(K − 1) freedoms where there is none.
 //!
 //! The harmonic test of Thomson, Spectrum estimation and harmonic analysis, Proc. IEEE 70 (1982), section XIII, with the tapers of
-//! [`multitaper`](super::multitaper). It asks for a density that is even over K lines: a resonance as narrow as a line of the whole
+//! [`multitaper`](crate::spectrum::multitaper). It asks for a density that is even over K lines: a resonance as narrow as a line of the whole
 //! record cannot be told from a sine.
 
 use super::multitaper::{at, transform};
