@@ -124,20 +124,11 @@ fn refuse_twice(study: &IdentifyStudy) -> Result<(), Error> {
 }
 
 fn study(args: &IdentifyArgs) -> Result<IdentifyStudy, Error> {
-    let hertz = |text: &str, flag| {
-        units::parse_or_bare(text, Kind::Frequency, "Hz", flag).map(|w| w / std::f64::consts::TAU)
+    let above_zero = |text: &Option<String>, bare, flag, what| {
+        let value = text.as_deref().map(|t| above_zero(t, bare, flag, what));
+        value.transpose()
     };
-    let resolution_hz = args
-        .resolution
-        .as_deref()
-        .map(|t| hertz(t, "--resolution"))
-        .transpose()?;
-    if resolution_hz.is_some_and(|r| r <= 0.0) {
-        return Err(Error::new(
-            Code::OutOfRange,
-            "--resolution takes a frequency above zero",
-        ));
-    }
+    let resolution_hz = above_zero(&args.resolution, HERTZ, "--resolution", "frequency")?;
     if args.overlap.is_some_and(|o| !(0.0..1.0).contains(&o)) {
         return Err(Error::new(
             Code::OutOfRange,
@@ -168,16 +159,8 @@ fn study(args: &IdentifyArgs) -> Result<IdentifyStudy, Error> {
             window: args.window.as_deref().map(Window::parse).transpose()?,
             resolution_hz,
             overlap: args.overlap,
-            impact: match (args.impact, args.no_impact) {
-                (true, _) => Some(true),
-                (_, true) => Some(false),
-                _ => None,
-            },
-            stepped: match (args.stepped, args.no_stepped) {
-                (true, _) => Some(true),
-                (_, true) => Some(false),
-                _ => None,
-            },
+            impact: said(args.impact, args.no_impact),
+            stepped: said(args.stepped, args.no_stepped),
             dwells_s: (args.dwells.iter())
                 .map(|text| dwell(text))
                 .collect::<Result<_, _>>()?,
@@ -196,34 +179,34 @@ fn study(args: &IdentifyArgs) -> Result<IdentifyStudy, Error> {
             KindWord::Accelerance => 2,
         }),
         method: args.method.map(method_of),
-        speed_hz: args.speed.as_deref().map(speed).transpose()?,
+        speed_hz: above_zero(&args.speed, SPEED, "--speed", "speed")?,
         driving_point: args.driving_point.clone(),
-        memory_s: args.memory.as_deref().map(memory).transpose()?,
+        memory_s: above_zero(&args.memory, SECONDS, "--memory", "time")?,
     })
 }
 
-/// A speed above zero, Hz.
-fn speed(text: &str) -> Result<f64, Error> {
-    let omega = units::parse_or_bare(text, Kind::Speed, "rpm", "--speed")?;
-    match omega > 0.0 {
-        true => Ok(omega / std::f64::consts::TAU),
+/// The unit of a flag's number where bare, and the size in SI of what the study counts in: turns a second where rad/s are SI.
+type Bare = (Kind, &'static str, f64);
+
+const HERTZ: Bare = (Kind::Frequency, "Hz", std::f64::consts::TAU);
+const SPEED: Bare = (Kind::Speed, "rpm", std::f64::consts::TAU);
+const SECONDS: Bare = (Kind::Time, "s", 1.0);
+
+/// What a flag takes, above zero; `what` it is in words.
+fn above_zero(text: &str, (kind, unit, size): Bare, flag: &str, what: &str) -> Result<f64, Error> {
+    let value = units::parse_or_bare(text, kind, unit, flag)? / size;
+    match value > 0.0 {
+        true => Ok(value),
         false => Err(Error::new(
             Code::OutOfRange,
-            "--speed takes a speed above zero",
+            format!("{flag} takes a {what} above zero"),
         )),
     }
 }
 
-/// A time above zero, s.
-fn memory(text: &str) -> Result<f64, Error> {
-    let time = units::parse_or_bare(text, Kind::Time, "s", "--memory")?;
-    match time > 0.0 {
-        true => Ok(time),
-        false => Err(Error::new(
-            Code::OutOfRange,
-            "--memory takes a time above zero",
-        )),
-    }
+/// Of two flags that exclude each other, which was said.
+fn said(yes: bool, no: bool) -> Option<bool> {
+    (yes || no).then_some(yes)
 }
 
 fn method_of(word: MethodWord) -> Method {
@@ -250,38 +233,32 @@ fn method_of(word: MethodWord) -> Method {
 
 /// `A:B`, frequencies, Hz where bare.
 pub fn band(text: &str) -> Result<(f64, f64), Error> {
-    let wrong = || {
-        Error::new(
-            Code::OutOfRange,
-            format!("\"{}\" is not a band", units::shortened(text)),
-        )
-        .hint("--band takes low:high, such as 10:2000 or \"10 Hz:2 kHz\"")
-    };
-    let (low, high) = text.split_once(':').ok_or_else(wrong)?;
-    let hertz = |t: &str| {
-        units::parse_or_bare(t, Kind::Frequency, "Hz", "--band").map(|w| w / std::f64::consts::TAU)
-    };
-    let (low, high) = (hertz(low)?, hertz(high)?);
-    match low >= 0.0 && low < high {
-        true => Ok((low, high)),
-        false => Err(wrong()),
-    }
+    let hint = "--band takes low:high, such as 10:2000 or \"10 Hz:2 kHz\"";
+    range(text, HERTZ, "--band", ("a band", hint))
 }
 
 /// `FROM:TO`, s where bare.
 fn dwell(text: &str) -> Result<(f64, f64), Error> {
+    let hint = "--dwells takes from:to, from:to, …, such as 0.5:2.5,3:5";
+    range(text, SECONDS, "--dwells", ("a dwell", hint))
+}
+
+/// `A:B` with 0 ≤ A < B; `what` it is in words, and how it is written.
+fn range(
+    text: &str,
+    (kind, unit, size): Bare,
+    flag: &str,
+    (what, hint): (&str, &str),
+) -> Result<(f64, f64), Error> {
     let wrong = || {
-        Error::new(
-            Code::OutOfRange,
-            format!("\"{}\" is not a dwell", units::shortened(text)),
-        )
-        .hint("--dwells takes from:to, from:to, …, such as 0.5:2.5,3:5")
+        let message = format!("\"{}\" is not {what}", units::shortened(text));
+        Error::new(Code::OutOfRange, message).hint(hint)
     };
-    let (from, to) = text.split_once(':').ok_or_else(wrong)?;
-    let time = |t: &str| units::parse_or_bare(t, Kind::Time, "s", "--dwells");
-    let (from, to) = (time(from)?, time(to)?);
-    match from >= 0.0 && from < to {
-        true => Ok((from, to)),
+    let (low, high) = text.split_once(':').ok_or_else(wrong)?;
+    let value = |t: &str| units::parse_or_bare(t, kind, unit, flag).map(|x| x / size);
+    let (low, high) = (value(low)?, value(high)?);
+    match low >= 0.0 && low < high {
+        true => Ok((low, high)),
         false => Err(wrong()),
     }
 }

@@ -216,6 +216,12 @@ impl Branch {
         self.force.as_ref().unwrap_or(&self.direction)
     }
 
+    /// The largest factor of its stiffness over its wave; one without.
+    pub fn greatest_factor(&self) -> f64 {
+        let wave = self.variation.as_ref();
+        wave.map_or(1.0, |w| w.shape.greatest().abs().max(w.shape.least().abs()))
+    }
+
     /// Inner states of its law.
     pub fn inner(&self) -> usize {
         usize::from(matches!(self.law, Law::Lagged { .. } | Law::Maxwell { .. }))

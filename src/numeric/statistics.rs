@@ -2,6 +2,9 @@
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, Normal, StudentsT};
 
+/// Standard deviations of a normal number in half its 95 % interval.
+pub const HALF_INTERVAL: f64 = 1.96;
+
 /// The value a standard normal variable stays below with probability `p`, `0 < p < 1`.
 pub fn normal_quantile(p: f64) -> f64 {
     Normal::standard().inverse_cdf(p)

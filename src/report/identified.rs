@@ -6,6 +6,7 @@ use super::bode::{Bode, Curve};
 use super::json::{complex, log_header, warnings};
 use super::lines_picture::Lines;
 use super::mode_course;
+use super::number::or_blank;
 use super::poles_picture::{Stabilisation, Steadiness};
 use super::recording::repairs;
 use crate::base::error::Error;
@@ -185,16 +186,15 @@ pub fn csv(found: &Identification) -> String {
         text += ",modal_mass_re,modal_mass_im";
     }
     text.push('\n');
-    let or_empty = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x:?}"));
     for (k, m) in found.modes.iter().enumerate() {
         text += &format!(
             "{},{:?},{},{},{},{}",
             k + 1,
             m.frequency_hz(),
-            or_empty(m.mode.frequency_std_hz()),
-            or_empty(m.damping_ratio()),
-            or_empty(m.mode.damping_std()),
-            or_empty(
+            or_blank(m.mode.frequency_std_hz()),
+            or_blank(m.damping_ratio()),
+            or_blank(m.mode.damping_std()),
+            or_blank(
                 found
                     .responses
                     .as_ref()
@@ -206,12 +206,12 @@ pub fn csv(found: &Identification) -> String {
             let part = m.mode.shape.get(k);
             text += &format!(
                 ",{},{}",
-                or_empty(part.map(|z| z.re)),
-                or_empty(part.map(|z| z.im))
+                or_blank(part.map(|z| z.re)),
+                or_blank(part.map(|z| z.im))
             );
         }
         if found.driving_point.is_some() {
-            let part = |pick: fn(Complex) -> f64| or_empty(m.modal_mass.map(pick));
+            let part = |pick: fn(Complex) -> f64| or_blank(m.modal_mass.map(pick));
             text += &format!(",{},{}", part(|z| z.re), part(|z| z.im));
         }
         text.push('\n');

@@ -1,13 +1,14 @@
 //! Logs as tables for a terminal.
 
 use super::mode_course_table;
-use super::number::{HALF_INTERVAL, INTERVAL, brief, significant, with_deviation};
+use super::number::{INTERVAL, brief, significant, with_deviation};
 use super::recording::note;
 use super::table::{finish, plain};
 use crate::base::words::{counted, wrapped};
 use crate::identify::modal::stabilisation::Stability;
 use crate::identify::rational::RationalFit;
 use crate::numeric::Complex;
+use crate::numeric::statistics::HALF_INTERVAL;
 use crate::plan::logs::doubts::{coherence_at, window_damping};
 use crate::plan::logs::found::{Evidence, FoundMode, Identification, Orders, Peak};
 use crate::plan::logs::method::family;

@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 
 use super::axes::{frame, span};
+use super::number::or_blank;
 use super::style::{
     Anchor, BLACK, BLUE, GREY, Ink, ORANGE, Panel, SMALL, TITLE, WIDTH, paler, picture, ticks,
 };
@@ -28,7 +29,6 @@ pub fn json(course: &ModeCourse) -> Value {
 pub fn csv(course: &ModeCourse) -> String {
     let mut text =
         String::from("mode,time_s,frequency_hz,frequency_std_hz,damping_ratio,damping_std\n");
-    let or_empty = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x:?}"));
     for (k, track) in course.tracks.iter().enumerate() {
         for (at, m) in &track.points {
             text += &format!(
@@ -36,9 +36,9 @@ pub fn csv(course: &ModeCourse) -> String {
                 k + 1,
                 course.time_s[*at],
                 m.frequency_hz(),
-                or_empty(m.frequency_std_hz()),
+                or_blank(m.frequency_std_hz()),
                 m.damping_ratio(),
-                or_empty(m.damping_std())
+                or_blank(m.damping_std())
             );
         }
     }

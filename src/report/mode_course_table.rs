@@ -1,9 +1,10 @@
 //! Modes in the course of a record as tables: one row for each, and what was tried.
 
-use super::number::{HALF_INTERVAL, INTERVAL, brief, significant, with_deviation};
+use super::number::{INTERVAL, brief, significant, with_deviation};
 use super::table::{finish, plain, right_but_last};
 use crate::identify::mode::IdentifiedMode;
 use crate::identify::series::course::Trial;
+use crate::numeric::statistics::HALF_INTERVAL;
 use crate::plan::logs::found::ModeCourse;
 use crate::plan::logs::method::family;
 

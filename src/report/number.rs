@@ -80,6 +80,11 @@ pub fn interval(low: f64, high: f64) -> String {
     format!("{low:.decimals$} … {high:.decimals$}")
 }
 
+/// A cell of CSV with every digit; blank where there is no number.
+pub fn or_blank(x: Option<f64>) -> String {
+    x.map_or(String::new(), |x| format!("{x:?}"))
+}
+
 /// One number as short as four significant digits allow: `2000`, `0.03125`, `−1.500e-7`.
 pub fn brief(x: f64) -> String {
     if x == 0.0 {
@@ -129,10 +134,7 @@ pub fn with_minus_signs(text: &str) -> String {
     out
 }
 
-/// Half of a 95 % interval in standard deviations: what ± means in every table of a log.
-pub const HALF_INTERVAL: f64 = 1.96;
-
-/// What stands below such a table.
+/// What stands below a table of logs: ± is [`HALF_INTERVAL`](crate::numeric::statistics::HALF_INTERVAL) standard deviations.
 pub const INTERVAL: &str = "± the 95 % interval, 1.96 standard deviations\n";
 
 /// A value with how far it may be off, to two digits of that: `26.602 ± 0.014`.

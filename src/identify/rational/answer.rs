@@ -3,6 +3,7 @@
 use crate::base::error::Warning;
 use crate::identify::mode::IdentifiedMode;
 use crate::numeric::Complex;
+use crate::numeric::statistics::HALF_INTERVAL;
 
 use super::lines::Lines;
 use super::reported::{Candidate, objection};
@@ -15,9 +16,6 @@ const BEYOND_NOISE: f64 = 4.0;
 
 /// And this ratio to the noise is one that spoils weak modes.
 const SPOILS: f64 = 1.5;
-
-/// Half of a 95 % interval in standard deviations.
-const HALF_INTERVAL: f64 = 1.96;
 
 /// Turns what a search found into the answer.
 pub(super) fn answer(measured: &Measured, lines: &Lines, found: Found) -> RationalFit {

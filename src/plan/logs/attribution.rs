@@ -11,6 +11,7 @@ use crate::machine::kinematics::mean_speeds;
 use crate::machine::parts::Machine;
 use crate::numeric::Complex;
 use crate::numeric::fraction::Fraction;
+use crate::numeric::statistics::HALF_INTERVAL;
 use crate::plan::prepared::Prepared;
 use crate::plan::transmission::run::{angle, run};
 use crate::scene::model::{Axis, Cause};
@@ -240,9 +241,6 @@ impl Model {
     }
 }
 
-/// The normal deviate of 95 %, two-sided.
-const TWO_SIDED: f64 = 1.96;
-
 /// What a line would be, were the input even, and by how much taking that off widens its interval on either side.
 fn evenly(
     passing: &Passing,
@@ -259,7 +257,7 @@ fn evenly(
     let more = if forward { more } else { more.conj() };
     let whole = Complex::from_polar(line.amplitude, line.phase);
     let off = more * ahead;
-    let wider = TWO_SIDED * more.norm() * deviation + error * off.norm();
+    let wider = HALF_INTERVAL * more.norm() * deviation + error * off.norm();
     Ok(((whole - off).norm(), wider))
 }
 

@@ -52,8 +52,7 @@ fn explicit_steps(train: &Train, until: f64) -> Option<f64> {
     let mut damping = vec![0.0; train.n()];
     let mut inner = 0.0f64;
     for branch in &train.branches {
-        let wave = branch.variation.as_ref();
-        let factor = wave.map_or(1.0, |w| w.shape.greatest().abs().max(w.shape.least().abs()));
+        let factor = branch.greatest_factor();
         let (k, c) = match &branch.law {
             Law::Linear { stiffness, damping } => (*stiffness, *damping),
             Law::Contact(contact) => (contact.stiffness, contact.damping),

@@ -177,6 +177,11 @@ impl Ready {
         })
     }
 
+    /// Whether the size of an excitation is declared, or assumed of all.
+    fn has_size(&self, excitation: &Excitation) -> bool {
+        self.assumes || excitation.declared
+    }
+
     fn plan(&self, prepared: &Prepared) -> Vec<(&'static str, Verdict)> {
         let declared = self.excitations.iter().filter(|e| e.declared).count();
         let rest = self.excitations.len() - declared;
@@ -273,7 +278,7 @@ pub fn run(prepared: &Prepared, study: &RunUpStudy) -> Result<Answer, Error> {
         .iter()
         .map(|e| weights(e, ports))
         .collect();
-    let has_size = |e: &Excitation| ready.assumes || e.declared;
+    let has_size = |e: &Excitation| ready.has_size(e);
     let column = |e| has_size(e).then(|| vec![0.0; ready.speeds.len()]);
     let empty: Vec<Option<Vec<f64>>> = ready.excitations.iter().map(column).collect();
     let mut amplitudes = vec![empty; ports.outputs.len()];
@@ -416,7 +421,7 @@ fn critical(
             energies.iter().for_each(|e| by_element[e.0] += e.1);
             let worst =
                 (0..by_element.len()).max_by(|&a, &b| by_element[a].total_cmp(&by_element[b]));
-            let amplitude = match damped && (ready.assumes || e.declared) {
+            let amplitude = match damped && ready.has_size(e) {
                 true => {
                     let h = solver.at(omega)?;
                     Some(together(|i| h[(0, i)], &weights[excitation]))

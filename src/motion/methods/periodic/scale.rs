@@ -88,10 +88,7 @@ fn stiffest(train: &Train) -> Result<Matrix, Error> {
 
 /// The greatest size of a stiffness wave, doubled where the law can double the stiffness.
 fn greatest_factor(b: &Branch) -> f64 {
-    let factor = b
-        .variation
-        .as_ref()
-        .map_or(1.0, |w| w.shape.greatest().abs().max(w.shape.least().abs()));
+    let factor = b.greatest_factor();
     match &b.law {
         Law::Contact(c) if c.losses == Losses::Continuous && c.opens() => 2.0 * factor,
         Law::Contact(_) => factor,
