@@ -1,5 +1,8 @@
 //! Simulated logs in memory, identified with default settings: no mode lost or doubled, frequencies within what is stated.
 
+#[path = "support/noise.rs"]
+mod noise;
+
 use std::f64::consts::TAU;
 
 use geardyn::numeric::Complex;
@@ -10,6 +13,8 @@ use geardyn::plan::logs::study::IdentifyStudy;
 use geardyn::recording::column::Column;
 use geardyn::recording::responses::{FrequencyResponse, FrequencyResponses, Terminal};
 use geardyn::recording::signals::{Channel, Recording};
+
+use noise::normal;
 
 const RATE: f64 = 1000.0;
 
@@ -35,7 +40,7 @@ impl Normal {
     }
 
     fn next(&mut self) -> f64 {
-        (-2.0 * (1.0 - self.0.f64()).ln()).sqrt() * (TAU * self.0.f64()).cos()
+        normal(&mut self.0)
     }
 }
 

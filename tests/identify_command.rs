@@ -1,11 +1,16 @@
 //! `identify` and `convert` as a person uses them, on a machine of two modes that is known.
 #![cfg(feature = "cli")]
 
+#[path = "support/noise.rs"]
+mod noise;
+
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use serde_json::Value;
+
+use noise::normal;
 
 /// Natural frequencies, Hz, and damping ratios.
 const TRUTH: [(f64, f64); 2] = [(60.0, 0.02), (140.0, 0.015)];
@@ -34,11 +39,6 @@ fn refused(folder: &Path, arguments: &[&str]) -> String {
     assert_eq!(output.status.code(), Some(2), "{arguments:?}");
     let text = String::from_utf8(output.stderr).unwrap();
     text.split(['[', ']']).nth(1).unwrap_or(&text).to_string()
-}
-
-/// Normal numbers by Box and Muller.
-fn normal(rng: &mut fastrand::Rng) -> f64 {
-    (-2.0 * (1.0 - rng.f64()).ln()).sqrt() * (TAU * rng.f64()).cos()
 }
 
 /// Two modes driven by a force that stays between samples, exactly sampled: each pole `x ← z x + (z − 1)/p · u`, `y = 2 Re Σ R x`.

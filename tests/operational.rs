@@ -1,5 +1,8 @@
 //! Modes from responses alone: simulated structures whose modes are known, exact covariances, measured logs, bad records.
 
+#[path = "support/noise.rs"]
+mod noise;
+
 use std::f64::consts::{PI, TAU};
 
 use geardyn::base::code::Code;
@@ -10,10 +13,7 @@ use geardyn::identify::operational::harmonics::Running;
 use geardyn::identify::operational::selection::{OperationalMode, default_rule, physical};
 use geardyn::identify::operational::subspace::{self, Settings, Subspace};
 
-/// Standard normal numbers (Box & Muller).
-fn normal(rng: &mut fastrand::Rng) -> f64 {
-    (-2.0 * (1.0 - rng.f64()).ln()).sqrt() * (TAU * rng.f64()).cos()
-}
+use noise::normal;
 
 /// Modes (Hz, damping ratio) with the shape of a string of `channels` points, each driven by noise of its own.
 struct Structure {

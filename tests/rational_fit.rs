@@ -1,9 +1,14 @@
 //! Hint-free fits of frequency responses: five known modes in noise, real recordings, and what no fit should stumble over.
 
+#[path = "support/noise.rs"]
+mod noise;
+
 use std::f64::consts::TAU;
 
 use geardyn::identify::rational::{Delay, Measured, RationalFit, RationalOptions, fit};
 use geardyn::numeric::Complex;
+
+use noise::normal;
 
 /// A known set of modes with real constants.
 #[derive(Clone)]
@@ -76,11 +81,6 @@ impl Case {
             })
             .collect()
     }
-}
-
-/// A normal number by Box and Muller.
-fn normal(rng: &mut fastrand::Rng) -> f64 {
-    (-2.0 * (1.0 - rng.f64()).ln()).sqrt() * (TAU * rng.f64()).cos()
 }
 
 /// Noise `snr_db` below the root mean square of each response, and its variance.

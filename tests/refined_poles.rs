@@ -1,19 +1,19 @@
 //! Poles of another method brought to their places: where responses share them, as certain as the noise allows; where responses disagree
 //! about them, one mode each, the mean with its spread.
 
+#[path = "support/noise.rs"]
+mod noise;
+
 use std::f64::consts::TAU;
 
 use geardyn::identify::rational::refined::{Refined, refined};
 use geardyn::identify::rational::{Measured, RationalOptions};
 use geardyn::numeric::Complex;
 
+use noise::normal;
+
 const MODES: [(f64, f64); 3] = [(60.0, 0.01), (100.0, 0.006), (130.0, 0.008)];
 const RESPONSES: usize = 6;
-
-/// A normal number by Box and Muller.
-fn normal(rng: &mut fastrand::Rng) -> f64 {
-    (-2.0 * (1.0 - rng.f64()).ln()).sqrt() * (TAU * rng.f64()).cos()
-}
 
 fn pole(frequency_hz: f64, damping: f64) -> Complex {
     let w = TAU * frequency_hz;

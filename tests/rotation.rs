@@ -5,6 +5,9 @@
     reason = "a helper of tests may fail as a test does"
 )]
 
+#[path = "support/noise.rs"]
+mod noise;
+
 use std::f64::consts::{PI, TAU};
 
 use geardyn::base::code::Code;
@@ -24,6 +27,8 @@ use geardyn::spectrum::spectrogram::{SpectrogramSettings, spectrogram};
 use geardyn::spectrum::window::bessel_i0;
 use serde_json::Value;
 
+use noise::normal;
+
 fn numbers(value: &Value) -> Vec<f64> {
     value
         .as_array()
@@ -42,11 +47,6 @@ fn assert_near(ours: &[f64], theirs: &[f64], tolerance: f64) {
     for (i, (a, b)) in ours.iter().zip(theirs).enumerate() {
         assert!((a - b).abs() <= tolerance, "{i}: {a} and {b}");
     }
-}
-
-/// Standard normal numbers, by Box and Muller.
-fn normal(rng: &mut fastrand::Rng) -> f64 {
-    (-2.0 * (1.0 - rng.f64()).ln()).sqrt() * (TAU * rng.f64()).cos()
 }
 
 fn mean_square(x: &[f64]) -> f64 {

@@ -1,12 +1,17 @@
 //! `identify` with several inputs: two forces at once on a machine of two modes whose responses are known exactly.
 #![cfg(feature = "cli")]
 
+#[path = "support/noise.rs"]
+mod noise;
+
 use std::f64::consts::TAU;
 use std::path::Path;
 use std::process::Command;
 
 use geardyn::numeric::Complex;
 use serde_json::Value;
+
+use noise::normal;
 
 const RATE: f64 = 1000.0;
 
@@ -41,11 +46,6 @@ fn document(folder: &Path, arguments: &[&str]) -> Value {
     let (code, text, errors) = geardyn(folder, arguments);
     assert_eq!(code, Some(0), "{arguments:?}\n{text}{errors}");
     serde_json::from_str(&text).unwrap()
-}
-
-/// Normal numbers by Box and Muller.
-fn normal(rng: &mut fastrand::Rng) -> f64 {
-    (-2.0 * (1.0 - rng.f64()).ln()).sqrt() * (TAU * rng.f64()).cos()
 }
 
 /// Pole, `z = exp(p/f)`, gain `(z − 1)/p` of a force held between samples, residue `1/(2i Im p)`.

@@ -9,7 +9,11 @@ use serde_json::Value;
 #[path = "support/command.rs"]
 mod command;
 
+#[path = "support/noise.rs"]
+mod noise;
+
 use command::{document, geardyn, refusal};
+use noise::normal;
 
 /// A log of some columns at a rate, each a function of time.
 fn log(
@@ -30,10 +34,6 @@ fn log(
     let path = folder.join("log.csv");
     std::fs::write(&path, text).unwrap();
     path
-}
-
-fn normal(rng: &mut fastrand::Rng) -> f64 {
-    (-2.0 * (1.0 - rng.f64()).ln()).sqrt() * (TAU * rng.f64()).cos()
 }
 
 fn numbers(value: &Value) -> Vec<f64> {

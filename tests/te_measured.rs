@@ -1,5 +1,8 @@
 //! Transmission error from two encoders: known errors come back, wrong records are refused.
 
+#[path = "support/noise.rs"]
+mod noise;
+
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 
@@ -11,6 +14,8 @@ use geardyn::transmission::measured::index::{Edge, Signal};
 use geardyn::transmission::measured::orders::Named;
 use geardyn::transmission::measured::rows::{InMemory, Scale, Scales};
 use geardyn::transmission::measured::teeth::Teeth;
+
+use noise::normal;
 
 /// One arc second, rad.
 const ARCSEC: f64 = TAU / 1_296_000.0;
@@ -51,8 +56,7 @@ struct Normal(fastrand::Rng);
 
 impl Normal {
     fn draw(&mut self) -> f64 {
-        let radius = (-2.0 * (1.0 - self.0.f64()).ln()).sqrt();
-        radius * (TAU * self.0.f64()).cos()
+        normal(&mut self.0)
     }
 }
 
