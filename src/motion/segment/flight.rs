@@ -82,7 +82,7 @@ impl Flight {
         crossed: Option<&Border>,
     ) {
         let n = shared.train.n();
-        let growth = machine.parts.growth;
+        let growth = machine.linear.parts.growth;
         self.epoch = now.high;
         self.reach = match growth > 0.0 {
             true => span.min(std::f64::consts::LN_2 / growth),
@@ -99,15 +99,19 @@ impl Flight {
         let sigma = &mut self.course.sigma;
         sigma.clear();
         sigma.extend_from_slice(turns);
-        sigma.resize(turns.len() + machine.enter.nrows(), 0.0);
-        product(&machine.enter, &self.given, &mut sigma[turns.len()..]);
+        sigma.resize(turns.len() + machine.linear.enter.nrows(), 0.0);
+        product(
+            &machine.linear.enter,
+            &self.given,
+            &mut sigma[turns.len()..],
+        );
 
         let first = turns.len();
         let [b0, b1] = &mut self.push;
         b0.clone_from(&machine.constant);
         b1.clear();
         b1.resize(b0.len(), 0.0);
-        for (input, [value, rate]) in shared.inputs.list.iter().zip(&machine.pushes) {
+        for (input, [value, rate]) in shared.inputs.list.iter().zip(&machine.linear.pushes) {
             let (line, slope) = input.line(pieces, now);
             if line != 0.0 {
                 add(b0, line, value);
@@ -117,13 +121,13 @@ impl Flight {
                 add(b1, slope, value);
             }
         }
-        if let Some(hold) = &machine.hold {
+        if let Some(hold) = &machine.linear.hold {
             let [place, rate] = &mut self.kept;
             place.clear();
             place.extend_from_slice(&y[..n]);
             // What modes do not carry of it.
             self.carried.resize(y.len(), 0.0);
-            product(&machine.leave, &self.course.sigma, &mut self.carried);
+            product(&machine.linear.leave, &self.course.sigma, &mut self.carried);
             add(place, -1.0, &self.carried[..n]);
             rate.resize(n, 0.0);
             let slope = |branch: usize| {
@@ -141,7 +145,7 @@ impl Flight {
             }
         }
         let [b0, b1] = &self.push;
-        self.course.start(&machine.parts, (b0, b1), span);
+        self.course.start(&machine.linear.parts, (b0, b1), span);
         self.start_borders(shared, machine, (now, pieces), span, crossed);
     }
 
@@ -189,13 +193,14 @@ impl Flight {
     /// Goes to τ, exactly.
     pub fn go(&mut self, machine: &Machine, tau: f64) {
         if tau != self.course.tau || !self.course.is_exact() {
-            self.course.go(&machine.parts, tau);
+            self.course.go(&machine.linear.parts, tau);
         }
     }
 
     /// Lays out where the motion is, for [`Flight::read`]; bounds hold from there on for `horizon` seconds at most.
     pub fn look(&mut self, machine: &Machine, horizon: f64) {
-        self.course.lay(&machine.parts, horizon, &mut self.lanes);
+        self.course
+            .lay(&machine.linear.parts, horizon, &mut self.lanes);
     }
 
     /// A border where the motion was looked at.
@@ -209,7 +214,7 @@ impl Flight {
             }
         }
         let [p, v, q, w, a, b, bound, jerk] = sums;
-        let (bend, jerk) = match machine.parts.is_plain() {
+        let (bend, jerk) = match machine.linear.parts.is_plain() {
             true => (a + b, jerk),
             false => (f64::NAN, f64::INFINITY),
         };
@@ -237,7 +242,7 @@ impl Flight {
 
     /// The state y where the motion is.
     pub fn state(&self, machine: &Machine, y: &mut [f64]) {
-        product(&machine.leave, &self.course.sigma, y);
+        product(&machine.linear.leave, &self.course.sigma, y);
         self.keep(machine, self.course.tau, y);
     }
 
@@ -249,7 +254,7 @@ impl Flight {
         times: &[f64],
         mut give: impl FnMut(usize, &[f64]) -> bool,
     ) -> bool {
-        let (rows, states) = (machine.leave.ncols(), machine.leave.nrows());
+        let (rows, states) = (machine.linear.leave.ncols(), machine.linear.leave.nrows());
         let mut block = match self.block.take() {
             Some(block) if block.sigma.nrows() == rows => block,
             _ => Block {
@@ -259,13 +264,18 @@ impl Flight {
         };
         for (at, &tau) in times.iter().enumerate() {
             match stride {
-                Some(stride) if at > 0 => self.course.stride(&machine.parts, stride, tau),
-                _ => self.course.go(&machine.parts, tau),
+                Some(stride) if at > 0 => self.course.stride(&machine.linear.parts, stride, tau),
+                _ => self.course.go(&machine.linear.parts, tau),
             }
             let column = block.sigma.col_as_slice_mut(at);
             column.copy_from_slice(&self.course.sigma);
         }
-        products::first_columns(&machine.leave, &block.sigma, times.len(), &mut block.states);
+        products::first_columns(
+            &machine.linear.leave,
+            &block.sigma,
+            times.len(),
+            &mut block.states,
+        );
         let ended = times.iter().enumerate().any(|(at, &tau)| {
             let y = block.states.col_as_slice_mut(at);
             self.keep(machine, tau, y);
@@ -277,7 +287,7 @@ impl Flight {
 
     /// Adds what sticking pairs keep.
     fn keep(&self, machine: &Machine, tau: f64, y: &mut [f64]) {
-        if machine.hold.is_none() {
+        if machine.linear.hold.is_none() {
             return;
         }
         let n = self.kept[0].len();

@@ -1,9 +1,13 @@
 //! A run from switch to switch: regimes, their machines, known times, samples.
 
+use std::rc::Rc;
+
 use super::clock::{Clock, Tick};
 use super::flight::{BLOCK, Flight};
 use super::instant::Instant;
 use super::ladder::Ladder;
+use super::law::{Held, held};
+use super::linear::Linear;
 use super::machine::Machine;
 use super::search::{Outcome, Reached, Search};
 use super::shared::Shared;
@@ -77,7 +81,7 @@ pub fn run(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
             span,
             from,
         );
-        let ladder = &mut met.ladders[place];
+        let ladder = &mut met.ladders[met.kinds[place]];
         let effort = (&mut journey.effort, ask);
         let reached = match search.next(machine, ladder, &mut flight, span, effort) {
             Outcome::Clear => None,
@@ -125,6 +129,10 @@ struct Met {
     switching: Vec<usize>,
     stands: Vec<Vec<BranchStand>>,
     machines: Vec<Machine>,
+    /// Which linear machine each of these is.
+    kinds: Vec<usize>,
+    linears: Vec<Rc<Linear>>,
+    /// Of every linear machine.
     ladders: Vec<Ladder>,
 }
 
@@ -138,6 +146,8 @@ impl Met {
                 .collect(),
             stands: Vec::new(),
             machines: Vec::new(),
+            kinds: Vec::new(),
+            linears: Vec::new(),
             ladders: Vec::new(),
         }
     }
@@ -149,11 +159,23 @@ impl Met {
         if let Some(place) = self.stands.iter().position(is_it) {
             return Ok(place);
         }
-        let machine = Machine::new(shared, stands)?;
-        has_a_phase(&machine, shared.span)?;
+        let laws = shared.train.branches.iter().zip(stands);
+        let laws: Vec<Held> = laws.map(|(b, s)| held(b, *s)).collect::<Result<_, _>>()?;
+        let kind = match self.linears.iter().position(|known| known.is_of(&laws)) {
+            Some(kind) => kind,
+            None => {
+                let linear = Linear::new(shared, &laws)?;
+                has_a_phase(&linear, shared.span)?;
+                self.linears.push(Rc::new(linear));
+                self.ladders.push(Ladder::default());
+                self.linears.len() - 1
+            }
+        };
+        let linear = Rc::clone(&self.linears[kind]);
+        let machine = Machine::new(shared, linear, &laws, stands)?;
         self.stands.push(own().copied().collect());
         self.machines.push(machine);
-        self.ladders.push(Ladder::default());
+        self.kinds.push(kind);
         Ok(self.machines.len() - 1)
     }
 }
@@ -162,8 +184,8 @@ impl Met {
 const PHASE_LOST: f64 = 1e-2 / f64::EPSILON;
 
 /// Refuses a swing that turns so often that double precision keeps nothing of its phase.
-fn has_a_phase(machine: &Machine, span: f64) -> Result<(), Error> {
-    let turned = machine.parts.turned(span);
+fn has_a_phase(linear: &Linear, span: f64) -> Result<(), Error> {
+    let turned = linear.parts.turned(span);
     match turned < PHASE_LOST {
         true => Ok(()),
         false => {
@@ -201,7 +223,7 @@ impl Journey<'_> {
         sink: &mut Sink,
     ) -> bool {
         let usual = (self.ask.to - self.ask.from) / self.ask.samples.max(1) as f64;
-        let stride = (tau > MANY * usual).then(|| machine.parts.stride(usual));
+        let stride = (tau > MANY * usual).then(|| machine.linear.parts.stride(usual));
         let mut times = [0.0; BLOCK];
         while self.sample <= self.ask.samples {
             if self.ask.stop.is_due() {

@@ -18,8 +18,22 @@ pub struct Held {
     pub inner: Option<Inner>,
 }
 
+impl Held {
+    /// Whether it is the same but for its constants.
+    pub fn is_like(&self, other: &Held) -> bool {
+        let force = |law: &Held| (law.force.deflection, law.force.rate, law.sticks);
+        let inner = |law: &Held| {
+            law.inner.map(|own| Inner {
+                constant: 0.0,
+                ..own
+            })
+        };
+        force(self) == force(other) && inner(self) == inner(other)
+    }
+}
+
 /// `F = force · z`, `ż = constant + seen · wᵀq̇ − imposed · ė − decay · z`.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Inner {
     /// +1 or −1.
     pub force: f64,

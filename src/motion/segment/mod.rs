@@ -54,6 +54,9 @@ pub mod hold;
 /// Borders of a regime.
 pub mod border;
 
+/// What regimes share that differ by constants.
+pub mod linear;
+
 /// The machine of a regime.
 pub mod machine;
 

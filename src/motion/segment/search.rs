@@ -132,10 +132,12 @@ impl Search {
                 return Outcome::Clear;
             }
             let stays = flight.course.tau == tau && !forced;
-            match ladder.below(&machine.parts, step).filter(|_| stays) {
-                Some(stride) => flight
-                    .course
-                    .stride(&machine.parts, stride, tau + stride.span),
+            match ladder.below(&machine.linear.parts, step).filter(|_| stays) {
+                Some(stride) => {
+                    flight
+                        .course
+                        .stride(&machine.linear.parts, stride, tau + stride.span)
+                }
                 None => flight.go(machine, tau + step),
             }
             tau = flight.course.tau;
@@ -281,7 +283,7 @@ fn newton(
             break;
         }
     }
-    if !flight.course.nudge(&machine.parts, at) {
+    if !flight.course.nudge(&machine.linear.parts, at) {
         flight.go(machine, at);
     }
     Some(at)
