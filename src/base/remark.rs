@@ -463,6 +463,6 @@ pub const ALL: &[(&str, Sort, &str)] = &[
     (
         "limit-in-doubt",
         Warning,
-        "The value lies nearer to its limit than twice its standard uncertainty: whether the gear keeps the limit is not certain either way.",
+        "The value lies nearer to its limit than the 95 % interval of its uncertainty: whether the gear keeps the limit is not certain either way.",
     ),
 ];

@@ -3,9 +3,10 @@
 use std::f64::consts::PI;
 
 use super::encoders::{arcsec, degrees, micrometres, range, way};
-use super::number::{brief, interval, percent, significant, with_minus_signs};
+use super::number::{INTERVAL, brief, interval, percent, significant, with_minus_signs};
 use super::table::{finish, plain, right_but_first, right_but_last};
 use crate::base::words::counted;
+use crate::numeric::statistics::HALF_INTERVAL;
 use crate::plan::logs::attribution::Attribution;
 use crate::plan::logs::encoders::EncoderRecord;
 use crate::transmission::measured::flank::{Flank, Line};
@@ -63,24 +64,20 @@ pub fn record(found: &EncoderRecord, all: bool) -> String {
     }
     if !found.parted.is_empty() {
         let mut table = plain();
-        table.add_row(vec![
-            "eccentricity on",
-            "encoder",
-            "gear",
-            "± (one deviation)",
-        ]);
+        table.add_row(vec!["eccentricity on", "encoder", "gear", "±"]);
         table.add_row(vec!["", "arcsec", "arcsec", "arcsec"]);
         for p in &found.parted {
             table.add_row(vec![
                 p.shaft.to_string(),
                 brief(arcsec(p.encoder)),
                 brief(arcsec(p.gear)),
-                brief(arcsec(p.deviation)),
+                brief(arcsec(HALF_INTERVAL * p.deviation)),
             ]);
         }
         right_but_first(&mut table);
         text += &format!("\n{}", finish(&table));
     }
+    text += &format!("\n{INTERVAL}");
     for limit in &found.limits {
         text += &format!("\n{limit}\n");
     }
@@ -94,11 +91,11 @@ fn mark(index: &Index) -> String {
         format!(", {} counts apart", significant(counts))
     });
     format!(
-        "index of the {}: passed {}{apart}, {} deg from where its readings are zero, ± {} deg from passage to passage\n",
+        "index of the {}: passed {}{apart}, {} deg from where its readings are zero; each passage ± {} deg of it\n",
         index.shaft,
         counted(index.passages, "time"),
         place(index.at),
-        brief(360.0 * index.scatter)
+        brief(360.0 * HALF_INTERVAL * index.scatter)
     )
 }
 
@@ -138,7 +135,7 @@ fn one(flank: &Flank, found: &EncoderRecord, all: bool) -> String {
     );
     let deviation = format!(
         "± {}: what the fitted orders make, without steps of the encoders and noise",
-        brief(arcsec(flank.of_orders.deviation))
+        brief(arcsec(HALF_INTERVAL * flank.of_orders.deviation))
     );
     row(
         "F_i′ of the orders",
@@ -166,7 +163,7 @@ fn one(flank: &Flank, found: &EncoderRecord, all: bool) -> String {
             range(&average.turn),
             format!(
                 "± {} at each angle, over {}",
-                brief(arcsec(average.standard_error)),
+                brief(arcsec(HALF_INTERVAL * average.standard_error)),
                 counted(average.turns, "turn")
             ),
         );

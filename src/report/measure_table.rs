@@ -1,8 +1,10 @@
 //! Measured gears as tables for a terminal: today's name beside the older one, value, limit, grades, marks.
 
 use super::measure::{judged, standard};
+use super::number::INTERVAL;
 use super::table::{finish, plain, right_but_last};
 use crate::gear::measurement::quantity::Quantity;
+use crate::numeric::statistics::HALF_INTERVAL;
 use crate::plan::measure::grading::{Reached, Row};
 use crate::plan::measure::run::Answer;
 use crate::scene::measured::MeasuredGear;
@@ -25,6 +27,9 @@ pub fn deviations(gear: &MeasuredGear, answer: &Answer) -> String {
         }
     }
     text += "\n";
+    if answer.rows.iter().any(|row| row.estimate.std.is_some()) {
+        text += INTERVAL;
+    }
     text + &verdict(gear, answer)
 }
 
@@ -100,7 +105,9 @@ fn table(gear: &MeasuredGear, rows: &[&Row]) -> String {
                 .map_or(String::new(), |old| old.symbol.to_string()),
             row.side.word().to_string(),
             micro(row.estimate.value),
-            row.estimate.std.map_or(dash(), micro),
+            row.estimate
+                .std
+                .map_or(dash(), |u| micro(HALF_INTERVAL * u)),
             limit(row).unwrap_or_else(dash),
             row.asked.map_or(dash(), |grade| grade.to_string()),
             grade(row.reached[0]),

@@ -7,6 +7,7 @@ use super::steady::{longest_parts, of_random_part, random_part};
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
 use crate::base::words::counted;
+use crate::numeric::statistics::HALF_INTERVAL;
 use crate::recording::signals::{Channel, Recording};
 use crate::spectrum::rotation::angle::AngleCurve;
 use crate::spectrum::rotation::angular::{AngularSignal, resample};
@@ -251,9 +252,14 @@ pub fn means(
         .iter()
         .zip(channels)
         .map(|(a, c)| {
-            format!("{} ± {:.4e} {}", c.name, a.standard_error, c.unit)
-                .trim_end()
-                .to_string()
+            format!(
+                "{} ± {:.4e} {}",
+                c.name,
+                HALF_INTERVAL * a.standard_error,
+                c.unit
+            )
+            .trim_end()
+            .to_string()
         })
         .collect();
     let per_turn = signals.first().map_or(1, |s| s.per_turn);

@@ -4,6 +4,7 @@ use crate::gear::measurement::estimate::Estimate;
 use crate::gear::measurement::iso::{Edition, Size, keeps};
 use crate::gear::measurement::limits::{self, Limit};
 use crate::gear::measurement::quantity::Quantity;
+use crate::numeric::statistics::HALF_INTERVAL;
 use crate::scene::measured::{Demand, MeasuredGear};
 
 /// Which flanks.
@@ -65,9 +66,6 @@ pub struct Row {
     pub limiting: bool,
 }
 
-/// How many standard deviations a value must stand off its limit to be beyond doubt: about 95 %.
-const COVERAGE: f64 = 2.0;
-
 impl Row {
     /// Within its limits; `None` where it has none.
     pub fn within(&self) -> Option<bool> {
@@ -87,7 +85,7 @@ impl Row {
         let off = (self.estimate.value - low)
             .abs()
             .min((high - self.estimate.value).abs());
-        off < COVERAGE * std
+        off < HALF_INTERVAL * std
     }
 }
 

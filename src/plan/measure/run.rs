@@ -124,7 +124,7 @@ fn warnings(grader: &Grader, rows: &[Row]) -> Vec<Warning> {
         }
         if row.in_doubt() {
             let message = format!(
-                "{} {} is nearer to its limit than twice its uncertainty",
+                "{} {} is nearer to its limit than its ±",
                 row.quantity.symbol(),
                 row.side.word()
             );
