@@ -51,6 +51,13 @@ pub struct Group {
     pub channels: Vec<RawChannel>,
 }
 
+impl Group {
+    /// Rows of its channels.
+    pub fn rows(&self) -> usize {
+        self.channels.first().map_or(0, |c| c.samples.len())
+    }
+}
+
 /// One channel as written.
 #[derive(Debug, Default)]
 pub struct RawChannel {
