@@ -242,10 +242,7 @@ pub fn nyquist(shown: &Bode) -> String {
             x: about(re, across.1 - across.0),
             y: about(im, SIDE),
         };
-        let size = [panel.x.0, panel.x.1, panel.y.0, panel.y.1]
-            .iter()
-            .fold(0.0f64, |m, v| m.max(v.abs()));
-        grid(canvas, &panel, size);
+        grid(canvas, &panel);
         for (curve, ink) in curves.iter().zip(INKS) {
             if let Some(fitted) = &curve.fitted {
                 let points: Vec<_> = fitted
@@ -278,36 +275,10 @@ pub fn nyquist(shown: &Bode) -> String {
     })
 }
 
-/// The grid of the complex plane, its numbers short whatever their size.
-fn grid(canvas: &mut Canvas, panel: &Panel, size: f64) {
-    let text = |v: f64| super::number::brief(if v.abs() < 1e-9 * size { 0.0 } else { v });
-    for x in ticks(panel.x, 8) {
-        let right = panel.right_of(x);
-        canvas.line((right, panel.down.0), (right, panel.down.1), FAINT, 0.5);
-        canvas.text(
-            &text(x),
-            (right, panel.down.1 + 11.0),
-            SMALL,
-            BLACK,
-            Anchor::Middle,
-        );
-    }
-    for y in ticks(panel.y, 6) {
-        let height = panel.height_of(y);
-        canvas.line(
-            (panel.across.0, height),
-            (panel.across.1, height),
-            FAINT,
-            0.5,
-        );
-        canvas.text(
-            &text(y),
-            (panel.across.0 - 5.0, height),
-            SMALL,
-            BLACK,
-            Anchor::End,
-        );
-    }
+/// The grid of the complex plane.
+fn grid(canvas: &mut Canvas, panel: &Panel) {
+    panel.rule_x(canvas, &ticks(panel.x, 8));
+    panel.rule_y(canvas, &ticks(panel.y, 6));
     canvas.frame(
         (panel.across.0, panel.down.0),
         (panel.across.1, panel.down.1),

@@ -271,11 +271,9 @@ impl Panel {
 
     /// Grid and numbers of the vertical axis.
     pub fn rule_y(&self, canvas: &mut Canvas, values: &[f64]) {
-        let digits = decimals(values);
-        for &value in values {
+        for (&value, text) in values.iter().zip(numbers(values)) {
             let height = self.height_of(value);
             canvas.line((self.across.0, height), (self.across.1, height), FAINT, 0.5);
-            let text = number(value, digits);
             canvas.text(
                 &text,
                 (self.across.0 - 5.0, height),
@@ -288,11 +286,9 @@ impl Panel {
 
     /// Grid and numbers of the horizontal axis.
     pub fn rule_x(&self, canvas: &mut Canvas, values: &[f64]) {
-        let digits = decimals(values);
-        for &value in values {
+        for (&value, text) in values.iter().zip(numbers(values)) {
             let right = self.right_of(value);
             canvas.line((right, self.down.0), (right, self.down.1), FAINT, 0.5);
-            let text = number(value, digits);
             canvas.text(
                 &text,
                 (right, self.down.1 + 11.0),
@@ -331,17 +327,27 @@ pub fn ticks((low, high): (f64, f64), about: usize) -> Vec<f64> {
         .collect()
 }
 
-/// Decimals that tell equally spaced values apart.
-fn decimals(values: &[f64]) -> usize {
-    let step = values
-        .windows(2)
-        .map(|w| (w[1] - w[0]).abs())
-        .fold(f64::INFINITY, f64::min);
-    if step.is_finite() && step > 0.0 {
-        (-(step * 1.000_001).log10().floor()).clamp(0.0, 9.0) as usize
-    } else {
-        0
+/// Equally spaced values as an axis shows them: with the decimals that tell them apart, and one power of ten where these or the digits
+/// before them would be many.
+fn numbers(values: &[f64]) -> Vec<String> {
+    const MANY: f64 = 4.0;
+    let largest = values.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+    let pairs = values.windows(2).map(|w| (w[1] - w[0]).abs());
+    let step = pairs.fold(f64::INFINITY, f64::min);
+    let decade = |x: f64| match x > 0.0 && x.is_finite() {
+        true => (x * 1.000_001).log10().floor(),
+        false => 0.0,
+    };
+    let (top, last) = (decade(largest), decade(step));
+    let decimals = |power: f64| (power - last).clamp(0.0, 9.0) as usize;
+    if last >= -MANY && top <= MANY + 2.0 {
+        return values.iter().map(|v| number(*v, decimals(0.0))).collect();
     }
+    let text = |v: &f64| match v.abs() < 1e-9 * largest {
+        true => "0".to_string(),
+        false => format!("{}e{top}", number(v / 10f64.powf(top), decimals(top))),
+    };
+    values.iter().map(text).collect()
 }
 
 fn number(value: f64, digits: usize) -> String {
@@ -409,4 +415,23 @@ pub fn push_apart(wanted: &[f64], distance: f64, (low, high): (f64, f64)) -> Vec
         most = places[i] - distance;
     }
     places
+}
+
+#[cfg(test)]
+mod tests {
+    use super::numbers;
+
+    #[test]
+    fn keeps_numbers_of_an_axis_short_and_apart() {
+        for (values, texts) in [
+            (&[-0.5, 0.0, 0.5][..], &["−0.5", "0.0", "0.5"][..]),
+            (&[0.0, 2e-5, 1.2e-4], &["0", "0.2e-4", "1.2e-4"]),
+            (&[0.0, 5e6, 1e7], &["0", "0.5e7", "1.0e7"]),
+            (&[1000.0, 1500.0], &["1000", "1500"]),
+            (&[-3e-300, -1e-300], &["−3e-300", "−1e-300"]),
+            (&[0.0], &["0"]),
+        ] {
+            assert_eq!(numbers(values), texts);
+        }
+    }
 }
