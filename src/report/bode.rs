@@ -2,8 +2,8 @@
 
 use super::axes::{decades, frame, rule_decades, runs, span};
 use super::style::{
-    Anchor, BLACK, BLUE, Canvas, FAINT, GREY, Ink, ORANGE, Panel, SMALL, Stroke, TITLE, WIDTH,
-    paler, picture, shortened, ticks, width_of,
+    Anchor, BLACK, BLUE, Canvas, GREY, Ink, ORANGE, Panel, SMALL, Stroke, TITLE, WIDTH, paler,
+    picture, shortened, ticks, width_of,
 };
 use crate::numeric::Complex;
 

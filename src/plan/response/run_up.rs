@@ -14,7 +14,7 @@ use crate::plan::stages::Verdict;
 use crate::response::excitation::{Excitation, UNIT, excitations};
 use crate::response::frequency::Solver;
 use crate::response::ports::{Input, Port, Ports};
-use crate::scene::study::{ResponseStudy, RunUpStudy, SpeedRange};
+use crate::scene::study::{ResponseStudy, RunUpStudy};
 
 /// A run-up.
 pub struct Answer {
@@ -168,7 +168,7 @@ impl Ready {
         };
         Ok(Ready {
             node,
-            speeds: speeds(range),
+            speeds: range.all(),
             left_out: count - excitations.len(),
             assumes: !excitations.iter().any(|e| e.declared),
             choice: choice::choose(prepared, &asked),
@@ -463,18 +463,4 @@ fn together(h: impl Fn(usize) -> Complex, weights: &[(usize, Complex)]) -> f64 {
         .iter()
         .fold(Complex::new(0.0, 0.0), |sum, &(i, a)| sum + h(i) * a)
         .norm()
-}
-
-fn speeds(range: SpeedRange) -> Vec<f64> {
-    let last = range.count - 1;
-    let step = (range.to - range.from) / f64::from(last);
-    (0..range.count)
-        .map(|k| {
-            if k == last {
-                range.to
-            } else {
-                range.from + step * f64::from(k)
-            }
-        })
-        .collect()
 }

@@ -1,0 +1,124 @@
+//! Studies of steady answers: frequency responses, run-ups, periodic motions.
+
+use super::{SpeedRange, parsed, texts};
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::base::fields::Fields;
+use crate::base::kind::Kind;
+use crate::base::notes::Range;
+use crate::base::units;
+
+/// Steady answers to steady excitation, as the command has them.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ResponseStudy {
+    /// What drives: `node.axis`, `branch.displacement`, `ground.x`, `node.axis.motion`.
+    pub inputs: Vec<String>,
+    /// What is measured: `node.axis`, `.speed`, `.acceleration`, sums, `branch.force`, `branch.deflection`.
+    pub outputs: Vec<String>,
+    /// Freedoms held still.
+    pub held: Vec<String>,
+    /// Motions are shown as displacement, speed or acceleration; as named where absent.
+    pub shown: Option<ResponseKind>,
+    /// From and to, rad/s.
+    pub band: Option<(f64, f64)>,
+    /// Lines in the band, both ends included.
+    pub lines: Option<u32>,
+    /// Speed of the first node of `[speed]`, rad/s.
+    pub speed: Option<f64>,
+    /// How it is found; chosen where absent.
+    pub way: Option<ResponseWay>,
+}
+
+/// What a motion is shown as.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ResponseKind {
+    /// Displacement.
+    Receptance,
+    /// Speed.
+    Mobility,
+    /// Acceleration.
+    Accelerance,
+}
+
+/// How a response is found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ResponseWay {
+    /// Solved line by line.
+    Direct,
+    /// A sum over modes.
+    Modal,
+}
+
+/// The most lines of a response.
+pub const MOST_LINES: u32 = 10_000_000;
+
+/// Reads its keys.
+pub(super) fn response(f: &mut Fields) -> ResponseStudy {
+    let shown = [
+        ("receptance", ResponseKind::Receptance),
+        ("mobility", ResponseKind::Mobility),
+        ("accelerance", ResponseKind::Accelerance),
+    ];
+    let ways = [
+        ("direct", ResponseWay::Direct),
+        ("modal", ResponseWay::Modal),
+    ];
+    ResponseStudy {
+        inputs: texts(f, "inputs"),
+        outputs: texts(f, "outputs"),
+        held: texts(f, "hold"),
+        shown: f.choice("shown", &shown),
+        band: parsed(f, "band", band),
+        lines: f.optional_count("lines", 2, MOST_LINES),
+        speed: f.optional_quantity("speed", Kind::Speed, Range::Any),
+        way: f.choice("method", &ways),
+    }
+}
+
+/// Reads `A:B`, two frequencies (Hz where bare), into rad/s.
+///
+/// # Errors
+/// What is no rising range of frequencies.
+pub fn band(text: &str, subject: &str) -> Result<(f64, f64), Error> {
+    let form = || {
+        let message = format!("\"{}\" is not a band", units::shortened(text));
+        let hint = format!("{subject} takes first:last, such as 10:500 or \"0 Hz:3 kHz\"");
+        Error::new(Code::OutOfRange, message).hint(hint)
+    };
+    let (from, to) = text.split_once(':').ok_or_else(form)?;
+    let frequency = |text: &str| units::parse_or_bare(text, Kind::Frequency, "Hz", subject);
+    let (from, to) = (frequency(from)?, frequency(to)?);
+    match from >= 0.0 && from < to && to.is_finite() {
+        true => Ok((from, to)),
+        false => Err(form()),
+    }
+}
+
+/// Answers to all orders of a running machine over speed, as the command has them.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct RunUpStudy {
+    /// Speeds of the first node of `[speed]`.
+    pub speeds: Option<SpeedRange>,
+    /// What is measured, as of a frequency response; forces in all meshes where left out.
+    pub outputs: Vec<String>,
+    /// Freedoms held still.
+    pub held: Vec<String>,
+}
+
+/// Periodic motions over speed, as the command has them.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct HarmonicBalanceStudy {
+    /// Speeds of the first node of `[speed]`; the number of points bounds the steps.
+    pub speeds: Option<SpeedRange>,
+    /// Signals as of a motion; deflections of what has play or varies where left out.
+    pub outputs: Vec<String>,
+    /// What higher orders may add, of the size of the deflections.
+    pub tolerance: Option<f64>,
+    /// So many orders; as many as the tolerance asks where absent.
+    pub orders: Option<u32>,
+    /// By orders alone, without refining motions by events.
+    pub orders_alone: bool,
+}
+
+/// The most orders of a balance.
+pub const MOST_ORDERS: u32 = 500;
