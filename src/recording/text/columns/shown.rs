@@ -1,0 +1,207 @@
+//! What the head of a file shows of its columns: names apart from each other, kinds, first numbers.
+
+use std::collections::HashSet;
+
+use super::unit_of_time::seconds_of;
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::base::words;
+use crate::recording::names;
+use crate::recording::text::cells::{self, Cell, Cells, Marks};
+use crate::recording::text::dialect::Kind;
+use crate::recording::text::header::Header;
+use crate::recording::text::table;
+
+/// Names of a column of frequencies, folded.
+const FREQUENCIES: &[&str] = &[
+    "frequency",
+    "freq",
+    "f",
+    "frequenz",
+    "frequency hz",
+    "freq hz",
+    "f hz",
+    "频率",
+    "fréquence",
+    "frecuencia",
+    "hz",
+];
+
+/// Rows of the head that are looked at for rising numbers.
+const LOOKED_AT: usize = 200;
+
+/// The columns with what the head shows of them.
+pub(super) struct Columns<'a> {
+    pub(super) header: &'a Header,
+    pub(super) kinds: &'a [Kind],
+    /// What each column is called: names that repeat are numbered.
+    pub(super) called: Vec<String>,
+    /// Numbers of the first rows, by column; NaN for anything else.
+    pub(super) sample: Vec<Vec<f64>>,
+}
+
+impl<'a> Columns<'a> {
+    pub(super) fn new(
+        header: &'a Header,
+        kinds: &'a [Kind],
+        rows: &[&str],
+        marks: Marks,
+    ) -> Columns<'a> {
+        Columns {
+            header,
+            kinds,
+            called: apart(header, kinds.len()),
+            sample: sample(rows, marks, kinds.len()),
+        }
+    }
+
+    pub(super) fn is_named(&self, column: usize, table: &[&str]) -> bool {
+        let name = folded(&self.header.names[column]);
+        // `time1`, `Time 2`, `Time_acc` of logs with a clock per channel.
+        let bare = name
+            .trim_end_matches(|c: char| c.is_ascii_digit())
+            .trim_end();
+        let own = !self.header.written[column].is_empty();
+        own && (table.contains(&name.as_str()) || (!bare.is_empty() && table.contains(&bare)))
+    }
+
+    /// Numbers that never fall and rise somewhere, or a single row.
+    pub(super) fn is_rising(&self, column: usize) -> bool {
+        let numbers: Vec<f64> = self.sample[column]
+            .iter()
+            .copied()
+            .filter(|x| x.is_finite())
+            .collect();
+        let last = numbers.len().saturating_sub(1);
+        numbers.windows(2).all(|w| w[1] >= w[0]) && (last == 0 || numbers[last] > numbers[0])
+    }
+
+    /// Whole numbers that rise by one.
+    pub(super) fn is_counting(&self, column: usize) -> bool {
+        let numbers = &self.sample[column];
+        numbers.len() > 1
+            && numbers.windows(2).all(|w| w[1] == w[0] + 1.0)
+            && numbers[0].fract() == 0.0
+    }
+
+    /// Steps alike to half of the largest: a clock, where there is no name to tell.
+    pub(super) fn is_even(&self, column: usize) -> bool {
+        const ENOUGH: usize = 8;
+        let steps: Vec<f64> = self.sample[column]
+            .windows(2)
+            .map(|w| w[1] - w[0])
+            .collect();
+        let (least, most) = steps
+            .iter()
+            .fold((f64::INFINITY, 0.0_f64), |(a, b), s| (a.min(*s), b.max(*s)));
+        steps.len() + 1 >= ENOUGH && least > 0.5 * most && steps.iter().all(|s| s.is_finite())
+    }
+
+    /// Whole numbers.
+    pub(super) fn is_whole(&self, column: usize) -> bool {
+        let numbers = &self.sample[column];
+        numbers.len() > 1 && numbers.iter().all(|x| x.fract() == 0.0)
+    }
+
+    pub(super) fn unit_s(&self, column: usize) -> Option<f64> {
+        seconds_of(&self.header.units[column])
+    }
+
+    pub(super) fn is_number(&self, column: usize) -> bool {
+        self.kinds[column] == Kind::Number
+    }
+}
+
+/// Whether the first column holds frequencies.
+pub(super) fn over_frequency(columns: &Columns<'_>, width: usize) -> bool {
+    let hertz = || columns.header.units[0].trim().eq_ignore_ascii_case("hz");
+    let named = columns.is_named(0, FREQUENCIES);
+    let complex = columns.kinds[1..width.max(1)].contains(&Kind::Complex);
+    let unnamed = columns.header.written[0].is_empty();
+    let pairs = || (1..width).all(|c| table::is_part(&columns.header.names[c]));
+    let sure = named && width > 2 && pairs();
+    let told = named || (unnamed && (hertz() || complex));
+    width > 1 && columns.is_number(0) && (sure || (told && columns.is_rising(0)))
+}
+
+/// Numbers of the first rows by column.
+fn sample(rows: &[&str], marks: Marks, width: usize) -> Vec<Vec<f64>> {
+    let mut sample = vec![Vec::new(); width];
+    for row in rows.iter().filter(|r| !r.trim().is_empty()).take(LOOKED_AT) {
+        let mut cells = Cells::new(row.as_bytes(), marks.delimiter);
+        for column in &mut sample {
+            let value = match cells
+                .next()
+                .map(|(_, cell)| cells::read(cell, marks.decimal))
+            {
+                Some(Cell::Number(value) | Cell::Grouped { value, .. }) => value,
+                _ => f64::NAN,
+            };
+            column.push(value);
+        }
+    }
+    sample
+}
+
+/// The column of a name.
+pub(super) fn position(columns: &Columns<'_>, width: usize, name: &str) -> Result<usize, Error> {
+    let header = columns.header;
+    let by_place = |c: usize| format!("column {}", c + 1) == name;
+    let is_own = |c: &usize| columns.called[*c] == name;
+    (0..width)
+        .find(is_own)
+        .or_else(|| (0..width).find(|c| header.written[*c] == name || by_place(*c)))
+        .or_else(|| {
+            (0..width)
+                .find(|c| !header.names[*c].is_empty() && names::means(name, &header.names[*c]))
+        })
+        .or_else(|| names::find(name, &header.names[..width.min(header.names.len())]))
+        .ok_or_else(|| missing(name, &columns.called[..width]))
+}
+
+/// What each column is called: names that repeat are numbered.
+fn apart(header: &Header, width: usize) -> Vec<String> {
+    let mut taken = HashSet::new();
+    let own = |column: usize| {
+        let name = called(header, column);
+        let numbered = (2..).map(|n| format!("{name} {n}"));
+        let mut all = std::iter::once(name.clone()).chain(numbered);
+        let own = all.find(|n| !taken.contains(n)).unwrap_or(name);
+        taken.insert(own.clone());
+        own
+    };
+    (0..width).map(own).collect()
+}
+
+/// The name a column goes by.
+pub(super) fn called(header: &Header, column: usize) -> String {
+    match header.names[column].as_str() {
+        "" => format!("column {}", column + 1),
+        name => name.to_string(),
+    }
+}
+
+fn missing(name: &str, known: &[String]) -> Error {
+    let all = || known.iter().map(String::as_str);
+    let hint = match words::suggestion(name, all()) {
+        Some(near) => format!(
+            "did you mean `{near}`? the columns are {}",
+            words::listed(all())
+        ),
+        None => format!("the columns are {}", words::listed(all())),
+    };
+    Error::new(Code::NoChannel, format!("the log has no column `{name}`")).hint(hint)
+}
+
+/// A name in lower case, without signs between words.
+pub(super) fn folded(name: &str) -> String {
+    let spaced: String = name
+        .chars()
+        .map(|c| if matches!(c, '_' | '-' | '.') { ' ' } else { c })
+        .collect();
+    spaced
+        .split_whitespace()
+        .collect::<Vec<_>>()
+        .join(" ")
+        .to_lowercase()
+}
