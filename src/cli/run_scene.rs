@@ -7,13 +7,13 @@ use super::args::RunArgs;
 use super::harmonic_balance::Balanced;
 use super::response::Linear;
 use super::run_up::Raised;
-use super::simulate::Moved;
 use super::te::Traced;
-use super::{interrupt, modes, output, stability};
+use super::{interrupt, modes, output, simulate, stability};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::plan::prepared::Prepared;
 use crate::plan::run;
+use crate::plan::simulate::Moved;
 use crate::plan::stages::Plan;
 use crate::report;
 use crate::report::json::Detail;
@@ -50,10 +50,10 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
             StudyKind::Simulate(study) => (
                 "simulate",
                 Moved::new(&scene, study, &stop).map(|moved| Done {
-                    text: moved.text(),
-                    json: moved.json(&scene),
-                    epilogue: moved.epilogue(),
-                    exit: moved.exit(),
+                    text: simulate::text(&moved),
+                    json: simulate::json(&moved, &scene),
+                    epilogue: simulate::epilogue(&moved),
+                    exit: simulate::exit(&moved),
                 }),
             ),
             StudyKind::Accuracy(study) => (

@@ -7,16 +7,9 @@ use serde_json::Value;
 use super::args::{RunningArgs, SimulateArgs};
 use super::{epilogue, interrupt, motion_flags, output};
 use crate::base::code::Code;
-use crate::base::error::{Error, Errors, Warning};
-use crate::base::stop::Stop;
-use crate::plan::motion::choice::{self, Choice};
-use crate::plan::motion::run::{self, Motion};
-use crate::plan::motion::scene::MotionScene;
-use crate::plan::on_the_fly::{Found, OnTheFly};
-use crate::plan::prepared::Prepared;
-use crate::plan::stages::Verdict;
+use crate::base::error::{Error, Errors};
+use crate::plan::simulate::Moved;
 use crate::report;
-use crate::scene::laws::History;
 use crate::scene::study::{self, BLOCKS, RunningStudy, SimulateStudy, StudyKind, TrackStudy};
 use crate::scene::{self, Scene};
 
@@ -70,14 +63,14 @@ pub fn run(args: &SimulateArgs) -> Result<u8, Errors> {
         written.push(path.display().to_string());
     }
     match args.json {
-        true => output::print(&format!("{:#}\n", moved.json(&scene)))?,
-        false => output::print(&moved.text())?,
+        true => output::print(&format!("{:#}\n", json(&moved, &scene)))?,
+        false => output::print(&text(&moved))?,
     }
     if !args.quiet {
-        output::tell(&moved.epilogue());
+        output::tell(&epilogue(&moved));
         output::tell(&epilogue::written(&written));
     }
-    Ok(moved.exit())
+    Ok(exit(&moved))
 }
 
 /// What is found while the motion runs: that of the study with what the flags say put in its place.
@@ -111,136 +104,50 @@ fn running(args: &RunningArgs, listed: RunningStudy) -> Result<RunningStudy, Err
     })
 }
 
-/// A motion with all that is said of it.
-pub struct Moved {
-    scene: MotionScene,
-    choice: Choice,
-    motion: Motion,
-    found: Found,
-    plan: Vec<(&'static str, Verdict)>,
-    step_at: Option<f64>,
-    warnings: Vec<Warning>,
+/// The tables.
+pub fn text(moved: &Moved) -> String {
+    let mut text = report::motion_table::readings(&moved.scene, &moved.motion);
+    text += &report::on_the_fly_table::text(&moved.scene, &moved.found);
+    if let Some(at) = moved.step_at.filter(|_| !moved.motion.time.is_empty()) {
+        text += &report::motion_table::steps(&moved.scene, &moved.motion, at);
+    }
+    text
 }
 
-impl Moved {
-    /// Prepares, chooses, integrates.
-    ///
-    /// # Errors
-    /// Whatever is wrong with the machine or the motion.
-    pub fn new(scene: &Scene, study: &SimulateStudy, stop: &Stop) -> Result<Moved, Error> {
-        let prepared = Prepared::new(&scene.model)?;
-        let ready = MotionScene::new(&prepared, &scene.start, study)?;
-        let mut choice = choice::choose(&ready.moving.train, study)?;
-        let mut handed_over = None;
-        let run = |choice: &Choice| {
-            let mut seen = OnTheFly::new(&prepared, &ready, &study.running)?;
-            let mut watch = |at: (f64, &[f64]), values: &[f64]| seen.watch(&ready, at, values);
-            let kept = (study.running.history, &mut watch as &mut run::Watch);
-            let motion = run::watched(&ready, choice, study.energy, stop, kept)?;
-            let found = seen.finish(motion.interrupted)?;
-            Ok::<_, Error>((motion, found))
-        };
-        let (motion, found) = match run(&choice) {
-            Ok(done) => done,
-            Err(error) => {
-                let next = choice::successor(&ready.moving.train, study, &choice, &error);
-                let Some(next) = next else { return Err(error) };
-                let message = format!(
-                    "{}: {}; {} took the motion from its start",
-                    choice.method.name, error.message, next.method.name
-                );
-                handed_over = Some(Warning {
-                    code: "handed-over",
-                    message,
-                    hint: error.hint,
-                });
-                choice = next;
-                run(&choice)?
-            }
-        };
-        let plan = choice::plan(&ready, &choice, study);
-        let step_at = only_step(scene).filter(|t| *t < ready.until);
-        // What is said of the operating point belongs to linear studies.
-        let warnings = prepared
-            .warnings()
-            .into_iter()
-            .filter(|w| !["no-load", "contact-open", "loads-accelerate"].contains(&w.code))
-            .chain(handed_over)
-            .chain(found.warnings.clone());
-        Ok(Moved {
-            scene: ready,
-            choice,
-            motion,
-            found,
-            plan,
-            step_at,
-            warnings: warnings.collect(),
-        })
-    }
-
-    /// The tables.
-    pub fn text(&self) -> String {
-        let mut text = report::motion_table::readings(&self.scene, &self.motion);
-        text += &report::on_the_fly_table::text(&self.scene, &self.found);
-        if let Some(at) = self.step_at.filter(|_| !self.motion.time.is_empty()) {
-            text += &report::motion_table::steps(&self.scene, &self.motion, at);
-        }
-        text
-    }
-
-    /// The document.
-    pub fn json(&self, scene: &Scene) -> Value {
-        let mut document = report::motion::json(
-            &scene.sources,
-            &self.scene,
-            &self.choice,
-            &self.motion,
-            self.step_at,
-            &self.warnings,
-        );
-        report::on_the_fly::extend(&mut document, &self.scene, &self.found);
-        document
-    }
-
-    /// What was done and left out, what it cost, doubts.
-    pub fn epilogue(&self) -> String {
-        let mut text = String::from("\n");
-        text += &epilogue::steps(&self.plan);
-        text += &report::motion_table::effort(&self.motion);
-        if let Some(balance) = &self.motion.balance {
-            text += &report::motion_table::balance(balance);
-        }
-        text += &epilogue::warnings(&self.warnings);
-        if self.motion.interrupted {
-            let end = self.motion.reached;
-            text += &format!("interrupted at {end} s: what is shown ends there\n");
-        }
-        text
-    }
-
-    /// How the command ends.
-    pub fn exit(&self) -> u8 {
-        match self.motion.interrupted {
-            true => interrupt::INTERRUPTED,
-            false => 0,
-        }
-    }
+/// The document.
+pub fn json(moved: &Moved, scene: &Scene) -> Value {
+    let mut document = report::motion::json(
+        &scene.sources,
+        &moved.scene,
+        &moved.choice,
+        &moved.motion,
+        moved.step_at,
+        &moved.warnings,
+    );
+    report::on_the_fly::extend(&mut document, &moved.scene, &moved.found);
+    document
 }
 
-/// The instant of the one step among the loads: the answer to it can be read off.
-fn only_step(scene: &Scene) -> Option<f64> {
-    let steps = scene
-        .model
-        .loads
-        .iter()
-        .filter_map(|load| match load.history {
-            History::Step { time, .. } => Some(time),
-            _ => None,
-        });
-    let mut instants: Vec<f64> = steps.collect();
-    instants.dedup();
-    match instants[..] {
-        [at] if at >= 0.0 => Some(at),
-        _ => None,
+/// What was done and left out, what it cost, doubts.
+pub fn epilogue(moved: &Moved) -> String {
+    let mut text = String::from("\n");
+    text += &epilogue::steps(&moved.plan);
+    text += &report::motion_table::effort(&moved.motion);
+    if let Some(balance) = &moved.motion.balance {
+        text += &report::motion_table::balance(balance);
+    }
+    text += &epilogue::warnings(&moved.warnings);
+    if moved.motion.interrupted {
+        let end = moved.motion.reached;
+        text += &format!("interrupted at {end} s: what is shown ends there\n");
+    }
+    text
+}
+
+/// How the command ends.
+pub fn exit(moved: &Moved) -> u8 {
+    match moved.motion.interrupted {
+        true => interrupt::INTERRUPTED,
+        false => 0,
     }
 }

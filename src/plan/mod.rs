@@ -24,5 +24,8 @@ pub mod logs;
 /// What is found while a motion runs.
 pub mod on_the_fly;
 
+/// A motion with all that is said of it.
+pub mod simulate;
+
 /// A gear's charts and readings.
 pub mod measure;

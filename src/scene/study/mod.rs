@@ -18,12 +18,23 @@ use crate::base::notes::Range;
 use crate::base::place::Place;
 use crate::base::toml::Value;
 
-mod chain;
-mod judged;
-mod modes;
-mod motion;
-mod response;
+/// Ranges of speeds.
 mod speeds;
+
+/// Modes, state space, reduction.
+mod modes;
+
+/// Motion in time.
+mod motion;
+
+/// Steady answers.
+mod response;
+
+/// Transmission error.
+mod chain;
+
+/// Methods judged.
+mod judged;
 
 /// One question of a scene.
 #[derive(Debug, Clone)]

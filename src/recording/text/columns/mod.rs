@@ -11,9 +11,14 @@ use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
 use crate::recording::settings::{RateSource, Settings};
 
-mod clock;
-mod shown;
+/// Units of time stamps.
 mod unit_of_time;
+
+/// What the head shows.
+mod shown;
+
+/// Which columns tell the time.
+mod clock;
 
 /// What is done with the cells of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
