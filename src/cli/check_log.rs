@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::log_args::LogArgs;
+use super::args::LogArgs;
 use super::{epilogue, output, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors, Warning};

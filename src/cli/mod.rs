@@ -1,14 +1,5 @@
 //! The command: one file a subcommand. Nothing else touches the terminal.
 
-/// Flags of every command that reads a log.
-pub mod log_args;
-
-/// Flags of records of two encoders.
-pub mod encoder_args;
-
-/// Flags of `te`.
-pub mod te_args;
-
 /// Arguments as typed.
 pub mod args;
 

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::te_args::TeArgs;
+use super::args::TeArgs;
 use super::{epilogue, output, te_log};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};

@@ -2,8 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::encoder_args::EncoderArgs;
-use super::te_args::TeArgs;
+use super::args::{EncoderArgs, TeArgs};
 use super::{epilogue, output, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};

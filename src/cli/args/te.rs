@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::encoder_args::EncoderArgs;
-use super::log_args::LogArgs;
+use super::encoders::EncoderArgs;
+use super::log::LogArgs;
 
 /// Arguments of `te`.
 #[derive(Debug, Args)]

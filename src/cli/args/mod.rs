@@ -1,0 +1,233 @@
+//! Arguments as typed.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+
+pub use encoders::EncoderArgs;
+pub use identify::{DelayWord, EstimatorWord, IdentifyArgs, KindWord, MapWord, MethodWord};
+pub use log::LogArgs;
+pub use modes::{HoldWord, ModesArgs, PlanArgs, ReduceWord, StudyArgs};
+pub use motion::{AccuracyArgs, MotionArgs, RunningArgs, SimulateArgs, StabilityArgs, SubjectWord};
+pub use response::{ResponseArgs, ResponseKindWord, ResponseWayWord};
+pub use spectrum::{DetrendWord, MotionWord, SpectrumArgs, SpectrumWord};
+pub use te::TeArgs;
+
+/// Of records of two encoders.
+mod encoders;
+
+/// Of every command that reads a log.
+mod log;
+
+/// Of modes.
+mod modes;
+
+/// Of motion.
+mod motion;
+
+/// Of responses.
+mod response;
+
+/// Of spectra.
+mod spectrum;
+
+/// Of identification.
+mod identify;
+
+/// Of transmission error.
+mod te;
+
+/// Machine dynamics of gear drive trains: models become modes and motion, logs become models.
+#[derive(Debug, Parser)]
+#[command(
+    name = "geardyn",
+    version,
+    about,
+    max_term_width = 100,
+    arg_required_else_help = true
+)]
+#[command(after_help = "Example:\n  geardyn modes models/y2250.toml")]
+pub struct Arguments {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+#[allow(clippy::large_enum_variant, reason = "made once")]
+pub enum Command {
+    /// Write an annotated model to start from
+    #[command(after_help = "Example:\n  geardyn new my_machine.toml")]
+    New {
+        /// The file to write; it must not exist yet
+        file: PathBuf,
+    },
+    /// Validate models and scenes; say what is understood of logs
+    #[command(after_help = "Examples:
+  geardyn check models/y2250.toml models/two_disc.toml
+  geardyn check data/spindle_impact.csv")]
+    Check(CheckArgs),
+    /// Explain the word behind an error, a warning or a repair
+    #[command(after_help = "Example:\n  geardyn explain contradictory-ratios")]
+    Explain {
+        /// The word in brackets behind an error or a warning, or before a repair; all of them where left out
+        code: Option<String>,
+    },
+    /// Say what would be computed, what is left out and why, without computing it
+    #[command(after_help = "Examples:
+  geardyn plan models/y2250.toml --damped
+  geardyn plan models/y2250.toml --advise 200 --tolerance 0.01")]
+    Plan(PlanArgs),
+    /// Natural frequencies, damping, shapes, energies and sensitivities
+    #[command(after_help = "Examples:
+  geardyn modes models/y2250.toml
+  geardyn modes models/y2250.toml --damped --mode 2
+  geardyn modes models/uniform_chain.toml --lowest 5 --json
+  geardyn modes models/overhung_rotor.toml --campbell 0:12000:61 --svg campbell.svg")]
+    Modes(ModesArgs),
+    /// Motion in time: histories, extremes, answers to steps
+    #[command(after_help = "Examples:
+  geardyn simulate examples/linear_chain.toml
+  geardyn simulate examples/y2250_step.toml --svg step.svg
+  geardyn simulate examples/backlash_pair.toml --method radau5 --tolerance 1e-6
+  geardyn simulate examples/linear_chain.toml --until 50 --samples 10000 --spectrum 2048 --no-history")]
+    Simulate(SimulateArgs),
+    /// Error against run time, of a motion, natural frequencies or responses: every method that applies, against one reference
+    #[command(after_help = "Examples:
+  geardyn accuracy examples/backlash_pair.toml
+  geardyn accuracy models/y2250.toml --of modes --lowest 10
+  geardyn accuracy models/y2250.toml --of response --input motor.theta --output cutter_ring.theta --band 1:300
+  geardyn accuracy examples/linear_chain.toml --error 1e-9 --svg accuracy.svg")]
+    Accuracy(AccuracyArgs),
+    /// Where methods and machine break: step limits, parametric stability, the scene at its extremes
+    #[command(after_help = "Examples:
+  geardyn stability examples/backlash_pair.toml --until 0.005
+  geardyn stability examples/smooth_mesh.toml --until 0.005 --speeds 500:12000:200 --svg regions.svg
+  geardyn stability examples/smooth_mesh.toml --until 0.005 --speeds 500:12000:200 --over depth=0:4:21 --svg regions.svg")]
+    Stability(StabilityArgs),
+    /// Frequency responses between torques, transmission errors, base motion and what they move
+    #[command(after_help = "Examples:
+  geardyn response models/y2250.toml --input motor --output workpiece --band 1:400
+  geardyn response models/y2250.toml --input index_drive.te --output workpiece --hold motor --band 1:400 --svg te.svg
+  geardyn response models/y2250.toml --run-up 50:3000:120 --svg run_up.svg
+  geardyn response examples/backlash_jumps.toml --harmonic-balance 2000:7000:60 --svg jumps.svg")]
+    Response(ResponseArgs),
+    /// Gear charts and readings: deviations, uncertainty, grades
+    #[command(after_help = "Exit code 1 where a value is out of what was asked.
+
+Examples:
+  geardyn measure data/index_gear.toml
+  geardyn measure data/index_gear.toml --json
+  geardyn measure data/index_gear.toml --svg charts.svg")]
+    Measure(MeasureArgs),
+    /// Transmission error of a chain: which element makes which line at the output, how large, and what cannot be told apart
+    #[command(after_help = "Examples:
+  geardyn te models/three_stage_chain.toml --output spindle
+  geardyn te models/three_stage_chain.toml --output spindle --radius 270mm --speed 1400 --all
+  geardyn te examples/y2250_te.toml --svg te.svg --speeds 200:3000:141
+  geardyn te models/three_stage_chain.toml --output spindle --record record.csv --window 1
+  geardyn te data/y2250_te.csv --input index_gear_1 --output work_spindle --teeth 30:37,54:36,1:90 --lines 10000,36000
+  geardyn te data/y2250_te.csv --input index_gear_1 --output work_spindle --teeth 30:37,54:36,1:90 --lines 10000,36000 --model examples/y2250_index_te.toml --at index_gear_1,work_spindle --svg te.svg")]
+    Te(TeArgs),
+    /// Every study a scene lists
+    #[command(after_help = "Example:\n  geardyn run examples/linear_chain.toml")]
+    Run(RunArgs),
+    /// Frequency responses, transfer functions and modes from a measured log
+    #[command(after_help = "Examples:
+  geardyn identify data/spindle_impact.csv --input force --output ax,ay
+  geardyn identify data/spindle_impact.csv --input force --output ax --export model.mat
+  geardyn identify data/spindle_impact.csv --input force --output ax,ay --method plscf")]
+    Identify(IdentifyArgs),
+    /// Spectra, orders, envelopes and cepstra of a measured log, their lines named
+    #[command(after_help = "Examples:
+  geardyn spectrum data/spindle_impact.csv --channel ax
+  geardyn spectrum data/spindle_impact.csv --channel ax --kind amplitude --svg lines.svg")]
+    Spectrum(SpectrumArgs),
+    /// A log in another format: CSV, UFF 58 or JSON
+    #[command(after_help = "Example:\n  geardyn convert data/spindle_impact.csv --to spindle.uff")]
+    Convert(ConvertArgs),
+    /// Print completions for a shell
+    #[command(after_help = "Example:\n  geardyn completions bash > geardyn.bash")]
+    Completions {
+        /// The shell
+        shell: clap_complete::Shell,
+    },
+    /// Write the manual pages into a folder
+    #[command(after_help = "Example:\n  geardyn man target/man")]
+    Man {
+        /// The folder; made where it is missing
+        folder: PathBuf,
+    },
+}
+
+/// Arguments of `check`.
+#[derive(Debug, Args)]
+pub struct CheckArgs {
+    /// Models, scenes (.toml) or logs; files, no pipes
+    #[arg(required = true)]
+    pub files: Vec<PathBuf>,
+    /// What may be said of logs.
+    #[command(flatten)]
+    pub log: LogArgs,
+    /// Write what was understood of each log into a sidecar beside it, to be corrected (LOG.toml)
+    #[arg(long)]
+    pub write: bool,
+    /// One JSON document on standard output
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `convert`.
+#[derive(Debug, Args)]
+pub struct ConvertArgs {
+    /// A log of signals, or a file of frequency responses; a file, no pipe
+    pub file: PathBuf,
+    /// The file to write (.csv, .uff or .json)
+    #[arg(long, value_name = "FILE")]
+    pub to: PathBuf,
+    /// Only these channels, in this order
+    #[arg(long, value_name = "CHANNELS", value_delimiter = ',')]
+    pub channel: Vec<String>,
+    /// UFF 58 in bytes, which keeps every bit
+    #[arg(long)]
+    pub binary: bool,
+    /// What may be said of the log.
+    #[command(flatten)]
+    pub log: LogArgs,
+    /// No warnings, no word about what was done
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+/// Arguments of `measure`.
+#[derive(Debug, Args)]
+pub struct MeasureArgs {
+    /// A TOML file with `[measured_gear]`, which names the CSV files of its charts
+    pub file: PathBuf,
+    /// One JSON document on standard output, nothing else there
+    #[arg(long)]
+    pub json: bool,
+    /// Write the values, one row each
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
+    /// Draw the charts unrolled, and those that go round beside (FILE-polar.svg)
+    #[arg(long, value_name = "FILE")]
+    pub svg: Option<PathBuf>,
+    /// No warnings, no word about what was left out
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+/// Arguments of `run`.
+#[derive(Debug, Args)]
+pub struct RunArgs {
+    /// A scene
+    pub scene: PathBuf,
+    /// One JSON document on standard output, nothing else there
+    #[arg(long)]
+    pub json: bool,
+    /// No word about what was done and left out
+    #[arg(long)]
+    pub quiet: bool,
+}

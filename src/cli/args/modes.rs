@@ -1,0 +1,147 @@
+//! Flags of `modes`, and of `plan`, which asks the same.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+/// What is asked of the modes.
+#[derive(Debug, Args)]
+pub struct StudyArgs {
+    /// Complex modes: damping counts
+    #[arg(long)]
+    pub damped: bool,
+    /// Mean speed of the first node of `[speed]` (rpm where bare); gyroscopic terms count
+    #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
+    pub speed: Option<String>,
+    /// Modes over speed, FIRST:LAST:POINTS (rpm where bare, 50 points where left out), crossed with the orders of every gear
+    #[arg(
+        long,
+        value_name = "A:B:N",
+        allow_hyphen_values = true,
+        conflicts_with = "speed"
+    )]
+    pub campbell: Option<String>,
+    /// Only the lowest N modes
+    #[arg(long, value_name = "N")]
+    pub lowest: Option<u32>,
+    /// Also the state-space form A, B, C, D, written to FILE (.json, .csv or .mat)
+    #[arg(long, value_name = "FILE")]
+    pub state_space: Option<PathBuf>,
+    /// Inputs of it: freedoms such as motor.theta; all where left out
+    #[arg(
+        long,
+        value_name = "NAMES",
+        value_delimiter = ',',
+        requires = "state_space"
+    )]
+    pub input: Vec<String>,
+    /// Outputs of it: motor.theta, motor.theta.speed, motor.theta.acceleration, belt.force
+    #[arg(
+        long,
+        value_name = "NAMES",
+        value_delimiter = ',',
+        requires = "state_space"
+    )]
+    pub output: Vec<String>,
+    /// Sample it (s where bare)
+    #[arg(long, value_name = "TIME", requires = "state_space")]
+    pub sample_time: Option<String>,
+    /// What inputs do between samples
+    #[arg(long, value_enum, requires = "sample_time", default_value_t = HoldWord::Zero)]
+    pub hold: HoldWord,
+    /// Also a reduced machine that keeps --keep, compared with the full one up to --below
+    #[arg(long, value_enum, value_name = "METHOD", requires_all = ["keep", "below"])]
+    pub reduce: Option<ReduceWord>,
+    /// Freedoms kept, loaded and measured
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "reduce")]
+    pub keep: Vec<String>,
+    /// The band that matters reaches up to here (Hz where bare)
+    #[arg(long, value_name = "FREQUENCY", requires = "reduce")]
+    pub below: Option<String>,
+    /// Where `--reduce dynamic` condenses (Hz where bare)
+    #[arg(long, value_name = "FREQUENCY", requires = "reduce")]
+    pub condense_at: Option<String>,
+    /// Modes kept by craig-bampton and modal; those below twice the band where left out
+    #[arg(long, value_name = "N", requires = "reduce")]
+    pub keep_modes: Option<u32>,
+    /// The modes nearest a frequency (Hz where bare); as many as --lowest says, 20 otherwise
+    #[arg(
+        long,
+        value_name = "FREQUENCY",
+        allow_hyphen_values = true,
+        conflicts_with = "campbell"
+    )]
+    pub near: Option<String>,
+}
+
+/// Words for holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum HoldWord {
+    /// They stay
+    Zero,
+    /// They go straight to the next sample
+    First,
+    /// Tustin's rule
+    Bilinear,
+}
+
+/// Words for reductions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ReduceWord {
+    /// Static condensation
+    Guyan,
+    /// Condensation at --condense-at
+    Dynamic,
+    /// Static condensation and fixed-interface modes
+    CraigBampton,
+    /// Modes with a static residual
+    Modal,
+}
+
+/// Arguments of `modes`.
+#[derive(Debug, Args)]
+pub struct ModesArgs {
+    /// A model or a scene
+    pub model: PathBuf,
+    /// What is asked.
+    #[command(flatten)]
+    pub study: StudyArgs,
+    /// Show mode N at length: energies, sensitivities, shape
+    #[arg(long, value_name = "N", conflicts_with = "json")]
+    pub mode: Option<usize>,
+    /// Only the N largest entries of every shape and list in JSON
+    #[arg(long, value_name = "N", requires = "json")]
+    pub top: Option<usize>,
+    /// One JSON document on standard output, nothing else there
+    #[arg(long)]
+    pub json: bool,
+    /// Write the table of modes with their shapes
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
+    /// Draw the first 8 mode shapes, and the energies of the first 20 modes beside (FILE-energies.svg); with --campbell the diagram
+    #[arg(long, value_name = "FILE")]
+    pub svg: Option<PathBuf>,
+    /// No warnings, no word about what was left out
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+/// Arguments of `plan`.
+#[derive(Debug, Args)]
+pub struct PlanArgs {
+    /// A model or a scene
+    pub model: PathBuf,
+    /// What would be asked of it.
+    #[command(flatten)]
+    pub study: StudyArgs,
+    /// Also solve, and offer the freedoms that could follow statically while all frequencies up to here (Hz where bare) keep
+    /// within --tolerance
+    #[arg(long, value_name = "FREQUENCY")]
+    pub advise: Option<String>,
+    /// Relative change of a frequency that does not matter
+    #[arg(long, value_name = "X", requires = "advise", default_value_t = 1e-3)]
+    pub tolerance: f64,
+    /// One JSON document on standard output
+    #[arg(long)]
+    pub json: bool,
+}
