@@ -29,23 +29,38 @@ pub fn add(x: &mut [f64], factor: f64, v: &[f64]) {
     x.iter_mut().zip(v).for_each(|(x, v)| *x += factor * v);
 }
 
-/// `out + Σ x_j column_j`, four columns at a time.
+/// `out + Σ x_j column_j`, four columns at a time, then two; columns are of one length, and what of `out` is beyond stays.
 pub fn add_columns<'a>(out: &mut [f64], x: &[f64], column: impl Fn(usize) -> &'a [f64]) {
+    let n = match x {
+        [] => return,
+        _ => out.len().min(column(0).len()),
+    };
+    let (out, column) = (&mut out[..n], |j: usize| &column(j)[..n]);
     let (fours, rest) = x.as_chunks::<4>();
     for (at, [p, q, r, s]) in fours.iter().enumerate() {
         let [a, b, c, d] = std::array::from_fn(|k| column(4 * at + k));
-        let columns = a.iter().zip(b).zip(c.iter().zip(d));
-        for (out, ((a, b), (c, d))) in out.iter_mut().zip(columns) {
-            *out += (a * p + b * q) + (c * r + d * s);
+        for i in 0..n {
+            out[i] += (a[i] * p + b[i] * q) + (c[i] * r + d[i] * s);
         }
     }
-    for (j, x) in rest.iter().enumerate() {
-        add(out, *x, column(4 * fours.len() + j));
+    let done = 4 * fours.len();
+    let (twos, last) = rest.as_chunks::<2>();
+    for [p, q] in twos {
+        let (a, b) = (column(done), column(done + 1));
+        for i in 0..n {
+            out[i] += a[i] * p + b[i] * q;
+        }
+    }
+    if let [x] = last {
+        add(out, *x, column(done + 2 * twos.len()));
     }
 }
 
 /// `aᵀb`, in eight partial sums: faster, and with less rounding, than one.
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    if a.len() < 8 {
+        return a.iter().zip(b).map(|(a, b)| a * b).sum();
+    }
     let mut sums = [0.0; 8];
     let (a, b) = (a.chunks_exact(8), b.chunks_exact(8));
     let rest: f64 = a

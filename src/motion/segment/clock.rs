@@ -87,13 +87,14 @@ impl<'a> Clock<'a> {
         })
     }
 
-    /// The next known time after the pieces of a regime; ∞ where none comes.
-    pub fn next(&self, pieces: &[u32]) -> f64 {
+    /// The next known time after the pieces of a regime, of waves only those of branches that heed theirs; ∞ where none comes.
+    pub fn next(&self, pieces: &[u32], heeds: impl Fn(usize) -> bool) -> f64 {
         let knots = self
             .signals
             .iter()
             .map(|(at, signal)| knot(signal, pieces[*at]));
-        let jumps = self.waves.iter().map(Jumps::next);
+        let heeded = self.waves.iter().filter(|jumps| heeds(jumps.branch));
+        let jumps = heeded.map(Jumps::next);
         knots.chain(jumps).fold(f64::INFINITY, f64::min)
     }
 
@@ -110,14 +111,17 @@ impl<'a> Clock<'a> {
             }
         }
         for jumps in &mut self.waves {
-            let before = jumps.last;
-            while jumps.next() <= t + jumps.blur() {
-                jumps.pass();
-            }
-            if jumps.last != before {
+            if jumps.pass_until(t) {
                 ticks.push(Tick::Wave(jumps.branch, jumps.piece()));
             }
         }
+    }
+
+    /// Which piece carries the wave of a branch at `t`, when all before has been passed; nothing where it has none.
+    pub fn piece(&mut self, branch: usize, t: f64) -> Option<u32> {
+        let jumps = self.waves.iter_mut().find(|jumps| jumps.branch == branch)?;
+        jumps.pass_until(t);
+        Some(jumps.piece())
     }
 
     /// Which piece carries the wave of every branch that has one.
@@ -162,6 +166,15 @@ impl Jumps {
 
     fn pass(&mut self) {
         self.last += if self.omega > 0.0 { 1 } else { -1 };
+    }
+
+    /// Passes all jumps up to `t`; false where there is none.
+    fn pass_until(&mut self, t: f64) -> bool {
+        let before = self.last;
+        while self.next() <= t + self.blur() {
+            self.pass();
+        }
+        self.last != before
     }
 
     fn piece(&self) -> u32 {

@@ -5,6 +5,7 @@
 
 use super::dense::DenseRun;
 use super::phi;
+use super::sensor::{LANES, Lanes, Sensor};
 use super::spectrum::{Other, Part, Resonance, Spectrum};
 use crate::numeric::Complex;
 
@@ -17,7 +18,8 @@ pub struct Parts {
     pub known: usize,
     /// 1/λ.
     inverses: Vec<Complex>,
-    others: Vec<Other>,
+    /// What does not turn.
+    pub others: Vec<Other>,
     near: Vec<Resonance>,
     /// `iω − λ` of the resonances of swings; zero for those of others.
     beats: Vec<Complex>,
@@ -51,11 +53,6 @@ pub struct Course {
     /// Bounds on what resonances add to |σ̈|, of swings to |μ|, in the same order; empty where there are none.
     lasting: Vec<f64>,
 }
-
-/// What a part is read by, beside what it counts in a border: p, ṗ, p, ṗ, p̈, p̈, the bound on p̈, that on the third derivative.
-#[derive(Debug, Clone, Copy, Default)]
-#[repr(C, align(16))]
-pub struct Lanes(pub [f64; 8]);
 
 /// What a β that rises does to a swing beside turning: `drift τ`, by series for small λτ.
 #[derive(Debug, Clone, Copy)]
@@ -168,13 +165,24 @@ impl Parts {
         }
     }
 
+    /// What can have grown to how much of itself by τ.
+    #[inline(never)]
+    fn grown(&self, tau: f64) -> f64 {
+        (self.growth * tau).exp()
+    }
+
     /// Where the states of the others begin.
     fn first_other(&self) -> usize {
         2 * self.turning.len()
     }
 
+    /// Whether a harmonic is near a root.
+    pub fn rings(&self) -> bool {
+        !self.near.is_empty()
+    }
+
     /// How many numbers and other states there are.
-    pub fn count(&self) -> usize {
+    fn count(&self) -> usize {
         self.turning.len() + self.others.iter().map(Other::count).sum::<usize>()
     }
 }
@@ -185,24 +193,22 @@ impl Course {
     pub fn start(&mut self, parts: &Parts, (b0, b1): (&[f64], &[f64]), span: f64) {
         self.tau = 0.0;
         self.strides = 0;
-        self.start.clear();
-        self.first.clear();
         self.ramps.clear();
         self.others.clear();
-        self.sizes.clear();
         let turning = 2 * parts.turning.len();
-        let pairs = self.sigma[..turning]
-            .chunks_exact(2)
-            .zip(b0.chunks_exact(2));
-        let each = parts.turning.iter().zip(&parts.inverses);
-        for ((&lambda, inverse), (x, push)) in each.zip(pairs) {
-            let start = Complex::new(x[0], x[1]);
-            let rate = lambda * start + Complex::new(push[0], push[1]);
-            let moving = rate * inverse;
-            self.sizes.push(size_of(start) + 2.0 * size_of(moving));
-            self.start.push(start);
-            self.first.push(moving);
-        }
+        let numbers = self.sigma[..turning].as_chunks::<2>().0.iter();
+        self.start.clear();
+        self.start.extend(numbers.map(|&[x, y]| Complex::new(x, y)));
+        let pushes = b0.as_chunks::<2>().0.iter().zip(&parts.inverses);
+        let moved = |(start, (&[x, y], inverse)): (&Complex, (&[f64; 2], &Complex))| {
+            start + Complex::new(x, y) * inverse
+        };
+        self.first.clear();
+        self.first.extend(self.start.iter().zip(pushes).map(moved));
+        let both = self.start.iter().zip(&self.first);
+        self.sizes.clear();
+        self.sizes
+            .extend(both.map(|(start, moving)| size_of(*start) + 2.0 * size_of(*moving)));
         if b1[..turning].iter().any(|slope| *slope != 0.0) {
             self.start_ramps(parts, b1, span);
         }
@@ -252,23 +258,8 @@ impl Course {
                     });
                 }
                 Other::Critical { d, square } => {
-                    let slope = b1[at + 1] / square;
-                    let still = [(b0[at + 1] - d * slope) / square, slope];
-                    let start = [sigma[at] - still[0], sigma[at + 1] - slope];
-                    let w = square.sqrt();
-                    let energy = (w * start[0]).hypot(start[1]);
-                    let fast = d.abs() + w;
-                    self.sizes.extend([
-                        energy / w + still[0].abs() + (slope * span).abs(),
-                        energy + slope.abs(),
-                    ]);
-                    self.others.push(OtherCourse::Critical {
-                        half: 0.5 * d,
-                        square: *square,
-                        start,
-                        still,
-                        bounds: [fast * energy, fast * fast * energy],
-                    });
+                    let push = [b0[at + 1], b1[at + 1]];
+                    self.start_critical((*d, *square), at, push, span);
                 }
                 Other::Dense(dense) => {
                     let turns = self.start[..parts.known].iter();
@@ -280,6 +271,27 @@ impl Course {
             }
             at += other.count();
         }
+    }
+
+    #[inline(never)]
+    fn start_critical(&mut self, (d, square): (f64, f64), at: usize, push: [f64; 2], span: f64) {
+        let slope = push[1] / square;
+        let still = [(push[0] - d * slope) / square, slope];
+        let start = [self.sigma[at] - still[0], self.sigma[at + 1] - slope];
+        let w = square.sqrt();
+        let energy = (w * start[0]).hypot(start[1]);
+        let fast = d.abs() + w;
+        self.sizes.extend([
+            energy / w + still[0].abs() + (slope * span).abs(),
+            energy + slope.abs(),
+        ]);
+        self.others.push(OtherCourse::Critical {
+            half: 0.5 * d,
+            square,
+            start,
+            still,
+            bounds: [fast * energy, fast * fast * energy],
+        });
     }
 
     fn start_resonances(&mut self, parts: &Parts, span: f64) {
@@ -329,8 +341,8 @@ impl Course {
         }
     }
 
-    /// Goes to τ, exactly.
-    pub fn go(&mut self, parts: &Parts, tau: f64) {
+    /// Goes to τ, exactly; the `unseen` others follow by [`Course::finish`].
+    pub fn go(&mut self, parts: &Parts, unseen: &[bool], tau: f64) {
         self.tau = tau;
         self.strides = 0;
         let mut decay = Decay::default();
@@ -351,13 +363,13 @@ impl Course {
                 ringing.beaten = decay.beyond_one(kappa, tau);
             }
         }
-        self.rest(parts);
+        self.rest(parts, unseen);
     }
 
     /// Goes on by a stride, to τ.
-    pub fn stride(&mut self, parts: &Parts, stride: &Stride, tau: f64) {
+    pub fn stride(&mut self, parts: &Parts, unseen: &[bool], stride: &Stride, tau: f64) {
         if self.strides == ANCHORED {
-            return self.go(parts, tau);
+            return self.go(parts, unseen, tau);
         }
         self.tau = tau;
         self.strides += 1;
@@ -388,7 +400,7 @@ impl Course {
                 (out[0], out[1]) = (free.re, free.im);
             }
         }
-        self.rest(parts);
+        self.rest(parts, unseen);
     }
 
     /// Whether no stride has led here.
@@ -397,28 +409,30 @@ impl Course {
     }
 
     /// Goes on, or back, to a τ so near that a few terms of a series are exact to rounding; false where it is not.
-    pub fn nudge(&mut self, parts: &Parts, tau: f64) -> bool {
-        const SHORT: f64 = 1e-4; // x⁴/24 is below rounding
+    pub fn nudge(&mut self, parts: &Parts, unseen: &[bool], tau: f64) -> bool {
+        const SHORT: f64 = 0.02; // x⁸/8! is below rounding
         let delta = tau - self.tau;
         let fast = parts.fastest * delta.abs() > SHORT;
         if fast || !parts.plain || !self.ramps.is_empty() || !self.is_exact() {
             return false;
         }
         self.tau = tau;
-        let out = self.moving.iter_mut().zip(self.sigma.chunks_exact_mut(2));
+        let out = self
+            .moving
+            .iter_mut()
+            .zip(self.sigma.as_chunks_mut::<2>().0);
         for ((moving, out), lambda) in out.zip(&parts.turning) {
-            let x = lambda * delta;
-            let more = *moving * (x + x * x * (x * (1.0 / 6.0) + 0.5));
+            let more = *moving * phi::beyond_one(lambda * delta);
             *moving += more;
             out[0] += more.re;
             out[1] += more.im;
         }
-        self.others_at(parts);
+        self.others_at(parts, unseen, false);
         true
     }
 
     /// All that is no product of turns.
-    fn rest(&mut self, parts: &Parts) {
+    fn rest(&mut self, parts: &Parts, unseen: &[bool]) {
         let tau = self.tau;
         for (k, ramp) in self.ramps.iter().enumerate() {
             let zeta = if tau < ramp.small {
@@ -429,7 +443,7 @@ impl Course {
             };
             (self.sigma[2 * k], self.sigma[2 * k + 1]) = (zeta.re, zeta.im);
         }
-        self.others_at(parts);
+        self.others_at(parts, unseen, false);
         for (at, near) in parts.near.iter().enumerate() {
             let push = self.pushes[at];
             match near.part {
@@ -464,10 +478,19 @@ impl Course {
         }
     }
 
-    fn others_at(&mut self, parts: &Parts) {
+    /// Brings up those of the others that were left out on the way.
+    pub fn finish(&mut self, parts: &Parts, unseen: &[bool]) {
+        self.others_at(parts, unseen, true);
+    }
+
+    fn others_at(&mut self, parts: &Parts, unseen: &[bool], which: bool) {
         let (tau, sigma) = (self.tau, &mut self.sigma);
         let mut at = parts.first_other();
-        for (part, other) in self.others.iter().zip(&parts.others) {
+        for ((part, other), unseen) in self.others.iter().zip(&parts.others).zip(unseen) {
+            if *unseen != which {
+                at += other.count();
+                continue;
+            }
             match part {
                 OtherCourse::Decay {
                     lambda,
@@ -507,23 +530,38 @@ impl Course {
         }
     }
 
-    /// Its lanes where it is, part by part: σ twice, what σ̈ is read from, and bounds on that and on its change from there on, for
-    /// `horizon` seconds at most. A number that turns gives ζ, ζ, μ and |μ|, any other state x, x, ẍ and bounds on ẍ and x⃛.
-    pub fn lay(&self, parts: &Parts, horizon: f64, lanes: &mut Vec<Lanes>) {
-        lanes.resize(parts.count(), Lanes::default());
-        let (turning, rest) = lanes.split_at_mut(parts.turning.len());
+    /// What a sensor reads where it is; bounds hold from there on for `horizon` seconds at most. A number that turns gives ζ, ζ, μ
+    /// and |μ|, any other state x, x, ẍ and bounds on ẍ and x⃛; `unseen` others are left out.
+    pub fn sense(
+        &self,
+        parts: &Parts,
+        unseen: &[bool],
+        horizon: f64,
+        Sensor(rows): &Sensor,
+    ) -> [f64; LANES] {
+        let mut sums = [0.0; LANES];
+        let mut count = |Lanes(row): &Lanes, lane: [f64; LANES]| {
+            for at in 0..LANES {
+                sums[at] += row[at] * lane[at];
+            }
+        };
+        let (turning, rest) = rows.split_at(self.moving.len());
         let numbers = self.moving.iter().zip(self.sigma.as_chunks::<2>().0);
-        for (lane, (moving, &[x, y])) in turning.iter_mut().zip(numbers) {
+        for (row, (moving, &[x, y])) in turning.iter().zip(numbers) {
             let size = size_of(*moving);
-            lane.0 = [x, x, y, y, moving.re, moving.im, size, size];
+            count(row, [x, x, y, y, moving.re, moving.im, size, size]);
         }
-        let mut rest = rest.iter_mut();
+        let mut rest = rest.iter();
         let mut state = parts.first_other();
-        for (part, other) in self.others.iter().zip(&parts.others) {
+        for ((part, other), unseen) in self.others.iter().zip(&parts.others).zip(unseen) {
+            if *unseen {
+                state += other.count();
+                continue;
+            }
             let x = &self.sigma[state..];
             let mut lay = |x: f64, bent: f64, bound: f64, change: f64| {
-                if let Some(lane) = rest.next() {
-                    lane.0 = [x, x, 0.0, 0.0, bent, 0.0, bound, change];
+                if let Some(row) = rest.next() {
+                    count(row, [x, x, 0.0, 0.0, bent, 0.0, bound, change]);
                 }
             };
             match part {
@@ -544,12 +582,12 @@ impl Course {
                     lay(x[1], change, change.abs(), (lambda * change).abs());
                 }
                 OtherCourse::Critical { bounds, .. } => {
-                    let grown = (parts.growth * self.tau).exp();
+                    let grown = parts.grown(self.tau);
                     lay(x[0], 0.0, bounds[0] * grown, 0.0);
                     lay(x[1], 0.0, bounds[1] * grown, 0.0);
                 }
                 OtherCourse::Dense(started) => {
-                    let grown = (parts.growth * self.tau).exp();
+                    let grown = parts.grown(self.tau);
                     for x in &x[..other.count()] {
                         lay(*x, 0.0, started.bound() * grown, 0.0);
                     }
@@ -558,14 +596,15 @@ impl Course {
             state += other.count();
         }
         if parts.growth > 0.0 || !self.lasting.is_empty() {
-            let until = (parts.growth * self.tau).exp();
-            let grown = (parts.growth * horizon).exp();
-            let lasting = self.lasting.iter().copied().chain(std::iter::repeat(0.0));
-            for (Lanes(lane), more) in lanes.iter_mut().zip(lasting) {
-                lane[6] = (lane[6] + more * until) * grown;
-                lane[7] *= grown;
-            }
+            let (until, grown) = (parts.grown(self.tau), parts.grown(horizon));
+            let lasting = rows.iter().zip(&self.lasting);
+            sums[6] += lasting
+                .map(|(row, more)| row.0[6] * more * until)
+                .sum::<f64>();
+            sums[6] *= grown;
+            sums[7] *= grown;
         }
+        sums
     }
 }
 
@@ -594,5 +633,6 @@ impl Decay {
 /// |z|, or up to a twelfth more.
 fn size_of(z: Complex) -> f64 {
     let (re, im) = (z.re.abs(), z.im.abs());
-    re.max(im) + (std::f64::consts::SQRT_2 - 1.0) * re.min(im)
+    let (large, small) = if re > im { (re, im) } else { (im, re) };
+    large + (std::f64::consts::SQRT_2 - 1.0) * small
 }

@@ -1,14 +1,14 @@
 //! The motion of a machine in one regime from a state on, and what its borders read there.
 
 use super::border::Border;
-use super::course::{Course, Lanes, Stride};
+use super::course::{Course, Stride};
 use super::frame::dot;
 use super::instant::Instant;
 use super::machine::Machine;
+use super::sensor::LANES;
 use super::shared::Shared;
-use super::stage::product;
+use crate::numeric::Matrix;
 use crate::numeric::slices::add;
-use crate::numeric::{Matrix, products};
 
 /// A motion; used again for the next, so that nothing is allocated on the way.
 #[derive(Debug, Default)]
@@ -25,7 +25,8 @@ pub struct Flight {
     push: [Vec<f64>; 2],
     given: Vec<f64>,
     carried: Vec<f64>,
-    lanes: Vec<Lanes>,
+    /// Of every sensor.
+    sums: Vec<[f64; LANES]>,
     block: Option<Block>,
 }
 
@@ -99,27 +100,21 @@ impl Flight {
         let sigma = &mut self.course.sigma;
         sigma.clear();
         sigma.extend_from_slice(turns);
-        sigma.resize(turns.len() + machine.linear.enter.nrows(), 0.0);
-        product(
-            &machine.linear.enter,
-            &self.given,
-            &mut sigma[turns.len()..],
-        );
+        sigma.resize(turns.len() + machine.linear.enter.rows(), 0.0);
+        let enter = &machine.linear.enter;
+        enter.times(&self.given, &mut sigma[turns.len()..]);
 
         let first = turns.len();
         let [b0, b1] = &mut self.push;
-        b0.clone_from(&machine.constant);
+        b0.clone_from(&machine.load.push);
         b1.clear();
         b1.resize(b0.len(), 0.0);
-        for (input, [value, rate]) in shared.inputs.list.iter().zip(&machine.linear.pushes) {
-            let (line, slope) = input.line(pieces, now);
-            if line != 0.0 {
-                add(b0, line, value);
-            }
-            if slope != 0.0 {
-                add(b0, slope, rate);
-                add(b1, slope, value);
-            }
+        for &input in &machine.load.rising {
+            let (line, slope) = shared.inputs.list[input].line(pieces, now);
+            let [value, rate] = &machine.linear.pushes[input];
+            add(b0, line, value);
+            add(b0, slope, rate);
+            add(b1, slope, value);
         }
         if let Some(hold) = &machine.linear.hold {
             let [place, rate] = &mut self.kept;
@@ -127,7 +122,10 @@ impl Flight {
             place.extend_from_slice(&y[..n]);
             // What modes do not carry of it.
             self.carried.resize(y.len(), 0.0);
-            product(&machine.linear.leave, &self.course.sigma, &mut self.carried);
+            machine
+                .linear
+                .leave
+                .times(&self.course.sigma, &mut self.carried);
             add(place, -1.0, &self.carried[..n]);
             rate.resize(n, 0.0);
             let slope = |branch: usize| {
@@ -159,10 +157,12 @@ impl Flight {
     ) {
         let [b0, b1] = &self.push;
         self.borders.clear();
-        for border in &machine.borders {
-            let (mut base, mut slope) = (border.constant, 0.0);
-            let mut size = base.abs();
-            for &(input, [value, rate]) in &border.direct {
+        let load = &machine.load;
+        let steady = load.rising.is_empty() && machine.linear.hold.is_none();
+        for (border, still) in machine.borders.iter().zip(&load.borders) {
+            let (mut base, mut slope, mut size) = (still.base, 0.0, still.size);
+            let rises = |direct: &&(usize, [f64; 2])| load.rising.contains(&direct.0);
+            for &(input, [value, rate]) in border.direct.iter().filter(rises) {
                 let (line, change) = shared.inputs.list[input].line(pieces, now);
                 base += value * line + rate * change;
                 slope += value * change;
@@ -179,7 +179,10 @@ impl Flight {
             let zero = crossed.is_some_and(|crossed| border.is_back_of(crossed));
             self.borders.push(Started {
                 base: [base, slope],
-                push: [slope + dot(&border.row, b0), dot(&border.row, b1)],
+                push: match steady {
+                    true => [still.push, 0.0],
+                    false => [slope + dot(&border.row, b0), dot(&border.row, b1)],
+                },
                 offset: match zero {
                     true => base + dot(&border.row, &self.course.sigma),
                     false => 0.0,
@@ -193,37 +196,62 @@ impl Flight {
     /// Goes to τ, exactly.
     pub fn go(&mut self, machine: &Machine, tau: f64) {
         if tau != self.course.tau || !self.course.is_exact() {
-            self.course.go(&machine.linear.parts, tau);
+            self.course.go(&machine.linear.parts, &machine.unseen, tau);
         }
     }
 
-    /// Lays out where the motion is, for [`Flight::read`]; bounds hold from there on for `horizon` seconds at most.
+    /// Goes on by a stride.
+    pub fn stride(&mut self, machine: &Machine, stride: &Stride) {
+        let tau = self.course.tau + stride.span;
+        let parts = &machine.linear.parts;
+        self.course.stride(parts, &machine.unseen, stride, tau);
+    }
+
+    /// The same from a τ nearby, where the way is short.
+    pub fn near(&mut self, machine: &Machine, tau: f64) {
+        if !self
+            .course
+            .nudge(&machine.linear.parts, &machine.unseen, tau)
+        {
+            self.go(machine, tau);
+        }
+    }
+
+    /// Reads all sensors where the motion is; bounds hold from there on for `horizon` seconds at most.
     pub fn look(&mut self, machine: &Machine, horizon: f64) {
-        self.course
-            .lay(&machine.linear.parts, horizon, &mut self.lanes);
+        self.sums.resize(machine.sensors.len(), [0.0; LANES]);
+        for sensor in 0..machine.sensors.len() {
+            self.sense(machine, sensor, horizon);
+        }
+    }
+
+    /// The same of one border's sensor alone.
+    pub fn look_at(&mut self, machine: &Machine, border: usize, horizon: f64) -> Reading {
+        self.sense(machine, machine.borders[border].sensor, horizon);
+        self.read(machine, border)
+    }
+
+    fn sense(&mut self, machine: &Machine, sensor: usize, horizon: f64) {
+        let (parts, own) = (&machine.linear.parts, &machine.sensors[sensor]);
+        self.sums[sensor] = self.course.sense(parts, &machine.unseen, horizon, own);
     }
 
     /// A border where the motion was looked at.
     pub fn read(&self, machine: &Machine, at: usize) -> Reading {
         let (border, started) = (&machine.borders[at], &self.borders[at]);
         let tau = self.course.tau;
-        let mut sums = Lanes::default().0;
-        for (Lanes(lane), Lanes(row)) in self.lanes.iter().zip(&border.lanes) {
-            for at in 0..sums.len() {
-                sums[at] += row[at] * lane[at];
-            }
-        }
-        let [p, v, q, w, a, b, bound, jerk] = sums;
+        let [p, v, q, w, a, b, bound, jerk] = self.sums[border.sensor];
+        let sign = border.sign;
         let (bend, jerk) = match machine.linear.parts.is_plain() {
-            true => (a + b, jerk),
+            true => (sign * (a + b), jerk),
             false => (f64::NAN, f64::INFINITY),
         };
         Reading {
             value: match started.zero && tau == 0.0 {
                 true => 0.0,
-                false => started.base[0] + started.base[1] * tau - started.offset + (p + q),
+                false => started.base[0] + started.base[1] * tau - started.offset + sign * (p + q),
             },
-            rate: started.push[0] + started.push[1] * tau + (v + w),
+            rate: started.push[0] + started.push[1] * tau + sign * (v + w),
             bend,
             bound,
             jerk,
@@ -241,8 +269,9 @@ impl Flight {
     }
 
     /// The state y where the motion is.
-    pub fn state(&self, machine: &Machine, y: &mut [f64]) {
-        product(&machine.linear.leave, &self.course.sigma, y);
+    pub fn state(&mut self, machine: &Machine, y: &mut [f64]) {
+        self.course.finish(&machine.linear.parts, &machine.unseen);
+        machine.linear.leave.times(&self.course.sigma, y);
         self.keep(machine, self.course.tau, y);
     }
 
@@ -254,7 +283,16 @@ impl Flight {
         times: &[f64],
         mut give: impl FnMut(usize, &[f64]) -> bool,
     ) -> bool {
-        let (rows, states) = (machine.linear.leave.ncols(), machine.linear.leave.nrows());
+        if let ([tau], None) = (times, stride) {
+            self.go(machine, *tau);
+            let mut y = std::mem::take(&mut self.carried);
+            y.resize(machine.linear.leave.rows(), 0.0);
+            self.state(machine, &mut y);
+            let ended = give(0, &y);
+            self.carried = y;
+            return ended;
+        }
+        let (rows, states) = (machine.linear.leave.count(), machine.linear.leave.rows());
         let mut block = match self.block.take() {
             Some(block) if block.sigma.nrows() == rows => block,
             _ => Block {
@@ -262,20 +300,18 @@ impl Flight {
                 states: Matrix::zeros(states, BLOCK),
             },
         };
+        let (parts, unseen) = (&machine.linear.parts, &machine.unseen);
         for (at, &tau) in times.iter().enumerate() {
             match stride {
-                Some(stride) if at > 0 => self.course.stride(&machine.linear.parts, stride, tau),
-                _ => self.course.go(&machine.linear.parts, tau),
+                Some(stride) if at > 0 => self.course.stride(parts, unseen, stride, tau),
+                _ => self.course.go(parts, unseen, tau),
             }
+            self.course.finish(parts, unseen);
             let column = block.sigma.col_as_slice_mut(at);
             column.copy_from_slice(&self.course.sigma);
         }
-        products::first_columns(
-            &machine.linear.leave,
-            &block.sigma,
-            times.len(),
-            &mut block.states,
-        );
+        let leave = &machine.linear.leave;
+        leave.first_columns(&block.sigma, times.len(), &mut block.states);
         let ended = times.iter().enumerate().any(|(at, &tau)| {
             let y = block.states.col_as_slice_mut(at);
             self.keep(machine, tau, y);

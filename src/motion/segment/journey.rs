@@ -13,6 +13,7 @@ use super::search::{Outcome, Reached, Search};
 use super::shared::Shared;
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::motion::contact::Stand;
 use crate::motion::friction::Slip;
 use crate::motion::problem::{Ask, Effort, Sink};
 use crate::motion::progress::within_budget;
@@ -49,6 +50,7 @@ pub fn run(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
         regime,
         effort: Effort::default(),
         sample: 0,
+        due: ask.from,
         busy: vec![0; train.branches.len()],
         crowd: (ask.from, 0),
     };
@@ -68,8 +70,9 @@ pub fn run(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
         let place = met.place(&shared, &journey.regime.stands)?;
         journey.effort.machines = met.machines.len() as u64;
         journey.effort.steps += 1;
+        met.machines[place].take_up(&shared.inputs, &journey.regime.pieces);
         let machine = &met.machines[place];
-        let known = clock.next(&journey.regime.pieces);
+        let known = clock.next(&journey.regime.pieces, |branch| journey.heeds(branch));
         let end = known.min(ask.to);
         let span = journey.now.until(end).max(0.0);
         let from = crossed.map(|(machine, border)| &met.machines[machine].borders[border]);
@@ -104,7 +107,7 @@ pub fn run(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
         match reached {
             Some(reached) => {
                 journey.now = journey.now.after(tau);
-                journey.cross(machine, reached)?;
+                journey.cross(machine, reached, &mut clock)?;
                 crossed = Some((place, reached.border));
             }
             None => {
@@ -205,8 +208,9 @@ struct Journey<'a> {
     y: Vec<f64>,
     regime: Regime,
     effort: Effort,
-    /// The next sample.
+    /// The next sample, and a time before which it is not due.
     sample: usize,
+    due: f64,
     /// Events of every branch.
     busy: Vec<u64>,
     /// An instant, and how many events came within rounding of it.
@@ -214,6 +218,12 @@ struct Journey<'a> {
 }
 
 impl Journey<'_> {
+    /// Whether the wave of a branch counts as it stands.
+    fn heeds(&self, branch: usize) -> bool {
+        let stand = self.regime.stands[branch];
+        !matches!(stand, BranchStand::Contact(Stand::Open, _))
+    }
+
     /// Delivers the samples up to τ; true where the run is to end early.
     fn deliver(
         &mut self,
@@ -222,6 +232,9 @@ impl Journey<'_> {
         (tau, last): (f64, bool),
         sink: &mut Sink,
     ) -> bool {
+        if self.now.until(self.due) >= tau && !last {
+            return false;
+        }
         let usual = (self.ask.to - self.ask.from) / self.ask.samples.max(1) as f64;
         let stride = (tau > MANY * usual).then(|| machine.linear.parts.stride(usual));
         let mut times = [0.0; BLOCK];
@@ -232,6 +245,7 @@ impl Journey<'_> {
             let t = self.ask.time(self.sample);
             let ahead = self.now.until(t).max(0.0);
             if ahead >= tau && !last {
+                self.due = t;
                 return false;
             }
             if ahead == 0.0 {
@@ -262,11 +276,21 @@ impl Journey<'_> {
     }
 
     /// A border was reached: what stands beyond it.
-    fn cross(&mut self, machine: &Machine, reached: Reached) -> Result<(), Error> {
+    fn cross(
+        &mut self,
+        machine: &Machine,
+        reached: Reached,
+        clock: &mut Clock,
+    ) -> Result<(), Error> {
         let border = &machine.borders[reached.border];
         self.effort.events += 1;
         self.busy[border.branch] += 1;
-        self.regime.stands[border.branch] = border.to;
+        // While it stood open its wave went on unheeded.
+        let piece = clock.piece(border.branch, self.now.high);
+        self.regime.stands[border.branch] = match (border.to, piece) {
+            (BranchStand::Contact(stand, _), Some(piece)) => BranchStand::Contact(stand, piece),
+            (to, _) => to,
+        };
         let near = 64.0 * f64::EPSILON * self.now.high.abs().max(self.shared.span);
         self.crowd = match (self.now.high - self.crowd.0).abs() <= near {
             true => (self.crowd.0, self.crowd.1 + 1),
@@ -290,7 +314,11 @@ impl Journey<'_> {
     /// Known times were passed: lines, waves, and what stands otherwise since.
     fn tick(&mut self, ticks: &[Tick]) {
         let train = self.shared.train;
-        let before = self.regime.pieces.clone();
+        let turned = |tick: &Tick| matches!(tick, Tick::Piece(..));
+        let before = match ticks.iter().any(turned) {
+            true => self.regime.pieces.clone(),
+            false => Vec::new(),
+        };
         for tick in ticks {
             match *tick {
                 Tick::Piece(at, piece) => self.regime.pieces[at] = piece,

@@ -1,38 +1,47 @@
 //! Strides of a machine over round times, made when first wanted and kept: what goes on by one of them takes no exponential.
 
+use std::collections::VecDeque;
+
 use super::course::{Parts, Stride};
 
 /// Leading binary digits of a stride after the first: it is at most a quarter shorter than what was asked for.
 const DIGITS: u32 = 2;
 
-/// Strides kept at most.
-const MOST: usize = 256;
+/// Strides kept at most, from the shortest to the longest; beyond, the others are made again.
+const MOST: usize = 512;
 
 /// The strides of one machine.
 #[derive(Debug, Default)]
 pub struct Ladder {
-    /// By rising time; its leading bits.
-    rungs: Vec<(u64, Stride)>,
+    /// Leading bits of the shortest.
+    shortest: usize,
+    /// By rising time.
+    rungs: VecDeque<Option<Stride>>,
 }
 
 impl Ladder {
-    /// The longest round stride that is no longer than `span`, s; nothing where that is no usual number, or where too many are kept.
+    /// The longest round stride that is no longer than `span`, s; nothing where that is no usual number.
     pub fn below(&mut self, parts: &Parts, span: f64) -> Option<&Stride> {
+        const REST: u32 = f64::MANTISSA_DIGITS - 1 - DIGITS;
         if !span.is_normal() || span < 0.0 {
             return None;
         }
-        const REST: u32 = f64::MANTISSA_DIGITS - 1 - DIGITS;
-        let key = span.to_bits() >> REST;
-        let at = match self.rungs.binary_search_by_key(&key, |rung| rung.0) {
-            Ok(at) => at,
-            Err(_) if self.rungs.len() >= MOST => return None,
-            Err(at) => {
-                let stride = parts.stride(f64::from_bits(key << REST));
-                self.rungs.insert(at, (key, stride));
-                at
-            }
-        };
-        self.rungs.get(at).map(|rung| &rung.1)
+        let key = (span.to_bits() >> REST) as usize;
+        let reach = (key + 1).max(self.shortest + self.rungs.len()) - key.min(self.shortest);
+        if self.rungs.is_empty() || reach > MOST {
+            self.rungs.clear();
+            self.shortest = key;
+        }
+        while key < self.shortest {
+            self.rungs.push_front(None);
+            self.shortest -= 1;
+        }
+        while key >= self.shortest + self.rungs.len() {
+            self.rungs.push_back(None);
+        }
+        let rung = self.rungs.get_mut(key - self.shortest)?;
+        let length = f64::from_bits((key as u64) << REST);
+        Some(rung.get_or_insert_with(|| parts.stride(length)))
     }
 }
 

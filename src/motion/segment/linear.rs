@@ -16,6 +16,7 @@ use super::{apart, mixed};
 use crate::base::error::Error;
 use crate::machine::direction::Direction;
 use crate::motion::train::Train;
+use crate::numeric::products::Columns;
 use crate::numeric::slices::{add, add_columns};
 use crate::numeric::{Complex, Matrix, registers};
 
@@ -25,9 +26,9 @@ pub struct Linear {
     /// What it does by itself and under harmonics: the states σ are the cosines and sines of these, then those of its parts.
     pub parts: Parts,
     /// The states of the parts from `(y, turns)`, harmonics as cosine and sine.
-    pub enter: Matrix,
+    pub enter: Columns,
     /// y from σ.
-    pub leave: Matrix,
+    pub leave: Columns,
     /// Push on σ per value and per rate of every input.
     pub pushes: Vec<[Vec<f64>; 2]>,
     /// Pairs that stick.
@@ -101,8 +102,8 @@ impl Linear {
             .collect();
         let linear = Linear {
             parts: Parts::new(spectrum.clone(), &shared.inputs.frequencies, near),
-            enter,
-            leave,
+            enter: Columns::of(&enter),
+            leave: Columns::of(&leave),
             pushes,
             hold,
             modes,

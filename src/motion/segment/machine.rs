@@ -5,9 +5,11 @@ use std::rc::Rc;
 
 use super::border::{Border, Kind};
 use super::frame::{dot, spread};
-use super::inputs::{Entry, Input};
+use super::inputs::{Entry, Input, Inputs};
 use super::law::Held;
 use super::linear::Linear;
+use super::load::Load;
+use super::sensor::{Sensor, drop_unseen};
 use super::shared::Shared;
 use crate::base::error::Error;
 use crate::motion::contact::Affine;
@@ -21,9 +23,15 @@ pub struct Machine {
     /// What it shares with others.
     pub linear: Rc<Linear>,
     /// Constant push on σ.
-    pub constant: Vec<f64>,
+    constant: Vec<f64>,
+    /// What acts at present.
+    pub load: Load,
     /// Where it gives way.
     pub borders: Vec<Border>,
+    /// What these are read by.
+    pub sensors: Vec<Sensor>,
+    /// Which of the parts that do not turn no sensor sees.
+    pub unseen: Vec<bool>,
 }
 
 impl Machine {
@@ -37,11 +45,29 @@ impl Machine {
         laws: &[Held],
         stands: &[BranchStand],
     ) -> Result<Machine, Error> {
+        let mut sensors = Vec::new();
+        let borders = linear.borders(shared, laws, stands, &mut sensors)?;
+        let parts = &linear.parts;
+        let unseen = match parts.rings() {
+            true => vec![false; parts.others.len()],
+            false => drop_unseen(&mut sensors, parts.turning.len(), &parts.others),
+        };
         Ok(Machine {
             constant: linear.constant(shared.train, laws),
-            borders: linear.borders(shared, laws, stands)?,
+            load: Load::default(),
+            borders,
+            sensors,
+            unseen,
             linear,
         })
+    }
+
+    /// Takes up the lines that carry the inputs now.
+    pub fn take_up(&mut self, inputs: &Inputs, pieces: &[u32]) {
+        if self.load.push.is_empty() || !self.load.is_on(pieces) {
+            let own = (&*self.linear, &self.constant[..]);
+            self.load = Load::new(inputs, pieces, own, &self.borders);
+        }
     }
 }
 
@@ -52,6 +78,7 @@ impl Linear {
         shared: &Shared,
         laws: &[Held],
         stands: &[BranchStand],
+        sensors: &mut Vec<Sensor>,
     ) -> Result<Vec<Border>, Error> {
         let mut found = Vec::new();
         for (at, branch) in shared.train.branches.iter().enumerate() {
@@ -61,7 +88,7 @@ impl Linear {
                     for (affine, to) in contact.borders(stand, factor) {
                         let kind = Kind::Deflection(affine);
                         let next = BranchStand::Contact(to, piece);
-                        found.push(self.border(shared, at, kind, next));
+                        found.push(self.border(shared, (at, kind, next), sensors));
                     }
                 }
                 (Law::Friction(_), BranchStand::Friction(slip)) if slip != Slip::Stick => {
@@ -71,14 +98,15 @@ impl Linear {
                     };
                     let kind = Kind::Deflection(affine);
                     let next = BranchStand::Friction(Slip::Stick);
-                    found.push(self.border(shared, at, kind, next));
+                    found.push(self.border(shared, (at, kind, next), sensors));
                 }
                 (Law::Friction(friction), BranchStand::Friction(_)) => {
                     let Some(hold) = &self.hold else { continue };
                     for slip in [Slip::Forward, Slip::Backward] {
                         let held = hold.reaction(shared, laws, at, friction.breakaway, slip)?;
                         let next = BranchStand::Friction(slip);
-                        found.push(self.border(shared, at, Kind::Reaction(held), next));
+                        let kind = Kind::Reaction(held);
+                        found.push(self.border(shared, (at, kind, next), sensors));
                     }
                 }
                 _ => {}
@@ -87,7 +115,12 @@ impl Linear {
         Ok(found)
     }
 
-    fn border(&self, shared: &Shared, branch: usize, kind: Kind, to: BranchStand) -> Border {
+    fn border(
+        &self,
+        shared: &Shared,
+        (branch, kind, to): (usize, Kind, BranchStand),
+        sensors: &mut Vec<Sensor>,
+    ) -> Border {
         let (m, len) = (self.modes.count(), self.spectrum.count());
         let seen = &self.seen;
         let mut modal = vec![0.0; 2 * m + shared.train.inner()];
@@ -147,15 +180,20 @@ impl Linear {
         };
         let sizes = phasors.iter().map(|[p, _]| p.norm());
         let sizes: Vec<f64> = sizes.chain(self.spectrum.sizes_of(&row)).collect();
-        let known = shared.inputs.frequencies.iter();
-        let known = known.map(|&omega| Complex::new(0.0, omega));
-        let lambdas: Vec<Complex> = known.chain(self.spectrum.swings.iter().copied()).collect();
         let rate: Vec<f64> = turning(1).chain(rate).collect();
         let row: Vec<f64> = turning(0).chain(row.iter().copied()).collect();
+        let own = Sensor::new(&self.parts.turning, &row, &rate, &sizes);
+        let alike = sensors.iter().map(|known| own.sign(known)).enumerate();
+        let alike = alike.filter_map(|(at, sign)| Some((at, sign?))).next();
+        let (sensor, sign) = alike.unwrap_or_else(|| {
+            sensors.push(own);
+            (sensors.len() - 1, 1.0)
+        });
         Border {
             branch,
             to,
-            lanes: Border::lanes(&lambdas, &row, &rate, &sizes),
+            sensor,
+            sign,
             sizes,
             row,
             constant,

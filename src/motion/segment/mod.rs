@@ -24,6 +24,9 @@ pub mod dense;
 /// Parts in closed form.
 pub mod spectrum;
 
+/// What borders are read by.
+pub mod sensor;
+
 /// Their motion in time.
 pub mod course;
 
@@ -56,6 +59,9 @@ pub mod border;
 
 /// What regimes share that differ by constants.
 pub mod linear;
+
+/// Inputs while their lines last.
+pub mod load;
 
 /// The machine of a regime.
 pub mod machine;

@@ -24,10 +24,19 @@ pub fn real(lambda: f64, tau: f64) -> [f64; 4] {
     }
     let x = lambda * tau;
     if x.abs() < 1.0 {
-        // Σ xⁿ/(n+3)!: 20 terms are exact to rounding below one.
-        let series = (0..20)
-            .rev()
-            .fold(0.0, |sum, n| sum * x + INVERSE_FACTORIALS[n + 3]);
+        // Σ xⁿ/(n+3)! by even and odd powers: 10 pairs are exact to rounding below one, 7 below a third, 5 below a sixteenth.
+        let pairs = match x.abs() {
+            size if size < 0.0625 => 5,
+            size if size < 0.35 => 7,
+            _ => 10,
+        };
+        let square = x * x;
+        let sums = |[even, odd]: [f64; 2], n: usize| {
+            let next = [INVERSE_FACTORIALS[2 * n + 3], INVERSE_FACTORIALS[2 * n + 4]];
+            [even * square + next[0], odd * square + next[1]]
+        };
+        let [even, odd] = (0..pairs).rev().fold([0.0; 2], sums);
+        let series = even + odd * x;
         let third = series * tau * tau * tau;
         let second = 0.5 * tau * tau + lambda * third;
         let first = tau + lambda * second;
@@ -36,6 +45,15 @@ pub fn real(lambda: f64, tau: f64) -> [f64; 4] {
     let first = x.exp_m1() / lambda;
     let second = (first - tau) / lambda;
     [x.exp(), first, second, (second - 0.5 * tau * tau) / lambda]
+}
+
+/// `eˣ − 1` by seven terms of its series, for |x| below a fiftieth.
+pub fn beyond_one(x: Complex) -> Complex {
+    let sum = |sum: Complex, n: usize| sum * x + INVERSE_FACTORIALS[n];
+    (1..7)
+        .rev()
+        .fold(Complex::new(INVERSE_FACTORIALS[7], 0.0), sum)
+        * x
 }
 
 /// `(eˣ − 1)/x` and `(eˣ − 1 − x)/x²` by their series, for |x| below [`SMALL`].

@@ -91,7 +91,7 @@ impl Stage {
 }
 
 /// `A x`.
-pub fn product(a: &Matrix, x: &[f64], out: &mut [f64]) {
+fn product(a: &Matrix, x: &[f64], out: &mut [f64]) {
     out.fill(0.0);
     add_columns(out, x, |j| a.col_as_slice(j));
 }
