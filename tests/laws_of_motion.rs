@@ -1,5 +1,7 @@
 //! Laws of motion in scenes: motions known in time, and what follows.
 
+use std::f64::consts::TAU;
+
 use geardyn::base::error::Error;
 use geardyn::base::stop::Stop;
 use geardyn::plan::motion::choice;
@@ -223,6 +225,65 @@ error = [{ on = "p", amplitude = 1e-5 }]
 "#;
     let motion = agree(text, 0.05, &["g.deflection", "w.speed"], "switched");
     assert!(gap(&motion) < 1e-3, "{}", gap(&motion));
+}
+
+/// The wave goes by the angle of the second gear where that is the one whose motion is known; turning backward it runs backward.
+/// Against Runge and Kutta's method on `J θ̈ = T − r (k(t) δ + c δ̇)`, written out here, piece by piece of the wave.
+#[test]
+fn ref_wave_by_the_second_gear() {
+    let text = r#"
+inertia = [{ name = "p", J = 0.01 }, { name = "w", J = 0.01 }]
+gear_pair = [{ name = "g", between = ["w", "p"], teeth = [30, 20], module = 0.004, pressure_angle = "20 deg", k = 1e7, c = 100.0, k_wave = { kind = "rectangular", high = 1.2, low = 0.7, share = 0.4 } }]
+motor = [{ name = "m", at = "p", kind = "speed", speed = "-40 rad/s" }]
+load = [{ at = "w", torque = 3.0 }]
+"#;
+    let motion = agree(text, 0.05, &["w.speed"], "switched");
+    let base = |teeth: f64| 0.5 * 0.004 * teeth * 20f64.to_radians().cos();
+    let (wheel, pinion) = (base(30.0), base(20.0));
+    let cycle = TAU / (20.0 * 40.0);
+    let slope = |factor: f64, t: f64, [angle, speed]: [f64; 2]| {
+        let (delta, rate) = (
+            wheel * angle - pinion * 40.0 * t,
+            wheel * speed - pinion * 40.0,
+        );
+        [
+            speed,
+            (3.0 - wheel * (1e7 * factor * delta + 100.0 * rate)) / 0.01,
+        ]
+    };
+    let on = |[x, v]: [f64; 2], h: f64, [dx, dv]: [f64; 2]| [x + h * dx, v + h * dv];
+    let (mut now, mut y) = (0.0, [0.0, 0.0]);
+    let last = motion.time.len() - 1;
+    for (k, &t) in motion.time.iter().enumerate() {
+        while now < t {
+            // Six tenths of a cycle low, then four high: the wave from its end to its beginning.
+            let passed = (now / cycle + 1e-9).floor();
+            let jump = (passed + 0.6) * cycle;
+            let (factor, end) = match now < jump - 1e-9 * cycle {
+                true => (0.7, jump),
+                false => (1.2, (passed + 1.0) * cycle),
+            };
+            let end = end.min(t);
+            let steps = ((end - now) / 2e-6).ceil();
+            let h = (end - now) / steps;
+            for at in 0..steps as usize {
+                let t = now + h * at as f64;
+                let a = slope(factor, t, y);
+                let b = slope(factor, t + 0.5 * h, on(y, 0.5 * h, a));
+                let c = slope(factor, t + 0.5 * h, on(y, 0.5 * h, b));
+                let d = slope(factor, t + h, on(y, h, c));
+                y = std::array::from_fn(|i| y[i] + h / 6.0 * (a[i] + 2.0 * (b[i] + c[i]) + d[i]));
+            }
+            now = end;
+        }
+        let off = (motion.values[0][k] - y[1]).abs();
+        assert!(
+            off < 1e-8 * 40.0,
+            "{k} of {last}: {} {}",
+            motion.values[0][k],
+            y[1]
+        );
+    }
 }
 
 /// Both ends of a shaft prescribed; the angle of one swings.
