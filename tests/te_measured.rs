@@ -287,13 +287,14 @@ fn exact_play_between_flanks() {
     assert_eq!(found.runs.len(), 2);
     assert_eq!(found.flanks.len(), 2);
     let shown = found.play.unwrap();
+    let course = shown.course.unwrap();
     let size = 20.0 * ARCSEC; // the error itself at an angle shifted by the play
     assert!(
         (shown.mean - play).abs() < 0.1 * ARCSEC,
         "{}",
         shown.mean / ARCSEC
     );
-    assert!(shown.range.1 - shown.range.0 < size);
+    assert!(course.range.1 - course.range.0 < size);
     for flank in &found.flanks {
         let one = flank
             .lines
@@ -511,6 +512,154 @@ fn exact_ranges_of_the_orders() {
         );
         assert!(deviation < 0.4 * exact, "{deviation} {exact}");
     }
+}
+
+/// The largest change of `error` within `window` of `turns` turns from `start` on, by brute force.
+fn range_of(error: impl Fn(f64) -> f64, start: f64, turns: f64, window: f64, steps: usize) -> f64 {
+    let at = |i: usize| error(start + turns * i as f64 / steps as f64);
+    let values: Vec<f64> = (0..=steps).map(at).collect();
+    let wide = (window / turns * steps as f64).round() as usize;
+    let mut largest = 0.0f64;
+    // The window slides by a fiftieth of itself and is a tenth of that wider at most.
+    for from in (0..=steps - wide).step_by((wide / 50).max(1)) {
+        let part = &values[from..=from + wide];
+        let (low, high) = part
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| {
+                (l.min(x), h.max(x))
+            });
+        largest = largest.max(high - low);
+    }
+    largest
+}
+
+/// Ranges of the orders, of the readings, of the long and of the short wave are those of the waves themselves, not of seventeen cells a
+/// tooth, whatever turns the record holds beside whole hunting cycles.
+#[test]
+fn exact_waves_between_cells() {
+    for (errors, turns) in [
+        (vec![(1.0, 12.0, 0.5), (64.0, 4.0, -1.05)], 4.3),
+        (
+            vec![
+                (1.0, 12.0, 0.5),
+                (64.0 / 21.0, 30.0, 0.17),
+                (64.0, 4.0, -1.05),
+            ],
+            4.3,
+        ),
+        (
+            vec![(1.0, 5.0, 2.0), (64.0 / 21.0, 3.0, 0.2), (128.0, 4.0, 1.0)],
+            22.4,
+        ),
+    ] {
+        let scaled = |&(o, a, p): &(f64, f64, f64)| (o, a * ARCSEC, p);
+        let rig = Rig {
+            errors: errors.iter().map(scaled).collect(),
+            turns,
+            ..Rig::default()
+        };
+        let flank = &rig.measured().unwrap().flanks[0];
+        let composite = &flank.composite;
+        assert_eq!(composite.closed, turns > 21.0);
+        assert_eq!(composite.turns, if turns > 21.0 { 21 } else { 4 });
+        let start = flank.signal.first as f64 / flank.signal.per_turn as f64;
+        let whole = composite.turns as f64;
+        // No step beyond 1/512 of a tooth's second multiple.
+        let steps = composite.turns * 64 * 1024;
+        let near = |name: &str, found: f64, truth: f64, within: f64| {
+            assert!(
+                (found - truth).abs() < within,
+                "{name} of {turns} turns: {} {} ± {}",
+                found / ARCSEC,
+                truth / ARCSEC,
+                within / ARCSEC
+            );
+        };
+        let total = range_of(|x| rig.error(x), start, whole, whole, steps);
+        let pitch = range_of(|x| rig.error(x), start, whole, 1.0 / 64.0, steps);
+        let orders = &flank.of_orders;
+        near("F_i′ of the orders", orders.total, total, orders.bound);
+        near(
+            "f_i′ of the orders",
+            orders.by_pitch,
+            pitch,
+            orders.bound_by_pitch,
+        );
+        assert!(orders.bound < 2e-3 * total && orders.bound_by_pitch < 2e-3 * pitch);
+        near("F_i′", composite.total, total, 1e-3 * total);
+        near("f_i′", composite.by_pitch.sliding, pitch, 1e-3 * pitch);
+        let part = |long: bool| {
+            let kept: Vec<_> = (rig.errors.iter().copied())
+                .filter(|e| (e.0 < 32.0) == long)
+                .collect();
+            let waves = Rig {
+                errors: kept,
+                ..Rig::default()
+            };
+            move |x: f64| waves.error(x)
+        };
+        let long = range_of(part(true), start, whole, whole, steps);
+        near("long wave", composite.long.0, long, 1e-3 * long);
+        let short = 8.0 * ARCSEC;
+        near("short wave", composite.short.0.sliding, short, 1e-3 * short);
+    }
+}
+
+/// Play that changes over the angle is told by the orders of both flanks, not by the steps of the encoders.
+#[test]
+fn exact_course_of_play() {
+    let rig = Rig {
+        counts: [20_000.0, 36_000.0],
+        noise: 0.3,
+        turns: 3.2,
+        uneven: (0.0, 1.0),
+        ..Rig::default()
+    };
+    let exact = Rig {
+        counts: [0.0, 0.0],
+        ..Rig {
+            turns: 3.2,
+            uneven: (0.0, 1.0),
+            ..Rig::default()
+        }
+    };
+    let (a, b) = exact.readings();
+    let play = |turns: f64| (60.0 + 9.0 * (TAU * turns + 1.0).cos()) * ARCSEC;
+    let ratio = 21.0 / 64.0;
+    let (mut input, mut output) = (a.clone(), b.clone());
+    for (x, y) in a.iter().zip(&b).rev() {
+        input.push(*x);
+        output.push(y + play(x * ratio / TAU));
+    }
+    let mut normal = Normal(fastrand::Rng::with_seed(3));
+    let mut read = |angle: f64, counts: f64| (angle / TAU * counts + 0.3 * normal.draw()).floor();
+    let input: Vec<f64> = input.iter().map(|x| read(*x, rig.counts[0])).collect();
+    let output: Vec<f64> = output.iter().map(|x| read(*x, rig.counts[1])).collect();
+    let found = evaluate(&InMemory(&input, &output), &rig.ask()).unwrap();
+    let shown = found.play.unwrap();
+    assert!(
+        (shown.mean / ARCSEC - 60.0).abs() < 1.5,
+        "{}",
+        shown.mean / ARCSEC
+    );
+    let course = shown.course.unwrap();
+    assert!(course.deviation < 2.0 * ARCSEC);
+    for (i, p) in course.signal.values.iter().enumerate() {
+        let truth = play(course.signal.angle(i) / TAU);
+        assert!(
+            (p - truth).abs() < 5.0 * course.deviation,
+            "{} {} ± {}",
+            p / ARCSEC,
+            truth / ARCSEC,
+            course.deviation / ARCSEC
+        );
+    }
+    let wide = course.range.1 - course.range.0;
+    assert!(
+        (wide / ARCSEC - 18.0).abs() < 5.0 * course.deviation / ARCSEC,
+        "{}",
+        wide / ARCSEC
+    );
 }
 
 /// A line that is not explained says which multiple of a shaft or mesh lies there; fitted with the others it has its name.

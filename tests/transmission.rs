@@ -699,6 +699,96 @@ fn law_record_holds_its_lines() {
     assert_eq!(&again.record.unwrap().record.values, samples);
 }
 
+/// Under torque a mesh whose stiffness changes gives way by the mean of 1/k over its cycle, as its lines do, not by one over the mean;
+/// even harmonics of a square wave of half and half are not there.
+#[test]
+fn exact_wind_up_of_a_changing_stiffness() {
+    let text = "inertia = [{ name = \"a\", J = 0.01 }, { name = \"b\", J = 0.02 }]\n\
+         gear_pair = [{ name = \"g\", between = [\"a\", \"b\"], teeth = [20, 40], module = 0.002, k = 1e8, k_wave = WAVE }]\n\
+         error = [{ on = \"b\", cause = \"eccentricity\", amplitude = 1e-5, phase = 0 }]\n\
+         load = [{ at = \"b\", torque = 100 }]\n";
+    let base = 0.04 * 20f64.to_radians().cos();
+    let rigid_k = 100.0 / (1e8 * base * base);
+    let fourier = "{ kind = \"fourier\", amplitudes = [0.2], mean = 1.1 }";
+    for (wave, mean) in [
+        (
+            "{ kind = \"rectangular\", high = 1.2, low = 0.8, share = 0.5 }",
+            0.5 / 1.2 + 0.5 / 0.8,
+        ),
+        (
+            "{ kind = \"rectangular\", high = 1.0, low = 0.5, share = 0.25 }",
+            0.25 + 0.75 / 0.5,
+        ),
+        // ∫ dψ/(m + a cos 2πψ) = 1/√(m² − a²).
+        (fourier, 1.0 / (1.1f64 * 1.1 - 0.2 * 0.2).sqrt()),
+    ] {
+        let prepared = written(&text.replace("WAVE", wave));
+        let answer = traced(&prepared, &study("a", "b"));
+        let wanted = rigid_k * mean;
+        assert!(
+            (answer.wind_up.abs() / wanted - 1.0).abs() < 1e-12,
+            "{wave}: {} {wanted}",
+            answer.wind_up
+        );
+        let meshing: Vec<u32> = (answer.rows.iter())
+            .filter(|row| row.line.kinematic.norm() == 0.0)
+            .map(|row| row.line.harmonic)
+            .collect();
+        if mean < 1.1 && wave != fourier {
+            assert_eq!(meshing, [1, 3, 5, 7, 9, 11, 13, 15]);
+        }
+        // What gives way has no grade; the declared error has.
+        let of = |name: &str| {
+            let at = answer.elements.iter().position(|e| e == name).unwrap();
+            answer.budget.elements[at].one_grade
+        };
+        assert!(of("g").is_none() && of("b").is_some());
+        assert!(answer.differs_under_load());
+    }
+}
+
+/// Equal pitches are no error, whatever rounding their sums leave; a half turn has one name.
+#[test]
+fn exact_nothing_and_half_turns() {
+    let text = format!(
+        "inertia = [{{ name = \"a\", J = 0.01 }}, {{ name = \"b\", J = 0.02 }}]\n\
+         gear_pair = [{{ name = \"g\", between = [\"a\", \"b\"], teeth = [20, 40], module = 0.002, k = 1e8 }}]\n\
+         error = [{{ on = \"b\", cause = \"single-pitch\", values = [{}] }},\n\
+         {{ on = \"a\", cause = \"eccentricity\", amplitude = 1e-5, phase = {:?} }}]\n",
+        ["7.3e-6"; 40].join(", "),
+        std::f64::consts::PI,
+    );
+    let prepared = written(&text);
+    let answer = traced(&prepared, &study("a", "b"));
+    assert_eq!(answer.rows.len(), 1);
+    assert!(!answer.differs_under_load());
+    for turned in [
+        Complex::new(-1.0, 0.0),
+        Complex::new(-1.0, -0.0),
+        Complex::new(-1.0, -1e-14),
+    ] {
+        let found =
+            geardyn::report::transmission::phase(&prepared.machine, &answer.rows[0], turned);
+        assert!((found.unwrap() - 180.0).abs() < 1e-9);
+    }
+}
+
+/// With rigid joints a line alone locks the loop it does not fit; what lies behind the loop has its kinematic size.
+#[test]
+fn keeps_kinematic_and_loaded_apart() {
+    let prepared = written(&looped(1.0, FITS));
+    let answer = traced(&prepared, &study("motor", "out"));
+    assert!(answer.differs_under_load());
+    for row in &answer.rows {
+        let name = source(&prepared.machine, row);
+        match name.as_str() {
+            "p1" | "p2" => assert!(row.kinematic.is_none(), "{name}"),
+            "out" => assert!(close(row.kinematic.unwrap(), row.loaded, 1e-9)),
+            _ => assert!(row.kinematic.unwrap() == Complex::ZERO && row.loaded.norm() > 0.0),
+        }
+    }
+}
+
 /// A grade of ISO 1328-1:1995 by its formulas: F_p = 0.3 m + 1.25 √d + 7 µm at grade 5, F_r = 0.8 F_p, f_fα = 2.5 √m + 0.17 √d + 0.5,
 /// times √2 a grade; sizes as the standard rounds them.
 #[test]
@@ -741,6 +831,12 @@ fn exact_grades() {
         let (_, b, _) = amplitude(cause, 6);
         assert!((b / a - 2f64.sqrt()).abs() < 1e-12);
     }
+    // What a grade allows stands anywhere, unless it is said where.
+    let known = |phase: &str| {
+        let error = format!("{{ on = \"a\", cause = \"eccentricity\", grade = 6{phase} }}");
+        written(&text(&error)).machine.errors[0].phase_known
+    };
+    assert!(!known("") && known(", phase = 0.3") && !known(", phase = \"unknown\""));
     for wrong in [
         "{ on = \"a\", cause = \"form\", grade = 6 }",
         "{ on = \"a\", cause = \"eccentricity\", grade = 13 }",

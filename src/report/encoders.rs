@@ -65,9 +65,12 @@ pub fn json(found: &EncoderRecord, teeth: &Teeth, done: &[Repair]) -> Value {
         "flanks": flanks,
         "play": measured.play.as_ref().map(|p| json!({
             "mean_arcsec": arcsec(p.mean),
-            "least_arcsec": arcsec(p.range.0),
-            "most_arcsec": arcsec(p.range.1),
             "mean_um": micrometres(found, p.mean),
+            "least_arcsec": p.course.as_ref().map(|c| arcsec(c.range.0)),
+            "most_arcsec": p.course.as_ref().map(|c| arcsec(c.range.1)),
+            "std_arcsec": p.course.as_ref().map(|c| arcsec(c.deviation)),
+            "angle_deg": p.course.as_ref().map(|c| (0..c.signal.values.len()).map(|i| c.signal.angle(i).to_degrees()).collect::<Vec<_>>()),
+            "arcsec": p.course.as_ref().map(|c| c.signal.values.iter().map(|x| arcsec(*x)).collect::<Vec<_>>()),
         })),
         "speed": measured.speed.as_ref().map(|s| {
             let (mean, least, most) = s.range();
@@ -141,6 +144,8 @@ fn flank(flank: &Flank, found: &EncoderRecord) -> Value {
             "one_turn_arcsec": arcsec(flank.of_orders.by_turn),
             "tooth_to_tooth_arcsec": arcsec(flank.of_orders.by_pitch),
             "std_arcsec": arcsec(flank.of_orders.deviation),
+            "bound_arcsec": arcsec(flank.of_orders.bound),
+            "tooth_to_tooth_bound_arcsec": arcsec(flank.of_orders.bound_by_pitch),
         },
         "attribution": null,
         "mean_turns": flank.mean_turns.iter().map(|m| json!({
@@ -207,22 +212,27 @@ fn line(line: &Line, found: &EncoderRecord) -> Value {
     })
 }
 
-/// One row a cell: direction, angle of the output, error, long wave over the whole turns.
+/// One row a cell: direction, angle of the output, error, long wave over the turns of the ranges, play where both directions passed.
 pub fn csv(found: &EncoderRecord) -> String {
     let mut text = String::from("direction,angle_deg,te_arcsec,long_wave_arcsec");
-    text += if found.radius.is_some() {
-        ",te_um\n"
-    } else {
-        "\n"
-    };
+    let play = found.measured.play.as_ref();
+    let play = play.and_then(|p| p.course.as_ref()).map(|c| &c.signal);
+    text += found.radius.map_or("", |_| ",te_um");
+    text += play.map_or("", |_| ",play_arcsec");
+    text.push('\n');
+    let arc = |x: Option<&f64>| x.map_or(String::new(), |x| format!("{:.6}", arcsec(*x)));
     for flank in &found.measured.flanks {
         for (i, e) in flank.signal.values.iter().enumerate() {
             let angle = flank.signal.angle(i).to_degrees();
-            let long = flank.composite.long_wave.get(i).map(|x| arcsec(*x));
-            let long = long.map_or(String::new(), |x| format!("{x:.6}"));
+            let long = arc(flank.composite.long_wave.get(i));
             text += &format!("{},{angle:.9},{:.6},{long}", way(flank), arcsec(*e));
             if let Some(um) = micrometres(found, *e) {
                 text += &format!(",{um:.6}");
+            }
+            if let Some(play) = play {
+                let at = flank.signal.first + i as i64 - play.first;
+                let at = usize::try_from(at).ok();
+                text += &format!(",{}", arc(at.and_then(|at| play.values.get(at))));
             }
             text.push('\n');
         }

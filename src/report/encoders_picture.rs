@@ -8,13 +8,18 @@ use super::style::{
     WIDTH, paler, picture, push_apart, shortened, ticks, width_of,
 };
 use crate::plan::logs::encoders::EncoderRecord;
+use crate::spectrum::rotation::angular::AngularSignal;
 use crate::transmission::measured::flank::Flank;
 
 const LEFT: f64 = 70.0;
 const RIGHT: f64 = WIDTH - 24.0;
 const RECORD: (f64, f64) = (64.0, 304.0);
-const ORDERS: (f64, f64) = (655.0, 855.0);
-const BOTTOM: f64 = 905.0;
+
+/// What the numbers and the title of an axis take below a panel.
+const BELOW: f64 = 46.0;
+
+/// Heights of the panels of play and of orders.
+const HEIGHTS: (f64, f64) = (110.0, 200.0);
 
 /// The second direction's lines stand so far to the right of the first's.
 const BESIDE: f64 = 6.0;
@@ -22,9 +27,30 @@ const BESIDE: f64 = 6.0;
 /// Lines that get a name.
 const NAMED: usize = 14;
 
+/// Names are cut at so many characters.
+const LONGEST: usize = 60;
+
+/// Size of names.
+const NAME: f64 = 9.0;
+
 /// Draws a record.
 pub fn record(found: &EncoderRecord, title: &str) -> String {
-    picture(WIDTH, BOTTOM, |canvas| {
+    let play = found.measured.play.as_ref();
+    let play = play.and_then(|p| p.course.as_ref()).map(|c| &c.signal);
+    let below = match play {
+        Some(_) => RECORD.1 + BELOW + 20.0 + HEIGHTS.0 + BELOW,
+        None => RECORD.1 + BELOW,
+    };
+    // As much room as the longest name takes upright.
+    let named = (found.measured.flanks.iter().take(1)).flat_map(|f| stems(f, BLUE));
+    let named: Vec<Stem> = strongest(named.collect());
+    let longest = named
+        .iter()
+        .map(|s| width_of(&shortened(&s.name, LONGEST), NAME))
+        .fold(20.0, f64::max);
+    let top = below + longest + 12.0;
+    let down = (top, top + HEIGHTS.1);
+    picture(WIDTH, down.1 + BELOW + 4.0, |canvas| {
         canvas.text(title, (LEFT, 16.0), TITLE, BLACK, Anchor::Start);
         let flanks = &found.measured.flanks;
         let mut right = LEFT;
@@ -38,23 +64,55 @@ pub fn record(found: &EncoderRecord, title: &str) -> String {
                 right += 39.0 + width_of(&label, SMALL);
             }
         }
-        over_angle(canvas, flanks);
-        orders(canvas, flanks);
+        let x = turns(flanks);
+        over_angle(canvas, flanks, x);
+        if let Some(play) = play {
+            let bottom = below - BELOW;
+            over_turns(canvas, play, (bottom - HEIGHTS.0, bottom), x);
+        }
+        orders(canvas, flanks, &named, down);
     })
 }
 
-fn over_angle(canvas: &mut Canvas, flanks: &[Flank]) {
+/// The turns that the record covers, from and to.
+fn turns(flanks: &[Flank]) -> (f64, f64) {
     let ends = |flank: &Flank| {
         let n = flank.signal.per_turn as f64;
         let first = flank.signal.first as f64 / n;
         (first, first + flank.signal.values.len() as f64 / n)
     };
-    let x = flanks
-        .iter()
-        .map(ends)
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), e| {
-            (l.min(e.0), h.max(e.1))
-        });
+    let all = flanks.iter().map(ends);
+    all.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), e| {
+        (l.min(e.0), h.max(e.1))
+    })
+}
+
+/// Play over the turns of the output.
+fn over_turns(canvas: &mut Canvas, play: &AngularSignal, down: (f64, f64), x: (f64, f64)) {
+    let Some(y) = span(play.values.iter().map(|p| arcsec(*p))) else {
+        return;
+    };
+    let panel = Panel {
+        across: (LEFT, RIGHT),
+        down,
+        x,
+        y,
+    };
+    panel.rule_y(canvas, &ticks(y, 4));
+    frame(&panel, canvas, "play, arcsec", Some("turns of the output"));
+    for run in runs(&panel, points(play, &play.values)) {
+        canvas.path(&run, BLUE, 1.4, Stroke::Solid);
+    }
+}
+
+/// Turns and arc seconds of values in the cells of a signal.
+fn points(cells: &AngularSignal, values: &[f64]) -> impl Iterator<Item = Spot> {
+    let (first, n) = (cells.first, cells.per_turn as f64);
+    let each = values.iter().enumerate();
+    each.map(move |(i, e)| ((first + i as i64) as f64 / n, arcsec(*e)))
+}
+
+fn over_angle(canvas: &mut Canvas, flanks: &[Flank], x: (f64, f64)) {
     let values = flanks
         .iter()
         .flat_map(|f| f.signal.values.iter().map(|e| arcsec(*e)));
@@ -73,13 +131,7 @@ fn over_angle(canvas: &mut Canvas, flanks: &[Flank]) {
         Some("turns of the output"),
     );
     let draw = |canvas: &mut Canvas, flank: &Flank, values: &[f64], ink: Ink, width: f64| {
-        let place =
-            |i: usize| (flank.signal.first + i as i64) as f64 / flank.signal.per_turn as f64;
-        let points = values
-            .iter()
-            .enumerate()
-            .map(|(i, e)| (place(i), arcsec(*e)));
-        for run in runs(&panel, points) {
+        for run in runs(&panel, points(&flank.signal, values)) {
             canvas.path(&run, ink, width, Stroke::Solid);
         }
     };
@@ -123,8 +175,8 @@ fn stems(flank: &Flank, ink: Ink) -> impl Iterator<Item = Stem> {
     lines.chain(others)
 }
 
-/// Both directions, the one with more turns named.
-fn orders(canvas: &mut Canvas, flanks: &[Flank]) {
+/// Both directions; of the one with more turns the strongest have names.
+fn orders(canvas: &mut Canvas, flanks: &[Flank], strongest: &[Stem], down: (f64, f64)) {
     let named: Vec<Stem> = (flanks.iter().take(1))
         .flat_map(|f| stems(f, BLUE))
         .collect();
@@ -145,14 +197,14 @@ fn orders(canvas: &mut Canvas, flanks: &[Flank]) {
     let place = |order: f64| order.log10();
     let panel = Panel {
         across: (LEFT, RIGHT),
-        down: ORDERS,
+        down,
         x: (place(first) - 0.08, place(last) + 0.08),
         y: (0.0, top),
     };
     panel.rule_y(canvas, &ticks(panel.y, 5));
     rule_orders(canvas, &panel);
-    canvas.frame((LEFT, ORDERS.0), (RIGHT, ORDERS.1), GREY, 0.6);
-    let middle = 0.5 * (ORDERS.0 + ORDERS.1);
+    canvas.frame((LEFT, down.0), (RIGHT, down.1), GREY, 0.6);
+    let middle = 0.5 * (down.0 + down.1);
     canvas.upright(
         "amplitude, arcsec",
         (14.0, middle),
@@ -160,7 +212,7 @@ fn orders(canvas: &mut Canvas, flanks: &[Flank]) {
         BLACK,
         Anchor::Middle,
     );
-    let below = (0.5 * (LEFT + RIGHT), ORDERS.1 + 30.0);
+    let below = (0.5 * (LEFT + RIGHT), down.1 + 30.0);
     canvas.text(
         "order per turn of the output",
         below,
@@ -186,7 +238,7 @@ fn orders(canvas: &mut Canvas, flanks: &[Flank]) {
             );
         }
     }
-    names(canvas, &panel, &named, place);
+    names(canvas, &panel, strongest, place);
 }
 
 /// The first of the sources that share an order, and how many more.
@@ -198,13 +250,16 @@ fn with_others(names: &[String]) -> String {
     }
 }
 
-/// The names of the strongest, upright above the panel.
-fn names(canvas: &mut Canvas, panel: &Panel, stems: &[Stem], place: impl Fn(f64) -> f64) {
-    const LONGEST: usize = 60;
+/// Those that get a name.
+fn strongest(mut stems: Vec<Stem>) -> Vec<Stem> {
+    stems.sort_by(|a, b| b.size.total_cmp(&a.size));
+    stems.truncate(NAMED);
+    stems
+}
+
+/// Names, upright above the panel.
+fn names(canvas: &mut Canvas, panel: &Panel, strongest: &[Stem], place: impl Fn(f64) -> f64) {
     const APART: f64 = 12.0;
-    let mut strongest: Vec<&Stem> = stems.iter().collect();
-    strongest.sort_by(|a, b| b.size.total_cmp(&a.size));
-    strongest.truncate(NAMED);
     let wanted: Vec<f64> = strongest
         .iter()
         .map(|s| panel.right_of(place(s.order)))
@@ -224,7 +279,7 @@ fn names(canvas: &mut Canvas, panel: &Panel, stems: &[Stem], place: impl Fn(f64)
         canvas.upright(
             &shortened(&stem.name, LONGEST),
             (right, panel.down.0 - 7.0),
-            9.0,
+            NAME,
             ink,
             Anchor::Start,
         );

@@ -56,10 +56,16 @@ pub fn record(found: &EncoderRecord, all: bool) -> String {
     }
     if let Some(play) = &measured.play {
         text += &format!(
-            "\nplay between the flanks: {} arcsec, {} … {} over the angle\n",
+            "\nplay between the flanks: {} arcsec{}\n",
             brief(arcsec(play.mean)),
-            brief(arcsec(play.range.0)),
-            brief(arcsec(play.range.1))
+            play.course.as_ref().map_or(String::new(), |course| {
+                format!(
+                    ", of the orders {} … {} over the angle, ± {} at each",
+                    brief(arcsec(course.range.0)),
+                    brief(arcsec(course.range.1)),
+                    brief(arcsec(HALF_INTERVAL * course.deviation))
+                )
+            })
         );
     }
     if !found.parted.is_empty() {
@@ -115,9 +121,9 @@ fn one(flank: &Flank, found: &EncoderRecord, all: bool) -> String {
     let with_um = found.radius.is_some();
     let mut table = plain();
     let mut row = |name: &str, angle: f64, note: String| {
-        let mut cells = vec![name.to_string(), significant(arcsec(angle))];
+        let mut cells = vec![name.to_string(), brief(arcsec(angle))];
         if let Some(um) = micrometres(found, angle) {
-            cells.push(significant(um));
+            cells.push(brief(um));
         }
         cells.push(note);
         table.add_row(cells);
@@ -133,16 +139,19 @@ fn one(flank: &Flank, found: &EncoderRecord, all: bool) -> String {
         composite.by_pitch.sliding,
         format!("end to end {}", brief(arcsec(composite.by_pitch.fixed))),
     );
-    let deviation = format!(
-        "± {}: what the fitted orders make, without steps of the encoders and noise",
-        brief(arcsec(HALF_INTERVAL * flank.of_orders.deviation))
-    );
+    let orders = &flank.of_orders;
+    let beside = |bound: f64| {
+        format!(
+            "± {}: what the fitted orders make, without steps of the encoders and noise",
+            brief(arcsec(HALF_INTERVAL * orders.deviation + bound))
+        )
+    };
+    row("F_i′ of the orders", orders.total, beside(orders.bound));
     row(
-        "F_i′ of the orders",
-        flank.of_orders.total,
-        deviation.clone(),
+        "f_i′ of the orders",
+        orders.by_pitch,
+        beside(orders.bound_by_pitch),
     );
-    row("f_i′ of the orders", flank.of_orders.by_pitch, deviation);
     row(
         "long wave",
         composite.long.0,

@@ -82,9 +82,15 @@ pub fn cause(machine: &Machine, row: &Row) -> &'static str {
     }
 }
 
-/// The phase of a line, degrees, where it is known.
+/// The phase of a line, degrees in (−180, 180], where it is known.
 pub fn phase(machine: &Machine, row: &Row, value: Complex) -> Option<f64> {
-    (row.line.phase_known(machine) && value.norm() > 0.0).then(|| value.arg().to_degrees())
+    /// Of a turn: rounding of a half turn backward.
+    const ROUNDING: f64 = 1e-9;
+    let turned = match value.arg().to_degrees() {
+        half if half <= -180.0 + ROUNDING => half + 360.0,
+        other => other,
+    };
+    (row.line.phase_known(machine) && value.norm() > 0.0).then_some(turned)
 }
 
 /// A second record, in words.
@@ -294,6 +300,7 @@ fn order(machine: &Machine, answer: &Answer, k: usize, unit: Unit) -> Value {
     }
     let values = [
         ("amplitude", Some(slow.norm())),
+        ("kinematic", row.kinematic.map(|z| z.norm())),
         ("loaded", Some(row.loaded.norm())),
         ("dynamic", row.dynamic.map(|z| z.norm())),
     ];
@@ -306,7 +313,7 @@ pub fn csv(machine: &Machine, answer: &Answer) -> String {
     let (key, turns) = (unit.key, unit.key != "um");
     let arc = if turns { ",amplitude_um" } else { "" };
     let mut text = format!(
-        "order,order_value,source,cause,harmonic,amplitude_{key}{arc},phase_deg,share,loaded_{key},dynamic_{key},coincides_with_rows\n"
+        "order,order_value,source,cause,harmonic,amplitude_{key}{arc},phase_deg,share,kinematic_{key},loaded_{key},dynamic_{key},coincides_with_rows\n"
     );
     let blank = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x}"));
     for (k, row) in answer.rows.iter().enumerate() {
@@ -334,6 +341,7 @@ pub fn csv(machine: &Machine, answer: &Answer) -> String {
         fields.extend([
             blank(phase(machine, row, slow)),
             format!("{}", row.share),
+            blank(row.kinematic.map(|z| z.norm() * unit.times)),
             format!("{}", row.loaded.norm() * unit.times),
             blank(row.dynamic.map(|z| z.norm() * unit.times)),
             others.join(" "),

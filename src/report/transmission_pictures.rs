@@ -222,9 +222,11 @@ fn budget(title: &str, answer: &Answer, unit: Unit) -> String {
                 if row == 0 { ORANGE } else { paler(BLUE) },
             );
             let text = format!(
-                "{} %: one grade better {} % off, without it {} % off",
+                "{} %: {}without it {} % off",
                 percent(found[e].share),
-                percent(found[e].one_grade),
+                found[e].one_grade.map_or(String::new(), |better| {
+                    format!("one grade better {} % off, ", percent(better))
+                }),
                 percent(found[e].without)
             );
             canvas.text(&text, (end + 6.0, middle), SMALL, BLACK, Anchor::Start);

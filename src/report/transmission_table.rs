@@ -42,11 +42,7 @@ pub fn table(machine: &Machine, answer: &Answer, all: bool) -> String {
     let shown = shown(answer, all);
     let mut table = plain();
     let at_speed = answer.speed.is_some();
-    let largest = (answer.rows.iter()).fold(0.0f64, |m, row| m.max(answer.slow(row).norm()));
-    let differs = answer.rows.iter().any(|row| {
-        let slow = answer.slow(row).norm();
-        (row.loaded.norm() - slow).abs() > 5e-4 * slow + 1e-9 * largest
-    });
+    let differs = answer.differs_under_load();
     let mut head = vec!["order", "source", "cause", "amplitude"];
     let mut units = vec!["", "", "", unit.name];
     let mut column = |is: bool, name: &'static str, unit: &'static str| {
@@ -58,6 +54,7 @@ pub fn table(machine: &Machine, answer: &Answer, all: bool) -> String {
     column(answer.radius.is_some(), "arc", "µm");
     column(true, "phase", "deg");
     column(true, "share", "%");
+    column(differs, "kinematic", unit.name);
     column(differs, "loaded", unit.name);
     column(at_speed, "at speed", unit.name);
     column(at_speed, "frequency", "Hz");
@@ -77,9 +74,13 @@ pub fn table(machine: &Machine, answer: &Answer, all: bool) -> String {
             brief(slow.norm() * unit.times),
         ];
         cells.extend(answer.radius.map(|r| brief(1e6 * r * slow.norm())));
-        cells.push(phase(machine, row, slow).map_or("?".to_string(), |p| format!("{p:.0}")));
+        let turned = phase(machine, row, slow).map(f64::round);
+        let half = |p: f64| if p <= -180.0 { 180.0 } else { p };
+        cells.push(turned.map_or("?".to_string(), |p| format!("{:.0}", half(p))));
         cells.push(percent(row.share));
         if differs {
+            let rigid = row.kinematic.map(|z| brief(z.norm() * unit.times));
+            cells.push(rigid.unwrap_or("–".to_string()));
             cells.push(brief(row.loaded.norm() * unit.times));
         }
         if let (Some(z), Some(speed)) = (row.dynamic, answer.speed) {
@@ -143,9 +144,18 @@ pub fn table(machine: &Machine, answer: &Answer, all: bool) -> String {
             answer.rows.len() - shown.len(),
         );
     }
+    text += match differs {
+        true if answer.rows.iter().any(|row| row.kinematic.is_none()) => {
+            "kinematic: with rigid joints; –: these would lock, for a loop does not fit the line alone\n"
+        }
+        true => "kinematic: with rigid joints\n",
+        false => {
+            "kinematic and loaded amplitudes are alike: no loop shares errors out, and no stiffness changes under load\n"
+        }
+    };
     text += &assumed(machine);
     text += &coincidences(machine, answer, &shown);
-    text += &sums(answer, unit);
+    text += &sums(machine, answer, unit);
     with_minus_signs(&text)
 }
 
@@ -228,24 +238,38 @@ fn coincidences(machine: &Machine, answer: &Answer, shown: &[usize]) -> String {
 /// Elements of the budget shown, the largest.
 const ELEMENTS: usize = 12;
 
-fn sums(answer: &Answer, unit: Unit) -> String {
+fn sums(machine: &Machine, answer: &Answer, unit: Unit) -> String {
     let arc = |x: f64| {
         let um = (answer.radius).map_or(String::new(), |r| format!(", {} µm", brief(1e6 * r * x)));
         format!("{} {}{um}", brief(x * unit.times), unit.name)
     };
     let both = |budget: &Budget, when: &str| {
+        let at_ends = match machine.errors.iter().any(|error| error.tolerance > 0.0) {
+            true => ", amplitudes at the upper ends of their tolerances",
+            false => "",
+        };
         let text = format!(
-            "\n{when}worst case {} (all crests together), root of sum of squares {}\n",
+            "\n{when}worst case {} (all crests together{at_ends}), root of sum of squares {}{}\n",
             arc(budget.worst_case),
-            arc(budget.rss)
+            arc(budget.rss),
+            if at_ends.is_empty() {
+                ""
+            } else {
+                " (of the amplitudes as stated)"
+            }
         );
         let range = &budget.range;
-        let turns = if range.window == 1.0 {
-            "one turn".to_string()
-        } else {
-            format!("{} turns", range.window)
+        let turns = match range.window {
+            1.0 => "one turn".to_string(),
+            window => format!("{window} turns"),
         };
-        let each = range.percentiles.iter().map(|(p, value, error)| {
+        if range.samples == 1 {
+            let value = range.percentiles.first().map_or(0.0, |p| p.1);
+            return text + &format!("range over {turns}, every phase known: {}\n", arc(value));
+        }
+        let each = range.percentiles.iter().map(|&(p, value, error)| {
+            // Closer than any amplitude is meant.
+            let error = if error > 1e-6 * value { error } else { 0.0 };
             let value = super::number::with_deviation(value * unit.times, error * unit.times);
             format!("{p} % {value}")
         });
@@ -275,7 +299,8 @@ fn sums(answer: &Answer, unit: Unit) -> String {
         } else {
             exact
         };
-        text += &format!("everything repeats after {shown} turns\n");
+        let unit = if shown == "1" { "turn" } else { "turns" };
+        text += &format!("everything repeats after {shown} {unit}\n");
     }
     text += &elements(answer);
     text += &record(answer, unit);
@@ -306,7 +331,8 @@ fn elements(answer: &Answer) -> String {
         for budget in [Some(&answer.budget), fast.map(|f| &f.budget)] {
             cells.extend(budget.into_iter().flat_map(|b| {
                 let found = &b.elements[e];
-                [found.share, found.one_grade, found.without].map(percent)
+                let better = found.one_grade.map_or(String::new(), percent);
+                [percent(found.share), better, percent(found.without)]
             }));
         }
         table.add_row(cells);
@@ -344,8 +370,8 @@ fn record(answer: &Answer, unit: Unit) -> String {
     };
     let arc = |x: f64| brief(x * unit.times);
     let mut text = format!(
-        "\nrecord over {} turns, {} samples, {}: F_i′ {} over all, {} over a turn",
-        made.record.turns,
+        "\nrecord over {}, {} samples, {}: F_i′ {} over all, {} over a turn",
+        counted(made.record.turns, "turn"),
         made.record.values.len(),
         unit.name,
         arc(made.total),

@@ -91,7 +91,8 @@ pub fn form_error(f: &mut Fields) -> FormError {
         mesh,
         cause,
         size,
-        phase_known: !unknown,
+        // What a grade allows says nothing of where it stands.
+        phase_known: !unknown && (f.has("phase") || !f.has("grade")),
         tolerance: tolerance.unwrap_or(0.0),
     }
 }

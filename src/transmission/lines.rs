@@ -68,6 +68,12 @@ pub fn rising(chain: &Chain, pace: &Fraction) -> f64 {
     chain.forward() * if pace.is_negative() { -1.0 } else { 1.0 }
 }
 
+/// Rounding of tables, m or rad: of pitches of micrometres added up.
+const ROUNDING: f64 = 1e-18;
+
+/// Rounding of the harmonics of a table, of its largest value.
+const RELATIVE: f64 = 1e-14;
+
 /// Every harmonic of every declared error, by rising order. Errors of shafts that stand still give no line.
 pub fn lines(machine: &Machine, operating: &Operating, chain: &Chain) -> Vec<Line> {
     let mut lines = Vec::new();
@@ -76,8 +82,9 @@ pub fn lines(machine: &Machine, operating: &Operating, chain: &Chain) -> Vec<Lin
             continue;
         };
         let rising = rising(chain, &pace);
+        let size = error.shape.greatest().abs().max(error.shape.least().abs());
         for (harmonic, amplitude, phase) in error.shape.harmonics() {
-            if amplitude == 0.0 {
+            if amplitude <= ROUNDING.max(RELATIVE * size) {
                 continue;
             }
             let mut line = Line {
@@ -101,12 +108,27 @@ pub fn lines(machine: &Machine, operating: &Operating, chain: &Chain) -> Vec<Lin
     lines
 }
 
+/// Of the terms of a condition: what is left of a fit is rounding of amplitudes and phases.
+const FITS: f64 = 1e-9;
+
+/// Rigid joints can turn with this line alone: it satisfies what their loops ask for.
+pub fn fits(chain: &Chain, line: &Line) -> bool {
+    chain.conditions.iter().all(|condition| {
+        let (mut sum, mut size) = (Complex::ZERO, 0.0);
+        for &(branch, c) in condition {
+            for (_, e) in line.displacements.iter().filter(|d| d.0 == branch) {
+                sum += *e * c;
+                size += c.abs() * e.norm();
+            }
+        }
+        sum.norm() <= FITS * size
+    })
+}
+
 /// Where rigid loops stand against the errors: the first condition that these break, with the branches it ties together.
 ///
 /// Each order must satisfy it by itself; unknown phases never do.
 pub fn misfit(machine: &Machine, chain: &Chain, lines: &[Line]) -> Option<Vec<usize>> {
-    /// Of the terms of a condition: what is left of a fit is rounding of amplitudes and phases.
-    const FITS: f64 = 1e-9;
     for condition in &chain.conditions {
         let mut at = 0;
         while at < lines.len() {

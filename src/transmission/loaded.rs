@@ -6,6 +6,7 @@
 use std::f64::consts::PI;
 
 use super::chain::Chain;
+use super::dynamic::Transfer;
 use super::lines::{Line, Origin, rising};
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -14,65 +15,78 @@ use crate::numeric::Complex;
 use crate::numeric::fft::RealFft;
 use crate::numeric::fraction::Fraction;
 use crate::response::direct::Direct;
+use crate::response::frequency::Way;
 use crate::response::ports::{Input, Output, Port, Ports};
 use crate::response::system::{Setting, System};
 use crate::scene::laws::Shape;
+use crate::scene::model::StiffnessWave;
 
 /// Harmonics of a mesh that are kept.
 const HARMONICS: u32 = 16;
+
+/// A mesh whose stiffness changes over its cycle while it carries a force.
+struct Waving<'a> {
+    branch: usize,
+    gear: &'a Gear,
+    wave: &'a StiffnessWave,
+    /// Turns against its carrier per turn that orders are counted by.
+    relative: Fraction,
+    /// F̄/k, m.
+    given: f64,
+}
+
+/// Those that turn, under the mean loads.
+fn waving<'a>(setting: &Setting<'a>, chain: &Chain) -> Result<Vec<Waving<'a>>, Error> {
+    let machine = setting.machine;
+    if machine.loads.is_empty() {
+        return Ok(Vec::new());
+    }
+    let one = |index: usize| {
+        let part = &machine.branches[index];
+        let (Some(wave), Law::Linear { stiffness, .. }) = (&part.wave, part.law) else {
+            return None;
+        };
+        let with_teeth = |g: &&Gear| g.branches.contains(&index) && g.teeth.is_some();
+        let gear = machine.gears.iter().find(with_teeth)?;
+        let own = chain.turns(gear.turning)?;
+        let carried = gear.carrier.and_then(|c| chain.turns(c));
+        let relative = own - carried.unwrap_or(&Fraction::zero());
+        (!relative.is_zero()).then_some(Waving {
+            branch: index,
+            gear,
+            wave,
+            relative,
+            given: 1.0 / stiffness,
+        })
+    };
+    let branches = setting.linear.branches.iter();
+    let mut all: Vec<Waving> = branches.filter_map(|b| one(b.index)).collect();
+    if all.is_empty() {
+        return Ok(all);
+    }
+    let branches: Vec<usize> = all.iter().map(|w| w.branch).collect();
+    let forces = forces(setting, chain, &branches)?;
+    all.iter_mut().zip(forces).for_each(|(w, f)| w.given *= f);
+    all.retain(|w| w.given != 0.0);
+    Ok(all)
+}
 
 /// Lines of meshes whose stiffness changes over the cycle, under the mean loads; their kinematic part is zero.
 ///
 /// # Errors
 /// A stiffness that goes to zero under load; those of the equations.
 pub fn lines(setting: &Setting, chain: &Chain) -> Result<Vec<Line>, Error> {
-    let machine = setting.machine;
-    let waving: Vec<(usize, &Gear)> = setting
-        .linear
-        .branches
-        .iter()
-        .filter(|b| machine.branches[b.index].wave.is_some())
-        .filter_map(|b| {
-            let gear = machine
-                .gears
-                .iter()
-                .find(|g| g.branches.contains(&b.index) && g.teeth.is_some());
-            Some((b.index, gear?))
-        })
-        .collect();
-    if waving.is_empty() || machine.loads.is_empty() {
-        return Ok(Vec::new());
-    }
-    let branches: Vec<usize> = waving.iter().map(|w| w.0).collect();
-    let forces = forces(setting, chain, &branches)?;
     let mut all = Vec::new();
-    for (&(branch, gear), force) in waving.iter().zip(forces) {
-        let (Some(wave), Law::Linear { stiffness, .. }) =
-            (&machine.branches[branch].wave, machine.branches[branch].law)
-        else {
-            continue;
-        };
-        let (Some(own), carried) = (
-            chain.turns(gear.turning),
-            gear.carrier.and_then(|c| chain.turns(c)),
-        ) else {
-            continue;
-        };
-        let relative = own - carried.unwrap_or(&Fraction::zero());
-        if force == 0.0 || relative.is_zero() {
-            continue;
-        }
-        let rising = rising(chain, &relative);
-        for (n, a, phase) in
-            compliance(&wave.shape).ok_or_else(|| loses_contact(setting, branch))?
-        {
-            let angle = phase + f64::from(n) * wave.lead;
-            let e = Complex::new(angle.cos(), rising * angle.sin()) * (force / stiffness * a);
+    for mesh in waving(setting, chain)? {
+        let rising = rising(chain, &mesh.relative);
+        for (n, a, phase) in compliance(setting, &mesh)?.harmonics {
+            let angle = phase + f64::from(n) * mesh.wave.lead;
+            let e = Complex::new(angle.cos(), rising * angle.sin()) * (mesh.given * a);
             all.push(Line {
-                order: relative.abs().times(n * gear.teeth.unwrap_or(1)),
-                origin: Origin::Stiffness(branch),
+                order: mesh.relative.abs().times(n * mesh.gear.teeth.unwrap_or(1)),
+                origin: Origin::Stiffness(mesh.branch),
                 harmonic: n,
-                displacements: vec![(branch, e)],
+                displacements: vec![(mesh.branch, e)],
                 kinematic: Complex::ZERO,
             });
         }
@@ -93,17 +107,37 @@ pub fn forces(setting: &Setting, chain: &Chain, branches: &[usize]) -> Result<Ve
     under_load(setting, chain, branches.iter().map(port).collect())
 }
 
-/// By how much the loads wind the chain up at its end, rad.
+/// By how much the loads wind the chain up at its end, in the mean over the mesh cycles, rad: `F̄ · mean(1/k)` of a mesh whose stiffness
+/// changes, which is more than F̄ over its mean.
 ///
 /// # Errors
-/// Those of the equations.
+/// Those of [`lines`].
 pub fn wind_up(setting: &Setting, chain: &Chain) -> Result<f64, Error> {
     let output = Port {
         name: setting.machine.freedom_name(chain.ends.output),
         unit: "rad",
         what: Output::Sum(chain.combination.clone(), 0),
     };
-    Ok(chain.sense() * under_load(setting, chain, vec![output])?[0])
+    let at_k = chain.sense() * under_load(setting, chain, vec![output])?[0];
+    let beyond = |mesh: &Waving| -> Result<(usize, Complex), Error> {
+        let more = mesh.given * (compliance(setting, mesh)?.mean - 1.0);
+        Ok((mesh.branch, Complex::new(more, 0.0)))
+    };
+    let still = Line {
+        order: Fraction::zero(),
+        origin: Origin::Stiffness(0),
+        harmonic: 0,
+        displacements: (waving(setting, chain)?.iter())
+            .map(beyond)
+            .collect::<Result<_, _>>()?,
+        kinematic: Complex::ZERO,
+    };
+    if still.displacements.is_empty() {
+        return Ok(at_k);
+    }
+    let still = [still];
+    let transfer = Transfer::new(setting, chain, &still, Way::Direct)?;
+    Ok(at_k + transfer.at_speed(0.0, &still)?[0].re)
 }
 
 fn under_load(
@@ -136,39 +170,52 @@ fn under_load(
     Ok((0..ports.outputs.len()).map(of).collect())
 }
 
-/// Harmonics of one over a wave; nothing where the wave goes to zero.
-fn compliance(shape: &Shape) -> Option<Vec<(u32, f64, f64)>> {
+/// One over a wave.
+struct Compliance {
+    mean: f64,
+    /// n, a, φ.
+    harmonics: Vec<(u32, f64, f64)>,
+}
+
+fn compliance(setting: &Setting, mesh: &Waving) -> Result<Compliance, Error> {
     /// Samples of a mesh cycle.
     const SAMPLES: usize = 4096;
+    /// Of the compliance: below this stands rounding of the transform.
+    const ROUNDING: f64 = 1e-13;
+    let shape = &mesh.wave.shape;
     if shape.least() <= 0.0 {
-        return None;
+        return Err(loses_contact(setting, mesh.branch));
     }
-    if let &Shape::Rectangular { high, low, duty } = shape {
-        let step = 1.0 / high - 1.0 / low;
-        let term = |n: u32| {
-            let half = PI * f64::from(n) * duty;
-            (n, 2.0 * step * half.sin() / (PI * f64::from(n)), -half)
-        };
-        return Some((1..=HARMONICS).map(term).collect());
-    }
-    let mut samples: Vec<f64> = (0..SAMPLES)
-        .map(|k| 1.0 / shape.value(k as f64 / SAMPLES as f64))
-        .collect();
-    let largest = samples.iter().fold(0.0f64, |m, x| m.max(*x));
-    let mut transform = RealFft::new(SAMPLES);
-    let mut spectrum = vec![Complex::ZERO; transform.lines()];
-    transform.forward(&mut samples, &mut spectrum);
-    let term = |n: u32| {
-        let z = spectrum[n as usize] * (2.0 / SAMPLES as f64);
-        (n, z.norm(), z.arg())
+    let (mean, all): (f64, Vec<(u32, f64, f64)>) = match *shape {
+        Shape::Rectangular { high, low, duty } => {
+            let step = 1.0 / high - 1.0 / low;
+            let term = |n: u32| {
+                let half = PI * f64::from(n) * duty;
+                (n, 2.0 * step * half.sin() / (PI * f64::from(n)), -half)
+            };
+            let mean = duty / high + (1.0 - duty) / low;
+            (mean, (1..=HARMONICS).map(term).collect())
+        }
+        _ => {
+            let mut samples: Vec<f64> = (0..SAMPLES)
+                .map(|k| 1.0 / shape.value(k as f64 / SAMPLES as f64))
+                .collect();
+            let mut transform = RealFft::new(SAMPLES);
+            let mut spectrum = vec![Complex::ZERO; transform.lines()];
+            transform.forward(&mut samples, &mut spectrum);
+            let term = |n: u32| {
+                let z = spectrum[n as usize] * (2.0 / SAMPLES as f64);
+                (n, z.norm(), z.arg())
+            };
+            let mean = spectrum[0].re / SAMPLES as f64;
+            (mean, (1..=HARMONICS).map(term).collect())
+        }
     };
-    // Of the compliance: below this stands rounding of the transform.
-    Some(
-        (1..=HARMONICS)
-            .map(term)
-            .filter(|t| t.1 > 1e-13 * largest)
-            .collect(),
-    )
+    let counts = |term: &(u32, f64, f64)| term.1.abs() > ROUNDING * mean;
+    Ok(Compliance {
+        mean,
+        harmonics: all.into_iter().filter(counts).collect(),
+    })
 }
 
 fn loses_contact(setting: &Setting, branch: usize) -> Error {

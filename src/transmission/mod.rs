@@ -16,7 +16,10 @@ pub mod loaded;
 /// An eccentric pair, exactly.
 pub mod eccentric_pair;
 
-/// Worst case, root of sum of squares, percentiles, what a better element buys.
+/// The range over a window and its percentiles.
+pub mod spread;
+
+/// Worst case, root of sum of squares, what a better element buys.
 pub mod budget;
 
 /// Flank form and pitch of work that is indexed tooth by tooth.

@@ -45,10 +45,9 @@ pub fn whole(recording: &Recording) -> Result<(), Error> {
     }
     let end = recording.stretches.first().map_or(0, |s| s.end);
     let message = format!(
-        "readings are missing after row {end} ({:.6} s): {} of {} rows hold numbers of all channels",
+        "readings are missing after row {end} ({:.6} s): what holds numbers of all channels is {found} rows in {} stretches",
         end as f64 / recording.rate_hz,
-        found,
-        recording.samples
+        recording.stretches.len()
     );
     Err(Error::new(Code::NotANumber, message).hint(
         "bridge them by straight lines with --fill-gaps, or take a stretch without: --after, --before",

@@ -86,7 +86,9 @@ pub struct Map {
 pub struct Row {
     /// Its source and order.
     pub line: Line,
-    /// A and ψ at the output under load, slowly, rad.
+    /// A and ψ at the output with rigid joints, slowly, rad; absent where they would lock: a loop does not fit this line alone.
+    pub kinematic: Option<Complex>,
+    /// The same under load, where joints give way.
     pub loaded: Complex,
     /// The same at speed.
     pub dynamic: Option<Complex>,
@@ -109,6 +111,20 @@ impl Answer {
         let at_speed = self.rows[row].dynamic.map_or(0.0, |z| z.norm());
         let over = self.map.as_ref().map_or(0.0, |map| map.largest[row].1);
         slow.max(at_speed).max(over)
+    }
+
+    /// Some line is another under load than with rigid joints, beyond what is shown of either.
+    pub fn differs_under_load(&self) -> bool {
+        /// Half a unit of the fourth digit, and rounding of the largest.
+        const SHOWN: (f64, f64) = (5e-4, 1e-9);
+        let largest = self.rows.iter().fold(0.0f64, |m, r| m.max(r.loaded.norm()));
+        let differs = |row: &Row| {
+            let loaded = row.loaded.norm();
+            let off = |rigid: Complex| (rigid.norm() - loaded).abs();
+            let shown = SHOWN.0 * loaded + SHOWN.1 * largest;
+            row.kinematic.is_none_or(|rigid| off(rigid) > shown)
+        };
+        self.rows.iter().any(differs)
     }
 
     /// Rigid joints have an answer for every single error: no loop shares it out.
@@ -306,6 +322,7 @@ pub fn run(prepared: &Prepared, study: &TransmissionStudy) -> Result<Answer, Err
         coincidences,
         rows: (all.into_iter().enumerate())
             .map(|(k, line)| Row {
+                kinematic: rigidly(&chain, &line),
                 line,
                 loaded: under_load[k],
                 dynamic: at_speed.as_ref().map(|all| all[k]),
@@ -326,6 +343,14 @@ pub fn run(prepared: &Prepared, study: &TransmissionStudy) -> Result<Answer, Err
         });
     }
     Ok(answer)
+}
+
+/// A line with rigid joints, where these can turn with it; what gives way adds nothing there.
+fn rigidly(chain: &Chain, line: &Line) -> Option<Complex> {
+    match line.origin {
+        Origin::Stiffness(_) => Some(Complex::ZERO),
+        Origin::Declared(_) => lines::fits(chain, line).then_some(line.kinematic),
+    }
 }
 
 /// Lattice points a shift of the budget's percentiles.
@@ -359,6 +384,7 @@ fn of_budget(
                 element,
                 phase_known: line.phase_known(machine),
                 tolerance: line.declared(machine).map_or(0.0, |error| error.tolerance),
+                graded: matches!(line.origin, Origin::Declared(_)),
             };
             sources.push((line.origin, source));
             sources.len() - 1

@@ -8,6 +8,7 @@ use super::index::{Index, Signal, indices};
 use super::jumps::{Jump, Look, jumps, placed};
 use super::marks::Marks;
 use super::orders::Named;
+use super::play::{self, Play};
 use super::rows::{Rows, Scales, each};
 use super::speed::{Paces, Speed};
 use super::survey::{MeasuredRatio, Run, survey};
@@ -83,17 +84,6 @@ pub struct Measured {
     pub warnings: Vec<Warning>,
 }
 
-/// Play: what the output lags more when driven forward than when driven back.
-#[derive(Debug, Clone)]
-pub struct Play {
-    /// Over the angle of the output, rad.
-    pub signal: AngularSignal,
-    /// Mean, rad.
-    pub mean: f64,
-    /// Least and most, rad.
-    pub range: (f64, f64),
-}
-
 /// Evaluates a record.
 ///
 /// # Errors
@@ -158,14 +148,16 @@ pub fn evaluate(rows: &dyn Rows, ask: &Ask) -> Result<Measured, Error> {
     };
     let least = turns_needed(ask) * per_turn as f64;
     let mut round = 0;
-    let (mut flanks, speed, play) = loop {
+    let (mut flanks, speed, apart) = loop {
         if !found.is_empty() && !ask.repair {
             return Err(lost(&found, ask.rate_hz));
         }
         let (mut signals, speed) = gather(rows, scales, &runs, &found, ask, per_turn, marks.zero)?;
         signals.sort_by_key(|s| std::cmp::Reverse(s.error.values.len()));
         check_turns(ask, &signals, per_turn)?;
-        let play = play(&signals);
+        let of = |forward| signals.iter().find(|s| s.forward == forward);
+        let apart =
+            (of(true).zip(of(false))).and_then(|(up, down)| play::mean(&up.error, &down.error));
         let flanks = signals
             .into_iter()
             .filter(|s| s.error.values.len() as f64 >= least)
@@ -187,7 +179,7 @@ pub fn evaluate(rows: &dyn Rows, ask: &Ask) -> Result<Measured, Error> {
         let more = verdict.judge(more);
         if more.is_empty() {
             too_short(&looked.runs, &flanks, turns_needed(ask), r, &mut warnings);
-            break (flanks, speed, play);
+            break (flanks, speed, apart);
         }
         found.extend(more);
         found.sort_by_key(|jump| jump.row);
@@ -198,6 +190,10 @@ pub fn evaluate(rows: &dyn Rows, ask: &Ask) -> Result<Measured, Error> {
             ));
         }
     };
+    let play = apart.map(|(mean, first, count)| Play {
+        mean,
+        course: play::course(&flanks, first, count),
+    });
     flanks.iter_mut().for_each(|f| marks.refer(f, &ask.teeth));
     warnings.extend(verdict.warnings());
     warnings.extend(index.iter().flatten().filter_map(Index::warnings));
@@ -458,36 +454,4 @@ fn check_turns(ask: &Ask, signals: &[Passed], per_turn: usize) -> Result<(), Err
         "record one turn of the slowest shaft and {:.3} turns of the output more, in one direction without a gap",
         2.0 * LOST as f64 / per_turn as f64
     )))
-}
-
-/// The difference of both directions where both passed.
-fn play(signals: &[Passed]) -> Option<Play> {
-    let of = |forward| {
-        signals
-            .iter()
-            .find(|s| s.forward == forward)
-            .map(|s| &s.error)
-    };
-    let (up, down) = (of(true)?, of(false)?);
-    let end = |s: &AngularSignal| s.first + s.values.len() as i64;
-    let (first, last) = (up.first.max(down.first), end(up).min(end(down)));
-    if last <= first {
-        return None;
-    }
-    let at = |s: &AngularSignal, i: i64| s.values[(i - s.first) as usize];
-    let values: Vec<f64> = (first..last).map(|i| at(down, i) - at(up, i)).collect();
-    let range = values
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| {
-            (l.min(x), h.max(x))
-        });
-    Some(Play {
-        mean: values.iter().sum::<f64>() / values.len() as f64,
-        range,
-        signal: AngularSignal {
-            per_turn: up.per_turn,
-            first,
-            values,
-        },
-    })
 }

@@ -1,6 +1,7 @@
 //! One flank: its record over even cells, split into orders with intervals, into long and short waves, and averaged over turns.
 
 use super::cells::ERROR;
+use super::composite::{Composite, OfOrders, composite};
 use super::fit::fit;
 use super::interval::of_amplitude;
 use super::mean_turn::{MeanTurn, mean_turns};
@@ -9,8 +10,6 @@ use super::orders::{APART, Named, Near, Order, OrderList, Reach};
 use super::steps::{Step, steps};
 use super::teeth::Teeth;
 use crate::base::error::Error;
-use crate::gear::measurement::composite::Record;
-use crate::gear::measurement::ranges::Ranges;
 use crate::numeric::definite::solve;
 use crate::numeric::{Complex, Matrix};
 use crate::spectrum::rotation::angular::AngularSignal;
@@ -49,40 +48,6 @@ pub struct Unexplained {
     pub amplitude: f64,
     /// The lowest multiple of a shaft or of a mesh within [`Unexplained::known_to`].
     pub nearest: Option<String>,
-}
-
-/// What is read from whole turns.
-#[derive(Debug, Clone)]
-pub struct Composite {
-    /// Whole turns of the output.
-    pub turns: usize,
-    /// They are whole hunting cycles.
-    pub closed: bool,
-    /// F_i′ over all of them.
-    pub total: f64,
-    /// F_i′ in one turn.
-    pub by_turn: Ranges,
-    /// f_i′ of the raw record in one pitch, and tooth by tooth.
-    pub by_pitch: Ranges,
-    /// f_l′ by orders below z/2, and by the mean over a pitch.
-    pub long: (f64, f64),
-    /// f_k′ likewise.
-    pub short: (Ranges, Ranges),
-    /// The long wave by orders, over these turns.
-    pub long_wave: Vec<f64>,
-}
-
-/// What the fitted orders make of the whole turns.
-#[derive(Debug, Clone, Copy)]
-pub struct OfOrders {
-    /// F_i′ over all of them, rad.
-    pub total: f64,
-    /// F_i′ in one turn, rad.
-    pub by_turn: f64,
-    /// f_i′, the pitch slid freely, rad.
-    pub by_pitch: f64,
-    /// Standard deviation of a range: of the difference of two angles, from those of all amplitudes, rad.
-    pub deviation: f64,
 }
 
 /// Everything about one flank.
@@ -206,6 +171,8 @@ pub fn flank(
         .iter_mut()
         .for_each(|u| u.nearest = nearest(search.teeth, u.order, u.known_to));
     let mean_turns = mean_turns(&signal, &found, &orders, search.teeth, search.input_mark)?;
+    let (composite, mut of_orders) =
+        composite(&signal, &found, &orders, search.teeth, search.error)?;
     let of_input = input.map(|i| input_waves(i, &orders, search)).transpose()?;
     let mut lines: Vec<Line> = Vec::with_capacity(orders.len());
     let count = orders.len().max(1) as f64;
@@ -242,12 +209,7 @@ pub fn flank(
     let square: f64 = found.residual.iter().map(|r| r * r).sum();
     signal.values.iter_mut().for_each(|e| *e -= found.mean);
     // Each quadrature has the deviation of its wave: either angle has its variance, and a range is a difference of two.
-    let of_orders = of_orders(
-        &signal,
-        &found.residual,
-        search.teeth,
-        (2.0 * variance).sqrt(),
-    )?;
+    of_orders.deviation = (2.0 * variance).sqrt();
     Ok(Flank {
         of_orders,
         steps,
@@ -257,7 +219,7 @@ pub fn flank(
         lines,
         unexplained,
         noise: (square / found.residual.len() as f64).sqrt(),
-        composite: composite(&signal, search.teeth)?,
+        composite,
         mean_turns,
         signal,
     })
@@ -348,45 +310,6 @@ fn nearest(teeth: &Teeth, order: f64, known_to: f64) -> Option<String> {
     Some(match least.0 {
         1.0 => least.1,
         n => format!("{n} × {}", least.1),
-    })
-}
-
-fn of_orders(
-    signal: &AngularSignal,
-    residual: &[f64],
-    teeth: &Teeth,
-    deviation: f64,
-) -> Result<OfOrders, Error> {
-    let turns = signal.turns();
-    let count = turns * signal.per_turn;
-    let both = signal.values[..count].iter().zip(residual);
-    let values: Vec<f64> = both.map(|(e, r)| e - r).collect();
-    let record = Record::new(&values, turns, teeth.last(), false)?;
-    Ok(OfOrders {
-        total: record.total(),
-        by_turn: record.by_turn().sliding,
-        by_pitch: record.by_pitch().sliding,
-        deviation,
-    })
-}
-
-fn composite(signal: &AngularSignal, teeth: &Teeth) -> Result<Composite, Error> {
-    let turns = signal.turns();
-    let hunting = teeth.hunting_turns().value();
-    let closed = (turns as f64 / hunting).fract() == 0.0;
-    let values = &signal.values[..turns * signal.per_turn];
-    let record = Record::new(values, turns, teeth.last(), closed)?;
-    let by_order = record.split_by_order();
-    let by_mean = record.split_by_pitch_average();
-    Ok(Composite {
-        turns,
-        closed,
-        total: record.total(),
-        by_turn: record.by_turn(),
-        by_pitch: record.by_pitch(),
-        long: (by_order.long_range, by_mean.long_range),
-        short: (by_order.short_ranges, by_mean.short_ranges),
-        long_wave: by_order.long,
     })
 }
 

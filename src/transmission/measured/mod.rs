@@ -43,8 +43,14 @@ pub mod steps;
 /// Mean turns of the shafts.
 pub mod mean_turn;
 
+/// Ranges, long and short wave.
+pub mod composite;
+
 /// One flank.
 pub mod flank;
+
+/// Play between two flanks.
+pub mod play;
 
 /// Where angles begin.
 pub mod marks;

@@ -1,0 +1,78 @@
+//! Play: what the output lags more when driven forward than when driven back, `p(φ) = c₂ − c₁ + Σ (A₂ − A₁) cos`.
+//!
+//! Its mean is that of both directions' readings, over which the steps of the encoders average out. Over the angle it is told by the
+//! orders fitted to either flank: the difference of readings would be mostly steps.
+
+use super::fit::add;
+use super::flank::{Flank, Line};
+use super::orders::Order;
+use crate::numeric::Complex;
+use crate::spectrum::rotation::angular::AngularSignal;
+
+/// The play.
+#[derive(Debug, Clone)]
+pub struct Play {
+    /// Over all angles that passed in both directions, rad.
+    pub mean: f64,
+    /// Over the angle; absent where a direction is too short for orders.
+    pub course: Option<Course>,
+}
+
+/// Play over the angle of the output, of the fitted orders.
+#[derive(Debug, Clone)]
+pub struct Course {
+    /// In the cells that passed in both directions, rad.
+    pub signal: AngularSignal,
+    /// Least and most, rad.
+    pub range: (f64, f64),
+    /// Standard deviation at each angle, rad.
+    pub deviation: f64,
+}
+
+/// Values a cell from which least and most are read: with four cells a wave at least, 1/200 of its size is missed at most.
+const PARTS: usize = 8;
+
+/// Mean of the difference of the readings where both directions passed, and the first cell and number of cells it is over.
+pub fn mean(forward: &AngularSignal, backward: &AngularSignal) -> Option<(f64, i64, usize)> {
+    let end = |s: &AngularSignal| s.first + s.values.len() as i64;
+    let first = forward.first.max(backward.first);
+    let last = end(forward).min(end(backward));
+    let at = |s: &AngularSignal, i: i64| s.values[(i - s.first) as usize];
+    let sum: f64 = (first..last)
+        .map(|i| at(backward, i) - at(forward, i))
+        .sum();
+    let count = usize::try_from(last - first).ok().filter(|n| *n > 0)?;
+    Some((sum / count as f64, first, count))
+}
+
+/// The play over the angle, of both flanks.
+pub fn course(flanks: &[Flank], first: i64, count: usize) -> Option<Course> {
+    let of = |forward| flanks.iter().find(|f| f.forward == forward);
+    let (up, down) = (of(true)?, of(false)?);
+    let mut fine = AngularSignal {
+        per_turn: up.signal.per_turn * PARTS,
+        first: first * PARTS as i64,
+        values: vec![down.mean - up.mean; count * PARTS],
+    };
+    for (flank, sign) in [(down, 1.0), (up, -1.0)] {
+        let wave = |l: &Line| {
+            let value = Complex::from_polar(sign * l.amplitude, l.phase);
+            (l.order.clone(), value)
+        };
+        let (orders, waves): (Vec<Order>, Vec<Complex>) = flank.lines.iter().map(wave).unzip();
+        add(&mut fine, &orders, &waves);
+    }
+    let range = (fine.values.iter()).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| {
+        (l.min(x), h.max(x))
+    });
+    Some(Course {
+        signal: AngularSignal {
+            per_turn: up.signal.per_turn,
+            first,
+            values: fine.values.into_iter().step_by(PARTS).collect(),
+        },
+        range,
+        // That of a range is of two angles.
+        deviation: up.of_orders.deviation.hypot(down.of_orders.deviation) / 2f64.sqrt(),
+    })
+}
