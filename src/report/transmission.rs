@@ -211,6 +211,7 @@ fn budget(
     let sums = [
         ("worst_case", Some(budget.worst_case)),
         ("rss", Some(budget.rss)),
+        ("range_added", Some(budget.range.added)),
     ];
     unit.object(&sums, others)
 }

@@ -263,9 +263,25 @@ fn sums(machine: &Machine, answer: &Answer, unit: Unit) -> String {
             1.0 => "one turn".to_string(),
             window => format!("{window} turns"),
         };
+        // Of the median: less than the percentiles are meant to.
+        let counts = range
+            .percentiles
+            .get(1)
+            .is_some_and(|p| range.added > 1e-3 * p.1);
+        let added = match counts {
+            true => format!(
+                " at most, {} of it of lines too fine for the window, added whole",
+                arc(range.added)
+            ),
+            false => String::new(),
+        };
         if range.samples == 1 {
             let value = range.percentiles.first().map_or(0.0, |p| p.1);
-            return text + &format!("range over {turns}, every phase known: {}\n", arc(value));
+            return text
+                + &format!(
+                    "range over {turns}, every phase known: {}{added}\n",
+                    arc(value)
+                );
         }
         let each = range.percentiles.iter().map(|&(p, value, error)| {
             // Closer than any amplitude is meant.
@@ -274,7 +290,7 @@ fn sums(machine: &Machine, answer: &Answer, unit: Unit) -> String {
             format!("{p} % {value}")
         });
         text + &format!(
-            "range over {turns}, over unknown phases and tolerances, {}: {}\n",
+            "range over {turns}, over unknown phases and tolerances, {}: {}{added}\n",
             unit.name,
             each.collect::<Vec<_>>().join(", ")
         )

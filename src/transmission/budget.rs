@@ -6,34 +6,7 @@
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
-use super::spread::{Distribution, distribution};
-use crate::numeric::Complex;
-
-/// One harmonic at the output.
-#[derive(Debug, Clone, Copy)]
-pub struct Term {
-    /// Which source it belongs to.
-    pub source: usize,
-    /// Cycles per turn of the output.
-    pub order: f64,
-    /// Cycles per turn of its source.
-    pub harmonic: u32,
-    /// A and ψ, rad.
-    pub value: Complex,
-}
-
-/// What is known of a source.
-#[derive(Debug, Clone, Copy)]
-pub struct Source {
-    /// The element it belongs to.
-    pub element: usize,
-    /// Its phase is known.
-    pub phase_known: bool,
-    /// Half the width of what its amplitude may be, relative to it.
-    pub tolerance: f64,
-    /// It has a grade that could be better; what a mesh gives way has none.
-    pub graded: bool,
-}
+use super::spread::{Distribution, Source, Term, distribution};
 
 /// Sums over all sources.
 #[derive(Debug, Clone)]
@@ -119,6 +92,7 @@ pub fn negligible(elements: &[Sensitivity], threshold: f64) -> (Vec<usize>, f64,
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numeric::Complex;
 
     fn term(source: usize, order: f64, value: f64) -> Term {
         Term {

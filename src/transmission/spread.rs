@@ -6,9 +6,34 @@
 
 use std::f64::consts::TAU;
 
-use super::budget::{Source, Term};
 use crate::numeric::Complex;
 use crate::numeric::lattice::Lattice;
+
+/// One harmonic at the output.
+#[derive(Debug, Clone, Copy)]
+pub struct Term {
+    /// Which source it belongs to.
+    pub source: usize,
+    /// Cycles per turn of the output.
+    pub order: f64,
+    /// Cycles per turn of its source.
+    pub harmonic: u32,
+    /// A and ψ, rad.
+    pub value: Complex,
+}
+
+/// What is known of a source.
+#[derive(Debug, Clone, Copy)]
+pub struct Source {
+    /// The element it belongs to.
+    pub element: usize,
+    /// Its phase is known.
+    pub phase_known: bool,
+    /// Half the width of what its amplitude may be, relative to it.
+    pub tolerance: f64,
+    /// It has a grade that could be better; what a mesh gives way has none.
+    pub graded: bool,
+}
 
 /// A distribution by its percentiles.
 #[derive(Debug, Clone)]
@@ -35,8 +60,12 @@ const PER_CYCLE: f64 = 16.0;
 /// Fewest steps of a cycle that are refined to its crest; faster lines are added whole.
 const FEWEST: f64 = 8.0;
 
-/// The most steps of a window for each point of the lattice, and where nothing is unknown, so that one point is all.
-const STEPS: (usize, usize) = (2048, 1 << 17);
+/// Steps of a window times lines, for each point of the lattice: as many as some tenths of a second take.
+const WORK: usize = 1 << 17;
+
+/// The most steps of a window for each point of the lattice where lines are many and where they are few, and where nothing is unknown, so
+/// that one point is all.
+const STEPS: (usize, usize, usize) = (1 << 11, 1 << 14, 1 << 17);
 
 /// Lines that together make less than this of the worst case are added whole, where something is unknown.
 const SMALL: f64 = 1e-4;
@@ -56,8 +85,11 @@ pub fn distribution(
     let worst: f64 = terms.iter().map(size).sum();
     let is_open = |t: &Term| !source(t).phase_known || source(t).tolerance > 0.0;
     let (small, steps) = match terms.iter().any(is_open) {
-        true => (SMALL * worst, STEPS.0),
-        false => (0.0, STEPS.1),
+        true => {
+            let steps = (WORK / terms.len().max(1)).clamp(STEPS.0, STEPS.1);
+            (SMALL * worst, steps)
+        }
+        false => (0.0, STEPS.2),
     };
     let mut order: Vec<&Term> = terms.iter().collect();
     order.sort_by(|a, b| a.value.norm().total_cmp(&b.value.norm()));

@@ -14,7 +14,7 @@ use crate::plan::stages::Verdict;
 use crate::plan::transmission::recorded::{self, Recorded};
 use crate::response::frequency::Way;
 use crate::scene::study::{IndexStudy, TransmissionStudy};
-use crate::transmission::budget::{self, Budget, Term};
+use crate::transmission::budget::{self, Budget};
 use crate::transmission::chain::{Chain, Ends};
 use crate::transmission::coincidence::{self, Coincidence};
 use crate::transmission::dynamic::Transfer;
@@ -22,6 +22,7 @@ use crate::transmission::eccentric_pair;
 use crate::transmission::indexing::{self, Mark};
 use crate::transmission::lines::{self, Line, Origin};
 use crate::transmission::loaded;
+use crate::transmission::spread::{self, Term};
 
 /// The transmission error of a chain.
 pub struct Answer {
@@ -364,8 +365,8 @@ fn of_budget(
     machine: &Machine,
     lines: &[Line],
     values: &[Complex],
-) -> (Vec<Term>, Vec<budget::Source>, Vec<String>) {
-    let mut sources: Vec<(Origin, budget::Source)> = Vec::new();
+) -> (Vec<Term>, Vec<spread::Source>, Vec<String>) {
+    let mut sources: Vec<(Origin, spread::Source)> = Vec::new();
     let mut elements: Vec<String> = Vec::new();
     let mut terms = Vec::new();
     for (line, &value) in lines.iter().zip(values) {
@@ -380,7 +381,7 @@ fn of_budget(
                 elements.push(name);
                 elements.len() - 1
             });
-            let source = budget::Source {
+            let source = spread::Source {
                 element,
                 phase_known: line.phase_known(machine),
                 tolerance: line.declared(machine).map_or(0.0, |error| error.tolerance),
