@@ -655,11 +655,7 @@ fn exact_course_of_play() {
         );
     }
     let wide = course.range.1 - course.range.0;
-    assert!(
-        (wide / ARCSEC - 18.0).abs() < 5.0 * course.deviation / ARCSEC,
-        "{}",
-        wide / ARCSEC
-    );
+    assert!((wide / ARCSEC - 18.0).abs() < 1.5, "{}", wide / ARCSEC);
 }
 
 /// A line that is not explained says which multiple of a shaft or mesh lies there; fitted with the others it has its name.

@@ -59,12 +59,16 @@ pub fn record(found: &EncoderRecord, all: bool) -> String {
             "\nplay between the flanks: {} arcsec{}\n",
             brief(arcsec(play.mean)),
             play.course.as_ref().map_or(String::new(), |course| {
-                format!(
-                    ", of the orders {} … {} over the angle, ± {} at each",
-                    brief(arcsec(course.range.0)),
-                    brief(arcsec(course.range.1)),
-                    brief(arcsec(HALF_INTERVAL * course.deviation))
-                )
+                let varies = match course.range.1 > course.range.0 {
+                    true => format!(
+                        "{} … {} over the angle by the orders that stand out",
+                        brief(arcsec(course.range.0)),
+                        brief(arcsec(course.range.1))
+                    ),
+                    false => "no order of it stands out of the noise".to_string(),
+                };
+                let at_each = brief(arcsec(HALF_INTERVAL * course.deviation));
+                format!(", {varies}, ± {at_each} at each angle")
             })
         );
     }

@@ -98,7 +98,7 @@ pub struct Search<'a> {
 }
 
 /// Of one line in a thousand records it is said that it stands out, and does not.
-const FALSE_ALARM: f64 = 1e-3;
+pub const FALSE_ALARM: f64 = 1e-3;
 
 /// Lines of no known order that are listed.
 const LISTED: usize = 20;

@@ -1,10 +1,10 @@
 //! Play: what the output lags more when driven forward than when driven back, `p(φ) = c₂ − c₁ + Σ (A₂ − A₁) cos`.
 //!
-//! Its mean is that of both directions' readings, over which the steps of the encoders average out. Over the angle it is told by the
-//! orders fitted to either flank: the difference of readings would be mostly steps.
+//! Its mean is that of both directions' readings, over which the steps of the encoders average out. Over the angle it is told by those
+//! orders in which the flanks differ beyond the noise of both: the difference of readings would be mostly steps.
 
 use super::fit::add;
-use super::flank::{Flank, Line};
+use super::flank::{FALSE_ALARM, Flank, Line};
 use super::orders::Order;
 use crate::numeric::Complex;
 use crate::spectrum::rotation::angular::AngularSignal;
@@ -18,14 +18,14 @@ pub struct Play {
     pub course: Option<Course>,
 }
 
-/// Play over the angle of the output, of the fitted orders.
+/// Play over the angle of the output, of the fitted orders that stand out.
 #[derive(Debug, Clone)]
 pub struct Course {
     /// In the cells that passed in both directions, rad.
     pub signal: AngularSignal,
     /// Least and most, rad.
     pub range: (f64, f64),
-    /// Standard deviation at each angle, rad.
+    /// Standard deviation at each angle, of all fitted orders, rad.
     pub deviation: f64,
 }
 
@@ -54,14 +54,8 @@ pub fn course(flanks: &[Flank], first: i64, count: usize) -> Option<Course> {
         first: first * PARTS as i64,
         values: vec![down.mean - up.mean; count * PARTS],
     };
-    for (flank, sign) in [(down, 1.0), (up, -1.0)] {
-        let wave = |l: &Line| {
-            let value = Complex::from_polar(sign * l.amplitude, l.phase);
-            (l.order.clone(), value)
-        };
-        let (orders, waves): (Vec<Order>, Vec<Complex>) = flank.lines.iter().map(wave).unzip();
-        add(&mut fine, &orders, &waves);
-    }
+    let (orders, waves) = differing(up, down);
+    add(&mut fine, &orders, &waves);
     let range = (fine.values.iter()).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| {
         (l.min(x), h.max(x))
     });
@@ -75,4 +69,25 @@ pub fn course(flanks: &[Flank], first: i64, count: usize) -> Option<Course> {
         // That of a range is of two angles.
         deviation: up.of_orders.deviation.hypot(down.of_orders.deviation) / 2f64.sqrt(),
     })
+}
+
+/// Orders in which the back flank differs from the other by more than noise makes of one in a thousand records, and by what.
+fn differing(up: &Flank, down: &Flank) -> (Vec<Order>, Vec<Complex>) {
+    let mut all: Vec<(&Line, Complex, f64)> = Vec::new();
+    for (flank, sign) in [(down, 1.0), (up, -1.0)] {
+        for line in &flank.lines {
+            let wave = Complex::from_polar(sign * line.amplitude, line.phase);
+            let variance = line.deviation.powi(2);
+            match all.iter_mut().find(|l| l.0.order.exact == line.order.exact) {
+                Some(both) => (both.1, both.2) = (both.1 + wave, both.2 + variance),
+                None => all.push((line, wave, variance)),
+            }
+        }
+    }
+    let least = (all.len().max(1) as f64 / FALSE_ALARM).ln();
+    let stand_out =
+        |(_, wave, variance): &&(&Line, Complex, f64)| wave.norm_sqr() > 2.0 * variance * least;
+    let kept = all.iter().filter(stand_out);
+    kept.map(|(line, wave, _)| (line.order.clone(), *wave))
+        .unzip()
 }
