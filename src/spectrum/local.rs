@@ -233,53 +233,26 @@ impl Local {
                 continue;
             };
             for o in 0..outputs {
-                let right = &window.right[o];
-                let mut theta: Vec<Complex> = (0..size)
-                    .map(|a| (0..size).map(|b| inverse[(a, b)] * right[b]).sum())
-                    .collect();
-                let explained: f64 = theta
-                    .iter()
-                    .zip(right)
-                    .map(|(t, r)| (t.conj() * r).re)
-                    .sum();
-                let mut residual = (window.power[o] - explained).max(0.0);
-                let mut spreads: Vec<f64> = (0..inputs).map(|j| inverse[(j, j)].re).collect();
-                let mut left = freedoms;
-                for order in 1..=MOST_POLES {
-                    let Some(next) = self.over_poles(at, o, order).filter(|next| {
-                        let fall = (residual - next.residual) / (left - next.freedoms);
-                        let noise = next.residual / next.freedoms;
-                        fall > 0.0
-                            && fisher_above(
-                                (fall / noise.max(f64::MIN_POSITIVE)).min(LARGEST_F),
-                                2.0 * (left - next.freedoms),
-                                2.0 * next.freedoms,
-                            ) < NEEDLESS
-                    }) else {
-                        continue;
-                    };
-                    (theta, spreads) = (next.value, next.spread);
-                    (residual, left) = (next.residual, next.freedoms);
+                let plain = without_poles(window, &inverse, o, inputs, freedoms);
+                let told = self.with_poles(at, o, plain);
+                let noise = told.residual / told.freedoms;
+                let all = window.power[o] / total;
+                if all > 0.0 {
+                    multiple[o][at] = (1.0 - noise / all).clamp(0.0, 1.0);
                 }
-                let (noise, all) = (residual / left, window.power[o] / total);
-                multiple[o][at] = if all > 0.0 {
-                    (1.0 - noise / all).clamp(0.0, 1.0)
-                } else {
-                    0.0
-                };
                 for j in 0..inputs {
-                    let function = &mut functions[o * inputs + j];
-                    let spread = spreads[j];
-                    function.value[at] = theta[j];
-                    if let Some(variance) = &mut function.variance {
-                        variance[at] = noise * spread;
-                    }
-                    let own = theta[j].norm_sqr() / spread;
-                    function.partial[at] = own / (own + residual).max(f64::MIN_POSITIVE);
+                    let own = told.value[j].norm_sqr() / told.spread[j];
+                    let partial = own / (own + told.residual).max(f64::MIN_POSITIVE);
                     if inputs == 1 {
                         // So that |H|² (1 − γ²)/γ²/(n − 1) is the variance, as of an average.
-                        multiple[o][at] = function.partial[at];
+                        multiple[o][at] = partial;
                     }
+                    let function = &mut functions[o * inputs + j];
+                    function.value[at] = told.value[j];
+                    if let Some(variance) = &mut function.variance {
+                        variance[at] = noise * told.spread[j];
+                    }
+                    function.partial[at] = partial;
                     function.ordinary[at] = multiple[o][at];
                 }
             }
@@ -320,21 +293,58 @@ const LEAST_DENOMINATOR: f64 = 1e-3;
 /// Fewer freedoms left tell no variance.
 const FEWEST_FREEDOMS: usize = 3;
 
-/// A window of one block, with poles.
-struct OverPoles {
+/// What a window tells of an output.
+struct Told {
     /// Responses at the middle by input.
     value: Vec<Complex>,
     /// Their variances over that of the noise.
     spread: Vec<f64>,
+    /// What is left, and its freedoms.
     residual: f64,
     freedoms: f64,
-    /// `d₁`, and `d₂` where there is one.
-    denominator: Vec<Complex>,
+}
+
+/// By polynomials alone, from the inverse of the normal matrix.
+fn without_poles(
+    window: &Gathered,
+    inverse: &ComplexMatrix,
+    output: usize,
+    inputs: usize,
+    freedoms: f64,
+) -> Told {
+    let right = &window.right[output];
+    let theta = times(inverse, right);
+    let explained: f64 = (theta.iter().zip(right))
+        .map(|(t, r)| (t.conj() * r).re)
+        .sum();
+    Told {
+        value: theta[..inputs].to_vec(),
+        spread: (0..inputs).map(|j| inverse[(j, j)].re).collect(),
+        residual: (window.power[output] - explained).max(0.0),
+        freedoms,
+    }
+}
+
+/// Whether more unknowns lower what is left by more than noise would.
+fn is_lower(next: &Told, plain: &Told) -> bool {
+    let fewer = plain.freedoms - next.freedoms;
+    let fall = (plain.residual - next.residual) / fewer;
+    let noise = (next.residual / next.freedoms).max(f64::MIN_POSITIVE);
+    let ratio = (fall / noise).min(LARGEST_F);
+    fall > 0.0 && fisher_above(ratio, 2.0 * fewer, 2.0 * next.freedoms) < NEEDLESS
 }
 
 impl Local {
+    /// The same over as many poles as are worth it.
+    fn with_poles(&self, at: usize, output: usize, plain: Told) -> Told {
+        (1..=MOST_POLES).fold(plain, |told, order| {
+            let next = self.over_poles(at, output, order);
+            next.filter(|next| is_lower(next, &told)).unwrap_or(told)
+        })
+    }
+
     /// Both polynomials over a denominator of the given order.
-    fn over_poles(&self, at: usize, output: usize, order: usize) -> Option<OverPoles> {
+    fn over_poles(&self, at: usize, output: usize, order: usize) -> Option<Told> {
         let width = 2 * self.half_width + 1;
         let unknowns = TERMS * (self.inputs + 1) + order;
         if self.blocks != 1 || width < unknowns + FEWEST_FREEDOMS {
@@ -354,7 +364,7 @@ impl Local {
             a => -y[k] * power(k, a + 1 - TERMS * (self.inputs + 1)),
         };
         let mut denominator = vec![Complex::new(1.0, 0.0); width];
-        let mut found: Option<OverPoles> = None;
+        let mut found: Option<(Told, Vec<Complex>)> = None;
         for _ in 0..ROUNDS {
             let weighted = |a: usize| -> Vec<Complex> {
                 (0..width).map(|k| column(a, k) / denominator[k]).collect()
@@ -367,20 +377,18 @@ impl Local {
             }
             let inverse = inverse(&normal, unknowns)?;
             let right: Vec<Complex> = columns.iter().map(|a| product(a, &answer)).collect();
-            let theta: Vec<Complex> = (0..unknowns)
-                .map(|a| (0..unknowns).map(|b| inverse[(a, b)] * right[b]).sum())
-                .collect();
+            let theta = times(&inverse, &right);
             let off = |k: usize| {
                 let model: Complex = (0..unknowns).map(|a| theta[a] * columns[a][k]).sum();
                 (answer[k] - model).norm_sqr()
             };
-            found = Some(OverPoles {
+            let told = Told {
                 value: theta[..self.inputs].to_vec(),
                 spread: (0..self.inputs).map(|j| inverse[(j, j)].re).collect(),
                 residual: (0..width).map(off).sum(),
                 freedoms: (width - unknowns) as f64,
-                denominator: theta[unknowns - order..].to_vec(),
-            });
+            };
+            found = Some((told, theta[unknowns - order..].to_vec()));
             let of = |k: usize| {
                 let terms = (1..=order).map(|s| theta[unknowns - order + s - 1] * power(k, s));
                 1.0 + terms.sum::<Complex>()
@@ -393,7 +401,9 @@ impl Local {
                 return None;
             }
         }
-        found.filter(|found| are_resonances(&found.denominator))
+        found
+            .filter(|(_, d)| are_resonances(d))
+            .map(|found| found.0)
     }
 }
 
@@ -430,6 +440,13 @@ fn inverse(normal: &[Complex], size: usize) -> Option<ComplexMatrix> {
     (0..size)
         .all(is_told)
         .then(|| ComplexMatrix::from_fn(size, size, |a, b| inverse[(a, b)] / (scale[a] * scale[b])))
+}
+
+/// `A x`.
+fn times(a: &ComplexMatrix, x: &[Complex]) -> Vec<Complex> {
+    (0..x.len())
+        .map(|i| (0..x.len()).map(|j| a[(i, j)] * x[j]).sum())
+        .collect()
 }
 
 /// Where a line lies in its window, −1 to 1.

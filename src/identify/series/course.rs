@@ -69,49 +69,44 @@ pub fn follow(record: &Record, orders: &[usize], memory: Option<f64>) -> Result<
     check_order(record.samples(), largest, 2 * largest)?;
     runs.first = (4 * largest).min(record.samples() / 4);
     let mut tried: Vec<Trial> = Vec::new();
-    let (mut order, mut best, mut in_vain) = (0, f64::INFINITY, 0);
+    // All trials after the orders are of the best of these, so the best of all is one of its family.
+    let mut best: Option<Run> = None;
+    let mut try_it = |a: usize, memory: f64| -> Result<bool, Error> {
+        let run = runs.run(a, memory)?;
+        tried.push(run.trial.clone());
+        let is_better =
+            (best.as_ref()).is_none_or(|best| run.trial.error_variance < best.trial.error_variance);
+        if is_better {
+            best = Some(run);
+        }
+        Ok(is_better)
+    };
+    let (mut order, mut in_vain) = (0, 0);
     for &a in &orders {
         let share = (MEMORY_OF_ORDERS * runs.samples()).max(runs.least_memory(a));
-        let trial = runs.run(a, memory.unwrap_or(share), |_, _| ())?;
         in_vain += 1;
-        if trial.error_variance < best {
-            (order, best, in_vain) = (a, trial.error_variance, 0);
+        if try_it(a, memory.unwrap_or(share))? {
+            (order, in_vain) = (a, 0);
         }
-        tried.push(trial);
         if in_vain == IN_VAIN {
             break;
         }
     }
     if memory.is_none() {
+        let of_orders = (MEMORY_OF_ORDERS * runs.samples()).max(runs.least_memory(order));
         for memory in MEMORIES.map(|share| share * runs.samples()) {
-            let again = |t: &Trial| t.family == runs.family(order) && t.memory == memory;
-            if memory >= runs.least_memory(order) && !tried.iter().any(again) {
-                tried.push(runs.run(order, memory, |_, _| ())?);
+            if memory >= runs.least_memory(order) && memory != of_orders {
+                try_it(order, memory)?;
             }
         }
     }
-    let family = runs.family(order);
-    let taken = (tried.iter().filter(|t| t.family == family))
-        .min_by(|a, b| a.error_variance.total_cmp(&b.error_variance))
-        .ok_or_else(|| Error::new(Code::OutOfRange, "no order was asked for"))?
-        .clone();
-    let step = (record.samples() / INSTANTS).max(1);
-    let unknowns = 4.0 * family.unknowns() as f64;
-    let settled = taken.memory.min(runs.samples() / 10.0).max(unknowns) as usize;
-    let mut instants = Vec::new();
-    runs.run(order, taken.memory, |k, following| {
-        if k >= settled && (k + 1) % step == 0 {
-            // Where nothing moves, the samples in memory determine no model.
-            let model = following.model().ok();
-            instants.extend(model.map(|m| (k as f64 / record.rate_hz(), m)));
-        }
-    })?;
+    let best = best.ok_or_else(|| Error::new(Code::OutOfRange, "no order was asked for"))?;
     Ok(Course {
-        taken,
+        taken: best.trial,
         highest: runs.family(orders.last().copied().unwrap_or(order)),
         tried,
         output_variance: mean_square(&runs.output[runs.first..]),
-        instants,
+        instants: best.instants,
     })
 }
 
@@ -178,29 +173,43 @@ impl Runs {
         )))
     }
 
-    /// One run over the record; `look` sees the model after every sample.
-    fn run(
-        &self,
-        a: usize,
-        memory: f64,
-        mut look: impl FnMut(usize, &Recursive),
-    ) -> Result<Trial, Error> {
+    /// One run over the record, the model looked at once it has settled.
+    fn run(&self, a: usize, memory: f64) -> Result<Run, Error> {
         let mut following = Recursive::new(self.settings(a, memory))?;
+        let family = self.family(a);
+        let step = (self.output.len() / INSTANTS).max(1);
+        let unknowns = 4.0 * family.unknowns() as f64;
+        let settled = memory.min(self.samples() / 10.0).max(unknowns) as usize;
         let mut sum = 0.0;
+        let mut instants = Vec::new();
         for (k, &y) in self.output.iter().enumerate() {
             let u = self.input.as_ref().map_or(0.0, |u| u[k]);
             let error = following.push(u, y)?;
             if k >= self.first {
                 sum += error * error;
             }
-            look(k, &following);
+            if k >= settled && (k + 1) % step == 0 {
+                // Where nothing moves, the samples in memory determine no model.
+                let model = following.model().ok();
+                instants.extend(model.map(|m| (k as f64 / self.rate_hz, m)));
+            }
         }
-        Ok(Trial {
-            family: self.family(a),
-            memory,
-            error_variance: sum / (self.output.len() - self.first) as f64,
+        let error_variance = sum / (self.output.len() - self.first) as f64;
+        Ok(Run {
+            trial: Trial {
+                family,
+                memory,
+                error_variance,
+            },
+            instants,
         })
     }
+}
+
+/// A trial, and the model as it was at some instants.
+struct Run {
+    trial: Trial,
+    instants: Vec<(f64, SeriesModel)>,
 }
 
 /// One mode over the instants at which it was found.
