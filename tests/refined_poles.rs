@@ -117,6 +117,28 @@ fn law_a_mean_of_responses_that_disagree() {
     assert!((0.4..2.0).contains(&ratio), "{ratio}");
 }
 
+/// Of responses that disagree: the modes are modes; a start where nothing resonates is none, and says why.
+#[test]
+fn keeps_what_responses_hold() {
+    let f = lines();
+    let h = responses(&mut fastrand::Rng::with_seed(3), (0.003, 0.12));
+    let measured = Measured {
+        frequency_hz: &f,
+        responses: &h,
+        variance: None,
+        variance_trusted: false,
+        line_independence: 1.0,
+        derivative: 2,
+    };
+    let mut starts: Vec<Complex> = MODES.iter().map(|&(f, z)| pole(f, z)).collect();
+    // Nothing, a valley between two modes, and the second mode again.
+    starts.extend([pole(20.0, 0.01), pole(80.0, 0.01), pole(100.2, 0.0065)]);
+    let found = refined(&measured, &RationalOptions::default(), &starts).unwrap();
+    let modes = found.iter().filter(|one| one.objection.is_none());
+    let places: Vec<usize> = modes.map(|one| one.place).collect();
+    assert_eq!(places, [0, 1, 2], "{found:?}");
+}
+
 /// A start where nothing is comes back as it was, without an uncertainty, or with one that says so.
 #[test]
 fn survives_a_start_where_nothing_is() {

@@ -105,10 +105,7 @@ pub(super) fn answer(measured: &Measured, lines: &Lines, found: Found) -> Ration
         }
         let candidate = Candidate {
             mode: &mode,
-            band_hz: (
-                lines.x[0] * lines.top / std::f64::consts::TAU,
-                lines.top / std::f64::consts::TAU,
-            ),
+            band_hz: lines.ends_hz(),
             visibility: visibility(lines, &poles[r].value(), &scaled, place),
             model_error,
         };
@@ -172,7 +169,12 @@ fn coefficients(found: &Found, responses: usize) -> Vec<Vec<f64>> {
 }
 
 /// `(a|p| + b p)/(2j Im p)` in units of the highest line.
-fn residue(c: &[f64], pole: &super::basis::Pole, r: usize, numerators: usize) -> Complex {
+pub(super) fn residue(
+    c: &[f64],
+    pole: &super::basis::Pole,
+    r: usize,
+    numerators: usize,
+) -> Complex {
     let p = pole.value();
     let mut top = Complex::new(c[r * numerators] * p.norm(), 0.0);
     if numerators == 2 {
@@ -182,7 +184,7 @@ fn residue(c: &[f64], pole: &super::basis::Pole, r: usize, numerators: usize) ->
 }
 
 /// The largest component is 1.
-fn shape(residues: &[Complex], lines: &Lines) -> Vec<Complex> {
+pub(super) fn shape(residues: &[Complex], lines: &Lines) -> Vec<Complex> {
     let largest_size = lines.size.iter().copied().fold(0.0, f64::max);
     let mut shape = residues.to_vec();
     for (at, &i) in lines.kept.iter().enumerate() {
@@ -200,7 +202,7 @@ fn shape(residues: &[Complex], lines: &Lines) -> Vec<Complex> {
 }
 
 /// Power of a pole pair over that measured, within its half-power band (at least the nearest lines).
-fn visibility(lines: &Lines, p: &Complex, scaled: &[Vec<Complex>], place: usize) -> f64 {
+pub(super) fn visibility(lines: &Lines, p: &Complex, scaled: &[Vec<Complex>], place: usize) -> f64 {
     let step = lines.step;
     let half = p.re.abs().max(step);
     let (mut own, mut all) = (0.0, 0.0);

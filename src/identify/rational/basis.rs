@@ -14,7 +14,19 @@ pub(super) struct Pole {
     pub stable: bool,
 }
 
+/// A start needs a width; in units of the highest line.
+const LEAST_REAL_PART: f64 = 1e-9;
+
 impl Pole {
+    /// From rad/s, `top` being the angular frequency of the highest line.
+    pub fn new(pole: Complex, top: f64) -> Pole {
+        Pole {
+            w: pole.im / top,
+            sigma: (pole.re.abs() / top).max(LEAST_REAL_PART),
+            stable: pole.re <= 0.0,
+        }
+    }
+
     /// The pole of the upper half plane.
     pub fn value(&self) -> Complex {
         let sigma = if self.stable { -self.sigma } else { self.sigma };

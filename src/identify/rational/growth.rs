@@ -20,6 +20,8 @@ pub(super) struct Rules {
     pub most: usize,
     /// So many pole pairs whatever they gain.
     pub order: Option<usize>,
+    /// Poles may be added; else they are only refined and taken out.
+    pub grows: bool,
     /// Poles of the right half plane are allowed.
     pub unstable: bool,
     /// The variance is an estimate along the frequency axis, which a single bad line may escape.
@@ -47,6 +49,9 @@ const SETTLE: Stop = Stop {
     fall: 1.0,
     share: 1e-3,
 };
+
+/// Most changes of the lines on which poles that came from elsewhere are brought to their places.
+const MOST_LINES: usize = 4;
 
 /// A pole whose place is uncertain by more than this share of its half-width may be no pole of its own.
 const UNCERTAIN: f64 = 0.2;
@@ -128,8 +133,13 @@ impl<'a> Growth<'a> {
     /// From poles at hand to those that are worth it, with the lines they were fitted on.
     pub fn grown(mut self, model: &Model, evidence: &mut Vec<Step>) -> Grown {
         let start = self.fitted(model, &[]);
-        let start = self.prune(start);
-        let mut fitted = self.grow(start, evidence);
+        let mut fitted = match self.rules.grows {
+            true => {
+                let start = self.prune(start);
+                self.grow(start, evidence)
+            }
+            false => self.thinned(start, evidence),
+        };
         // A disagreement names its pole by place: poles go only where there is none.
         if self.scatter.is_none() {
             fitted = self.drop_uncertain(fitted);
@@ -211,6 +221,53 @@ impl<'a> Growth<'a> {
                 }
             }
         }
+    }
+
+    /// The poles at hand in their places, without those that are not significant, the weakest first; as many as are asked for.
+    fn thinned(&mut self, start: Fitted, evidence: &mut Vec<Step>) -> Fitted {
+        let mut fitted = self.settled(start);
+        let most = self.rules.order.unwrap_or(0);
+        while fitted.model.poles.len() > most {
+            let significance = significance(&fitted, self.numerators);
+            let by_weight = significance.into_iter().enumerate();
+            let Some((weakest, _)) = by_weight.min_by(|a, b| a.1.total_cmp(&b.1)) else {
+                break;
+            };
+            let without = self.without(&fitted, weakest);
+            if self.rules.order.is_none() {
+                let is_needed = without.chi2 - fitted.chi2 >= self.threshold;
+                let why = if is_needed { "" } else { NOISE };
+                evidence.push(self.step(&without, fitted.chi2, 1, is_needed, why));
+                if is_needed {
+                    break;
+                }
+            }
+            fitted = self.settled(without);
+        }
+        fitted
+    }
+
+    /// Poles in their places, on lines that serve them there.
+    fn settled(&mut self, mut fitted: Fitted) -> Fitted {
+        for _ in 0..MOST_LINES {
+            fitted = refine(self.problem(), fitted, self.numerators, SETTLE);
+            self.took(fitted.steps, fitted.model.poles.len());
+            if self.lines.serves(&fitted.model.poles) {
+                break;
+            }
+            fitted = self.fitted(&fitted.model, &[]);
+        }
+        fitted
+    }
+
+    /// The fit without a pole, the others moved again.
+    fn without(&mut self, fitted: &Fitted, r: usize) -> Fitted {
+        let mut model = fitted.model.clone();
+        model.poles.remove(r);
+        let start = at(self.problem(), &model, self.numerators);
+        let without = refine(self.problem(), start, self.numerators, SETTLE);
+        self.took(without.steps, without.model.poles.len());
+        without
     }
 
     fn worth_trying(&mut self, fitted: &Fitted) -> Vec<Peak> {
@@ -395,11 +452,8 @@ impl<'a> Growth<'a> {
             let Some((r, _)) = weak else {
                 return fitted;
             };
-            let mut model = fitted.model.clone();
-            let gone = model.poles.remove(r);
-            let start = at(self.problem(), &model, self.numerators);
-            let without = refine(self.problem(), start, self.numerators, SETTLE);
-            self.took(without.steps, without.model.poles.len());
+            let gone = fitted.model.poles[r];
+            let without = self.without(&fitted, r);
             if without.chi2 - fitted.chi2 < self.threshold {
                 fitted = without;
             } else {

@@ -121,6 +121,16 @@ impl Lines {
         variance.iter().enumerate().map(of).collect()
     }
 
+    /// The first line and the last, Hz.
+    pub fn ends_hz(&self) -> (f64, f64) {
+        (self.x[0] * self.top / TAU, self.top / TAU)
+    }
+
+    /// A variance as weights of a search.
+    pub fn weights(&self, variance: &[Vec<f64>]) -> Weights {
+        Weights::new(variance, self.variance.is_some())
+    }
+
     /// Real numbers of data, by what the lines hold independently.
     pub fn data(&self) -> f64 {
         2.0 * self.x.len() as f64 * self.h.len() as f64 * self.independence
@@ -190,12 +200,12 @@ impl Lines {
     }
 }
 
-/// A variance as near to a product `by_response × by_line` as its logarithms allow.
+/// A variance as a product `by_response × by_line`, for searches over all responses at once.
 #[derive(Debug, Clone)]
 pub(super) struct Weights {
     /// Geometric mean of each response.
     pub by_response: Vec<f64>,
-    /// Geometric mean over the responses, by line, once those are set apart.
+    /// Mean over the responses, by line, once those are set apart.
     pub by_line: Vec<f64>,
     /// The product is the variance.
     pub exact: bool,
@@ -204,9 +214,14 @@ pub(super) struct Weights {
 /// Variances within this ratio of the product are taken as the product.
 const SEPARABLE: f64 = 0.02;
 
+/// Of a variance that is estimated from the responses, the mean over them is that of this power: near to the largest, so that the noise
+/// of the one response that has most on a line is not taken for a pole, where noise goes with the response and others stand at an
+/// antiresonance. Of a measured one it is the geometric mean, which its scatter moves least.
+const NEAR_LARGEST: f64 = 4.0;
+
 impl Weights {
-    /// Splits a variance.
-    pub fn new(variance: &[Vec<f64>]) -> Weights {
+    /// Splits a variance, measured or estimated from the responses.
+    fn new(variance: &[Vec<f64>], is_measured: bool) -> Weights {
         let mean = |values: &mut dyn Iterator<Item = f64>, n: usize| values.sum::<f64>() / n as f64;
         let lines = variance[0].len();
         if variance.iter().all(|v| v.iter().all(|x| *x == v[0])) {
@@ -222,11 +237,16 @@ impl Weights {
             .collect();
         let of_line: Vec<f64> = (0..lines)
             .map(|k| {
-                let mut logs = variance
+                let logs = variance
                     .iter()
                     .zip(&of_response)
                     .map(|(v, g)| v[k].ln() - g);
-                mean(&mut logs, variance.len())
+                if is_measured {
+                    return mean(&mut logs.clone(), variance.len());
+                }
+                let largest = logs.clone().fold(f64::NEG_INFINITY, f64::max);
+                let mut powers = logs.map(|l| (NEAR_LARGEST * (l - largest)).exp());
+                largest + mean(&mut powers, variance.len()).ln() / NEAR_LARGEST
             })
             .collect();
         let exact = variance.iter().zip(&of_response).all(|(v, g)| {

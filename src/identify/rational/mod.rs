@@ -63,6 +63,8 @@ pub mod refined;
 
 pub use basis::Structure;
 
+use basis::Pole;
+
 /// Frequency responses over common lines.
 #[derive(Debug, Clone, Copy)]
 pub struct Measured<'a> {
@@ -282,6 +284,28 @@ impl RationalFit {
 /// `OutOfRange` where a frequency, a value or a variance is not finite, frequencies do not rise, or more poles are asked for than the lines determine; `Conflict` where lengths differ;
 /// `NoConvergence` where poles would be added beside poles without end; `TooShort` for fewer than eight lines in the band; `NoSignal` where every response is zero.
 pub fn fit(measured: &Measured, options: &RationalOptions) -> Result<RationalFit, Error> {
+    fitted(measured, options, None)
+}
+
+/// The same from poles at hand (rad/s, of the upper half plane, say of vector fitting), none added: they are refined together, and the
+/// weakest is taken out for as long as what it explains is no more than noise gives. Poles that damp so much or lie so far off that
+/// the residual terms stand for them are left aside.
+///
+/// # Errors
+/// As [`fit`].
+pub fn fit_from(
+    measured: &Measured,
+    options: &RationalOptions,
+    poles: &[Complex],
+) -> Result<RationalFit, Error> {
+    fitted(measured, options, Some(poles))
+}
+
+fn fitted(
+    measured: &Measured,
+    options: &RationalOptions,
+    from: Option<&[Complex]>,
+) -> Result<RationalFit, Error> {
     let started = std::time::Instant::now();
     let lines = lines::Lines::new(measured, options)?;
     let determined = search::most_determined(&lines, usize::MAX);
@@ -295,7 +319,13 @@ pub fn fit(measured: &Measured, options: &RationalOptions) -> Result<RationalFit
         return Err(Error::new(Code::OutOfRange, message)
             .hint("ask for fewer, widen the band, or measure with finer lines"));
     }
-    let found = search::search(&lines, options, measured.variance_trusted)?;
+    let from: Option<Vec<Pole>> = from.map(|poles| {
+        let near = |p: &&Complex| p.im > p.re.abs() && p.norm() < lines.top;
+        let inside = poles.iter().filter(near);
+        let starts = inside.map(|p| Pole::new(*p, lines.top));
+        starts.take(determined).collect()
+    });
+    let found = search::search(&lines, options, measured.variance_trusted, from.as_deref())?;
     let mut fit = answer::answer(measured, &lines, found);
     fit.effort.seconds = started.elapsed().as_secs_f64();
     Ok(fit)

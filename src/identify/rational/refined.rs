@@ -7,12 +7,13 @@ use crate::base::error::Error;
 use crate::numeric::Complex;
 use crate::numeric::statistics::chi_squared_quantile;
 
-use super::answer::spread_of;
+use super::answer::{residue, shape, spread_of, visibility};
 use super::basis::{Pole, Problem, Structure};
 use super::lines::{Lines, Weights};
 use super::local::{cut, window};
 use super::projection::{Fitted, Model, Stop, at, refine};
-use super::spread::{Mean, beside, disagreement, mean};
+use super::reported::{Candidate, objection};
+use super::spread::{FEWEST_RESPONSES, Mean, ONE, beside, disagreement, mean};
 use super::variance::from_differences;
 use super::{Measured, RationalOptions, Spread};
 use crate::identify::mode::IdentifiedMode;
@@ -27,6 +28,8 @@ pub struct Refined {
     pub mode: IdentifiedMode,
     /// What the responses disagree by, where it is known.
     pub spread: Option<Spread>,
+    /// Why it is no mode, judged as the poles of a rational fit are where the misfit exceeds the noise.
+    pub objection: Option<&'static str>,
 }
 
 /// Residues are free complex numbers.
@@ -36,7 +39,7 @@ const NUMERATORS: usize = 2;
 const ROUNDS: usize = 4;
 
 /// Brings poles (rad/s, of the upper half plane, the more certain first) to their places. One that lies beside another and stands only
-/// for what the responses disagree by is left out; the order is kept.
+/// for what the responses disagree by is left out, and so is one that comes within half a half-width of another; the order is kept.
 ///
 /// # Errors
 /// As [`super::fit`] of what was measured.
@@ -50,9 +53,9 @@ pub fn refined(
         Some(variance) => lines.floored(variance),
         None => from_differences(&lines),
     };
-    let weights = Weights::new(&variance);
+    let weights = lines.weights(&variance);
     let problem = [lines.shared(&weights, Structure::FULL)];
-    let all: Vec<Pole> = poles.iter().map(|p| scaled(*p, lines.top)).collect();
+    let all: Vec<Pole> = poles.iter().map(|p| Pole::new(*p, lines.top)).collect();
     let first = apart(&problem[0], &all);
     let (mut places, mut now): (Vec<usize>, Vec<Pole>) = first.iter().map(|&k| (k, all[k])).unzip();
     let mut means = settle(&problem, &mut now, lines.independence);
@@ -64,40 +67,75 @@ pub fn refined(
         now.push(all[k]);
         means = settle(&problem, &mut now, lines.independence);
     }
-    while let Some(twin) = twin(&means) {
+    while let Some(twin) = twin(&means, lines.h.len()) {
         places.remove(twin);
         now.remove(twin);
         means = settle(&problem, &mut now, lines.independence);
     }
-    let mut answer: Vec<(usize, Option<Mean>)> = places.into_iter().zip(means).collect();
-    answer.sort_by_key(|a| a.0);
-    Ok(answer
-        .into_iter()
-        .map(|(place, mean)| {
+    let residues = residues(&lines, &weights, &fitted(&problem, &now));
+    let mut answer: Vec<Refined> = (places.into_iter().zip(means).enumerate())
+        .map(|(r, (place, mean))| {
+            let own: Vec<Complex> = residues.iter().map(|row| row[r]).collect();
             let mut mode = IdentifiedMode {
                 pole: poles[place],
                 pole_covariance: None,
-                shape: Vec::new(),
+                shape: shape(&own, &lines),
             };
             let spread = mean.map(|mean| spread_of(&mut mode, &mean, lines.top));
+            let objection = match &spread {
+                None => window(&lines.x, &all[place], lines.step).map(|_| NOT_HELD),
+                Some(_) => objection(&Candidate {
+                    mode: &mode,
+                    band_hz: lines.ends_hz(),
+                    visibility: visibility(&lines, &now[r].value(), &residues, r),
+                    model_error: true,
+                }),
+            };
+            mode.shape.clear();
             Refined {
                 place,
                 mode,
                 spread,
+                objection,
             }
         })
-        .collect())
+        .collect();
+    answer.sort_by_key(|a| a.place);
+    Ok(answer)
+}
+
+/// Of a pole that every response leaves when it may move there alone.
+const NOT_HELD: &str = "no response holds a pole there";
+
+/// Residues of the scaled responses, by response and pole.
+fn residues(lines: &Lines, weights: &Weights, fitted: &Fitted) -> Vec<Vec<Complex>> {
+    let fit = &fitted.fits[0];
+    (0..lines.h.len())
+        .map(|i| {
+            let unit = weights.by_response[i].sqrt();
+            let c: Vec<f64> = (0..fit.c.nrows())
+                .map(|j| fit.c[(j, i)] / fit.length[j] * unit)
+                .collect();
+            let poles = fitted.model.poles.iter().enumerate();
+            poles.map(|(r, p)| residue(&c, p, r, NUMERATORS)).collect()
+        })
+        .collect()
 }
 
 /// Poles that settled closer than this, in standard deviations of their difference, are one that was given twice.
 const TWINS: f64 = 3.0;
 
-/// A pole that came to the place of an earlier one.
-fn twin(means: &[Option<Mean>]) -> Option<usize> {
+/// A pole that came to the place of an earlier one: as near as both are certain, or, of responses that can disagree, nearer than what
+/// they disagree by lets two be told apart.
+fn twin(means: &[Option<Mean>], responses: usize) -> Option<usize> {
     let meet = |a: &Mean, b: &Mean| {
         let near = |x: f64, y: f64, v: f64, u: f64| (x - y).powi(2) <= TWINS * TWINS * (v + u);
-        near(a.pole.w, b.pole.w, a.variance.0, b.variance.0)
-            && near(a.pole.sigma, b.pole.sigma, a.variance.1, b.variance.1)
+        let (p, q) = (&a.pole, &b.pole);
+        let reach = ONE * p.sigma.min(q.sigma);
+        let is_one = (p.w - q.w).abs() < reach && (p.sigma - q.sigma).abs() < reach;
+        (responses >= FEWEST_RESPONSES && is_one)
+            || near(p.w, q.w, a.variance.0, b.variance.0)
+                && near(p.sigma, q.sigma, a.variance.1, b.variance.1)
     };
     (1..means.len()).rev().find(|&k| {
         let earlier = means[..k].iter().flatten();
@@ -105,17 +143,6 @@ fn twin(means: &[Option<Mean>]) -> Option<usize> {
             .as_ref()
             .is_some_and(|own| earlier.into_iter().any(|other| meet(own, other)))
     })
-}
-
-/// A start needs a width; in units of the highest line.
-const LEAST_REAL_PART: f64 = 1e-9;
-
-fn scaled(pole: Complex, top: f64) -> Pole {
-    Pole {
-        w: pole.im / top,
-        sigma: (pole.re.abs() / top).max(LEAST_REAL_PART),
-        stable: pole.re <= 0.0,
-    }
 }
 
 fn fitted(problem: &[Problem; 1], poles: &[Pole]) -> Fitted {

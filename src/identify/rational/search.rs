@@ -72,7 +72,8 @@ const LAST: Stop = Stop {
 };
 
 /// Finds poles and their structure. Where poles are added beside poles without end, every value is taken to be off by a share of its
-/// size as well, that which the poles could not explain, and poles are looked for again.
+/// size as well, that which the poles could not explain, and poles are looked for again. Poles may be given to begin `from`: then none
+/// is added.
 ///
 /// # Errors
 /// `NoConvergence`: that does not end either.
@@ -80,11 +81,12 @@ pub(super) fn search(
     lines: &Lines,
     options: &RationalOptions,
     trusted: bool,
+    from: Option<&[Pole]>,
 ) -> Result<Found, Error> {
     let mut departure = options.departure.unwrap_or(0.0);
     let mut repeats = 0;
     loop {
-        let departs = match searched(lines, options, trusted, departure) {
+        let departs = match searched(lines, options, trusted, from, departure) {
             Ok(found) => return Ok(found),
             Err(departs) => departs,
         };
@@ -118,6 +120,7 @@ fn searched(
     lines: &Lines,
     options: &RationalOptions,
     trusted: bool,
+    from: Option<&[Pole]>,
     departure: f64,
 ) -> Result<Found, Departs> {
     let given = lines.variance.is_some();
@@ -130,6 +133,7 @@ fn searched(
     let rules = Rules {
         most: most_determined(lines, options.most_poles),
         order: options.order,
+        grows: from.is_none(),
         unstable: options.allow_unstable,
         estimated,
         data: lines.data(),
@@ -138,11 +142,11 @@ fn searched(
     let mut evidence = Vec::new();
     let mut structure = Structure::FULL;
     let mut start = Model {
-        poles: Vec::new(),
+        poles: from.unwrap_or_default().to_vec(),
         delays: match options.delay {
             Delay::None => Vec::new(),
             kind => {
-                let problem = lines.shared(&Weights::new(&variance), structure);
+                let problem = lines.shared(&lines.weights(&variance), structure);
                 delay::start(&problem, kind == Delay::PerResponse)
             }
         },
@@ -202,10 +206,10 @@ fn searched(
         &mut effort,
     )?;
     if merge(lines, &weights, &mut scattered, &mut fitted, structure) {
-        weights = Weights::new(&scattered.added(lines, &variance));
+        weights = lines.weights(&scattered.added(lines, &variance));
         all = [lines.shared(&weights, structure)];
     }
-    let at_limit = options.order.is_none() && fitted.model.poles.len() >= rules.most;
+    let at_limit = rules.grows && options.order.is_none() && fitted.model.poles.len() >= rules.most;
     let numerators = structure.numerators();
     let separate = (!weights.exact)
         .then(|| lines.separate(&weights, &scattered.added(lines, &variance), structure));
@@ -330,9 +334,6 @@ impl Scattered {
     }
 }
 
-/// Where responses disagree about some poles, two poles nearer than this share of a half-width are one they disagree about.
-const ONE: f64 = 0.5;
-
 /// Merges such poles; says whether there were any.
 fn merge(
     lines: &Lines,
@@ -351,7 +352,7 @@ fn merge(
         let pair = (0..poles.len())
             .flat_map(|a| (0..a).map(move |b| (a, b)))
             .find(|&(a, b)| {
-                (poles[a].w - poles[b].w).abs() < ONE * poles[a].sigma.min(poles[b].sigma)
+                (poles[a].w - poles[b].w).abs() < spread::ONE * poles[a].sigma.min(poles[b].sigma)
             });
         let Some((gone, kept)) = pair else {
             return merged;
@@ -409,7 +410,7 @@ struct Held {
 impl Held {
     /// Of every term, at a model as it stands.
     fn at(lines: &Lines, variance: &[Vec<f64>], model: &Model) -> Held {
-        let weights = Weights::new(variance);
+        let weights = lines.weights(variance);
         let all = [lines.shared(&weights, Structure::FULL)];
         let enough = Condenser::new(&all[0]).condensed(model, &[]);
         let fewer = (!enough.is_whole()).then(|| enough.problem.into_owned());
@@ -503,7 +504,7 @@ fn grown(
 ) -> Result<Held, Departs> {
     let numerators = structure.numerators();
     for _ in 0..MOST_DISAGREEMENTS {
-        let weights = Weights::new(&scattered.added(lines, variance));
+        let weights = lines.weights(&scattered.added(lines, variance));
         let all = [lines.shared(&weights, structure)];
         let growth = Growth::new(&all[0], numerators, rules, MOST_WORK - effort.work);
         let grown = growth.grown(&model, evidence);
@@ -530,7 +531,7 @@ fn grown(
         scattered.add(lines, &weights, &grown.fitted, numerators, scatter);
         model = grown.fitted.model;
     }
-    let weights = Weights::new(&scattered.added(lines, variance));
+    let weights = lines.weights(&scattered.added(lines, variance));
     let all = [lines.shared(&weights, structure)];
     Ok(Held {
         fitted: at(&all, &model, numerators),

@@ -16,13 +16,16 @@ const LIGHT: f64 = 0.05;
 const BESIDE: f64 = 3.0;
 
 /// Fewer responses cannot disagree.
-const FEWEST_RESPONSES: usize = 3;
+pub(super) const FEWEST_RESPONSES: usize = 3;
 
 /// Where two common poles do not fit either, poles of each response may fit this much worse and still be the better word for it,
 /// if they lie within this share of the half-width.
 const WORSE: f64 = 4.0;
 const UNFITTED: f64 = 3.0;
 const SHIFT: f64 = 0.25;
+
+/// Where responses disagree about some poles, two poles nearer than this share of a half-width are one they disagree about.
+pub(super) const ONE: f64 = 0.5;
 
 /// With fewer responses, what stands on the skirts of a resonance is looked at: within so many half-widths, and lines.
 const SKIRT: (f64, f64) = (20.0, 12.0);

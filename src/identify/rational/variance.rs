@@ -12,24 +12,67 @@ const WINDOW: usize = 151;
 /// Sum of the squared binomial coefficients 1, 4, 6, 4, 1: the variance of a fourth difference of unit noise.
 const FOURTH: f64 = 70.0;
 
-/// From fourth differences: `median |Δ⁴h|² / (70 ln 2)`, the median of the exponential law being `ln 2` of its mean.
+/// Squares of the binomial coefficients, by which the lines of a difference share in its noise.
+const SHARES: [f64; 5] = [1.0, 16.0, 36.0, 16.0, 1.0];
+
+/// From fourth differences: `median |Δ⁴h|² / (70 ln 2)`, the median of the exponential law being `ln 2` of its mean. Noise is taken
+/// to be even along a window of lines; where noise in proportion to the response leaves the differences more alike in size, as over
+/// what falls as 1/s², it is taken to be the larger of both: what a first estimate has too little would be taken for poles.
 pub(super) fn from_differences(lines: &Lines) -> Vec<Vec<f64>> {
-    (0..lines.h.len())
-        .map(|i| {
-            let h = &lines.h[i];
-            let power: Vec<f64> = h
-                .windows(5)
-                .map(|h| (h[0] - h[1] * 4.0 + h[2] * 6.0 - h[3] * 4.0 + h[4]).norm_sqr() / FOURTH)
-                .collect();
-            let smooth = sliding_median(&power);
-            (0..h.len())
-                .map(|k| {
-                    let at = k.saturating_sub(2).min(smooth.len() - 1);
-                    smooth[at].max(lines.floor(i, k))
-                })
-                .collect()
-        })
-        .collect()
+    let of_response = |i: usize| {
+        let h = &lines.h[i];
+        let power: Vec<f64> = h
+            .windows(5)
+            .map(|h| (h[0] - h[1] * 4.0 + h[2] * 6.0 - h[3] * 4.0 + h[4]).norm_sqr() / FOURTH)
+            .collect();
+        let size: Vec<f64> = h
+            .windows(5)
+            .map(|h| {
+                h.iter()
+                    .zip(SHARES)
+                    .map(|(h, s)| h.norm_sqr() * s)
+                    .sum::<f64>()
+                    / FOURTH
+            })
+            .collect();
+        let share: Vec<f64> = power.iter().zip(&size).map(|(p, s)| p / s).collect();
+        let along = sliding_median(&power);
+        let in_proportion = sliding_median(&share);
+        let is_in_proportion = share.iter().all(|s| s.is_finite())
+            && stands_out(&in_proportion)
+            && unlikeness(&share, &in_proportion) < unlikeness(&power, &along);
+        let at = |k: usize| k.saturating_sub(2).min(power.len() - 1);
+        (0..h.len())
+            .map(|k| {
+                let other = match is_in_proportion {
+                    true => in_proportion[at(k)] * h[k].norm_sqr(),
+                    false => 0.0,
+                };
+                along[at(k)].max(other).max(lines.floor(i, k))
+            })
+            .collect()
+    };
+    (0..lines.h.len()).map(of_response).collect()
+}
+
+/// Noise in proportion to the response is told from even noise where it is below this share of the power on most lines: a response
+/// below its noise is its noise, and that is in proportion to itself.
+fn stands_out(shares: &[f64]) -> bool {
+    const SHARE: f64 = 0.1;
+    2 * shares.iter().filter(|s| **s < SHARE).count() > shares.len()
+}
+
+/// The median of `|ln p/v|` about its own median: how unlike powers are, each over what is expected of it, some lines left aside.
+fn unlikeness(power: &[f64], expected: &[f64]) -> f64 {
+    let of = |(p, v): (&f64, &f64)| (p.max(f64::MIN_POSITIVE) / v.max(f64::MIN_POSITIVE)).ln();
+    let mut logs: Vec<f64> = power.iter().zip(expected).map(of).collect();
+    let median = |values: &mut [f64]| {
+        let middle = values.len() / 2;
+        *values.select_nth_unstable_by(middle, f64::total_cmp).1
+    };
+    let centre = median(&mut logs);
+    logs.iter_mut().for_each(|l| *l = (*l - centre).abs());
+    median(&mut logs)
 }
 
 /// From residuals `e` of the scaled responses, of which a share `freedom` of the data is left: noise along the axis, or noise in
@@ -52,6 +95,9 @@ pub(super) fn from_residuals(
             return along;
         }
         let shares = profile(&share);
+        if !stands_out(&shares) {
+            return along;
+        }
         let in_proportion = floored(shares.iter().zip(&size).map(|(r, s)| r * s).collect());
         match surprise(&power, &in_proportion) < surprise(&power, &along) {
             true => in_proportion,
