@@ -312,7 +312,8 @@ fn drawn(path: &Path, log: &Path, found: &Identification) -> Result<Vec<(PathBuf
         });
         let picture = (course.or(diagram))
             .or_else(|| {
-                report::identified::peaks(found, &name).map(|p| report::lines_picture::lines(&p))
+                let shown = report::identified::decomposition(found, &name);
+                shown.map(|s| report::decomposition_picture::draw(&s))
             })
             .unwrap_or_else(|| {
                 let poles: Vec<_> = found.modes.iter().map(|m| m.mode.pole).collect();

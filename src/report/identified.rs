@@ -1,10 +1,12 @@
 //! Identified modes and transfer functions as JSON, CSV and curves.
 
+use std::f64::consts::TAU;
+
 use serde_json::{Map, Value, json};
 
 use super::bode::{Bode, Curve};
+use super::decomposition_picture::{Shown, ShownBell};
 use super::json::{complex, log_header, warnings};
-use super::lines_picture::Lines;
 use super::mode_course;
 use super::number::or_blank;
 use super::poles_picture::{Stabilisation, Steadiness};
@@ -12,10 +14,11 @@ use super::recording::repairs;
 use crate::base::error::Error;
 use crate::identify::compare;
 use crate::identify::modal::stabilisation::Stability;
+use crate::identify::operational::decomposition::DECAY;
 use crate::identify::transfer::function::TransferFunction;
 use crate::numeric::Complex;
 use crate::plan::logs::doubts::{coherence_at, window_damping};
-use crate::plan::logs::found::{Evidence, FoundHarmonic, FoundMode, Identification};
+use crate::plan::logs::found::{Evidence, FoundHarmonic, FoundMode, Identification, Peak};
 use crate::plan::logs::method::family;
 use crate::recording::raw::Repair;
 use crate::recording::responses::{FrequencyResponse, Terminal};
@@ -31,14 +34,9 @@ pub fn json(found: &Identification, done: &[Repair]) -> Result<Value, Error> {
         .collect::<Result<Vec<Value>, Error>>()?;
     let fit = found.fit();
     let hits = found.hits.iter().map(|h| json!({ "time_s": h.time_s, "peak": h.peak, "used": h.fault.is_none(), "fault": h.fault.map(|f| f.words()) }));
-    let omitted = fit.map_or(&[][..], |f| &f.omitted).iter();
-    let roots = match &found.evidence {
-        Evidence::Orders(orders) => orders.omitted.as_slice(),
-        _ => &[],
-    };
-    let roots = roots
-        .iter()
-        .map(|(m, reason)| json!({ "pole_rad_s": complex(m.pole), "reason": reason }));
+    let omitted = found.omitted();
+    let omitted = (omitted.iter())
+        .map(|(pole, reason)| json!({ "pole_rad_s": complex(*pole), "reason": reason }));
     let spread = fit.map_or(&[][..], |f| &f.spread).iter();
     Ok(json!({
         "geardyn": log_header(&trace),
@@ -52,7 +50,7 @@ pub fn json(found: &Identification, done: &[Repair]) -> Result<Value, Error> {
         "window_decay_1_s": found.window_decay(),
         "modes": found.modes.iter().enumerate().map(|(k, m)| mode(found, k, m)).collect::<Vec<_>>(),
         "harmonics": found.harmonics.iter().map(|h| harmonic(found, h)).collect::<Vec<_>>(),
-        "omitted": omitted.map(|o| json!({ "pole_rad_s": complex(o.pole), "reason": o.reason })).chain(roots).collect::<Vec<_>>(),
+        "omitted": omitted.collect::<Vec<_>>(),
         "spread": spread.map(|s| json!({ "frequency_hz": s.frequency_hz, "frequency_spread_hz": s.frequency_spread_hz, "damping_spread": s.damping_spread })).collect::<Vec<_>>(),
         "course": found.course().map_or(Value::Array(Vec::new()), mode_course::json),
         "evidence": evidence(&found.evidence),
@@ -148,10 +146,16 @@ fn evidence(evidence: &Evidence) -> Value {
     match evidence {
         Evidence::Rational(fit) => fit.evidence.iter().map(|s| json!({ "pole_pairs_before": s.poles_before, "pole_pairs": s.poles_after, "chi2_before": s.chi2_before, "chi2": s.chi2_after, "probability": s.probability, "accepted": s.accepted, "reason": s.reason })).collect(),
         Evidence::Diagram(diagram) => diagram.poles.iter().map(|p| json!({ "order": p.order, "frequency_hz": p.frequency_hz, "damping_ratio": p.damping_ratio, "stability": stability_word(p.stability) })).collect(),
-        Evidence::Peaks(peaks) => peaks.peaks.iter().map(|p| json!({ "frequency_hz": p.frequency_hz, "prominence": p.prominence, "half_power": p.half_power.map(|(f, d)| json!({ "frequency_hz": f, "damping_ratio": d })), "reason": p.reason })).collect(),
+        Evidence::Peaks(peaks) => peaks.peaks.iter().map(|p| json!({ "frequency_hz": p.frequency_hz, "prominence": p.prominence, "half_power": p.half_power.map(|(f, d)| json!({ "frequency_hz": f, "damping_ratio": d })), "bell_hz": bell_hz(p), "reason": p.reason })).collect(),
         Evidence::Orders(orders) => orders.candidates.iter().map(|c| json!({ "model": family(c.family), "error_variance": c.error_variance, "aic": c.aic, "bic": c.bic, "mdl": c.mdl, "accepted": c.family == orders.chosen })).collect(),
         Evidence::Course(course) => mode_course::trials(course),
     }
+}
+
+/// First and last line of a peak's bell.
+fn bell_hz(peak: &Peak) -> Option<[f64; 2]> {
+    let lines = &peak.bell.as_ref()?.lines;
+    Some([lines.first()?.0, lines.last()?.0])
 }
 
 fn tests(evidence: &Evidence) -> Value {
@@ -255,7 +259,7 @@ fn fitted(found: &Identification, frequency_hz: f64) -> Vec<Complex> {
     match found.fit() {
         Some(fit) => fit.synthesise(frequency_hz),
         None => {
-            let s = Complex::new(found.window_decay(), std::f64::consts::TAU * frequency_hz);
+            let s = Complex::new(found.window_decay(), TAU * frequency_hz);
             found.functions.iter().map(|f| f.value(s)).collect()
         }
     }
@@ -291,37 +295,49 @@ pub fn diagram(found: &Identification, name: &str) -> Option<Stabilisation> {
     })
 }
 
-/// The level that peaks were looked for on, where the method looked for peaks.
-pub fn peaks(found: &Identification, name: &str) -> Option<Lines> {
+/// Singular values with their peaks, bells and decays, where the method looked for peaks.
+pub fn decomposition(found: &Identification, name: &str) -> Option<Shown> {
     let Evidence::Peaks(peaks) = &found.evidence else {
         return None;
     };
-    let inside = |f: &f64| (found.band_hz.0..=found.band_hz.1).contains(f);
-    let (places, values): (Vec<f64>, Vec<f64>) = (peaks.level.0.iter().zip(&peaks.level.1))
-        .filter(|(f, _)| inside(f))
-        .map(|(f, l)| (*f, *l))
-        .unzip();
+    let (lines, first) = &peaks.level;
+    let inside: Vec<usize> = (0..lines.len())
+        .filter(|&k| (found.band_hz.0..=found.band_hz.1).contains(&lines[k]))
+        .collect();
+    let of_band = |values: &Vec<f64>| inside.iter().map(|&k| values[k]).collect();
     let label = |m: &FoundMode| {
-        let at = places
-            .partition_point(|&f| f < m.frequency_hz())
-            .min(places.len().checked_sub(1)?);
-        Some((
-            places[at],
-            values[at],
-            format!("{:.4} Hz", m.frequency_hz()),
-        ))
+        let at = lines.partition_point(|&f| f < m.frequency_hz());
+        let at = at.min(lines.len().checked_sub(1)?);
+        let text = format!("{:.4} Hz", m.frequency_hz());
+        Some((lines[at], first[at], text))
     };
-    Some(Lines {
+    let bell = |peak: &Peak| {
+        let bell = peak.bell.as_ref()?;
+        let f = peak.frequency_hz;
+        let words = match bell.told {
+            Some((pole, _)) => {
+                let damping = -100.0 * pole.re / pole.norm();
+                format!("{:.4} Hz, damping {damping:.2} %", pole.norm() / TAU)
+            }
+            None => format!("{f:.4} Hz, no line"),
+        };
+        Some(ShownBell {
+            words,
+            lines: bell.lines.clone(),
+            decay: bell.decay.iter().map(|(t, left)| (t * f, *left)).collect(),
+            line: bell.told.map(|(pole, start)| (start, pole.re / f)),
+        })
+    };
+    Some(Shown {
         title: format!("{name}: peaks by {}", found.method.word()),
-        across: "frequency, Hz".to_string(),
-        up: "largest singular value".to_string(),
+        frequency_hz: of_band(lines),
+        singular_values: std::iter::once(first)
+            .chain(&peaks.below)
+            .map(of_band)
+            .collect(),
         labels: found.modes.iter().filter_map(label).collect(),
-        curves: vec![(
-            found.method.word().to_string(),
-            places.clone(),
-            values.clone(),
-        )],
-        logarithmic: true,
+        bells: peaks.peaks.iter().filter_map(bell).collect(),
+        fitted: DECAY,
     })
 }
 

@@ -2,8 +2,8 @@
 
 use super::axes::{decades, frame, rule_decades, runs, span};
 use super::style::{
-    Anchor, BLACK, BLUE, FAINT, GREY, Ink, ORANGE, Panel, SMALL, Stroke, TITLE, WIDTH, picture,
-    ticks, width_of,
+    Anchor, BLACK, BLUE, Canvas, FAINT, GREY, Ink, ORANGE, Panel, SMALL, Stroke, TITLE, WIDTH,
+    picture, ticks, width_of,
 };
 
 const LEFT: f64 = 70.0;
@@ -56,13 +56,7 @@ pub fn lines(shown: &Lines) -> String {
             (l.min(f), h.max(f))
         });
         let (Some(y), true) = (y, x.0 < x.1) else {
-            canvas.text(
-                "nothing to show",
-                (WIDTH / 2.0, top + HIGH / 2.0),
-                TITLE,
-                GREY,
-                Anchor::Middle,
-            );
+            nothing(canvas, top + HIGH / 2.0);
             return;
         };
         let panel = Panel {
@@ -86,16 +80,30 @@ pub fn lines(shown: &Lines) -> String {
                 canvas.path(&run, ink, 0.9, Stroke::Solid);
             }
         }
-        let wanted = |l: &(f64, f64, String)| (panel.right_of(l.0), width_of(&l.2, 9.0) + APART);
-        let wanted: Vec<(f64, f64)> = shown.labels.iter().map(wanted).collect();
-        let spread = side_by_side(&wanted, (MARGIN, WIDTH - MARGIN));
-        for ((place, value, text), right) in shown.labels.iter().zip(spread) {
-            let spot = panel.at(*place, height(*value));
-            canvas.line((right, top - 4.0), (spot.0, spot.1 - 3.0), FAINT, 0.7);
-            canvas.ring(spot, 2.6, BLACK, 1.0);
-            canvas.text(text, (right, top - 11.0), 9.0, BLACK, Anchor::Middle);
-        }
+        let spot = |(x, y, text): &(f64, f64, String)| (*x, height(*y), text.clone());
+        let labels: Vec<_> = shown.labels.iter().map(spot).collect();
+        name_peaks(canvas, &panel, &labels);
     })
+}
+
+/// Says that there is nothing, at a height.
+pub fn nothing(canvas: &mut Canvas, height: f64) {
+    let spot = (WIDTH / 2.0, height);
+    canvas.text("nothing to show", spot, TITLE, GREY, Anchor::Middle);
+}
+
+/// Names peaks above a panel, the more important first: values of both axes, text. As many are named as have room.
+pub fn name_peaks(canvas: &mut Canvas, panel: &Panel, labels: &[(f64, f64, String)]) {
+    let top = panel.down.0;
+    let wanted = |l: &(f64, f64, String)| (panel.right_of(l.0), width_of(&l.2, 9.0) + APART);
+    let wanted: Vec<(f64, f64)> = labels.iter().map(wanted).collect();
+    let spread = side_by_side(&wanted, (MARGIN, WIDTH - MARGIN));
+    for ((x, y, text), right) in labels.iter().zip(spread) {
+        let spot = panel.at(*x, *y);
+        canvas.line((right, top - 4.0), (spot.0, spot.1 - 3.0), FAINT, 0.7);
+        canvas.ring(spot, 2.6, BLACK, 1.0);
+        canvas.text(text, (right, top - 11.0), 9.0, BLACK, Anchor::Middle);
+    }
 }
 
 /// The middles of labels, from the places wanted and their widths: as many of the first as fit, side by side in their order.

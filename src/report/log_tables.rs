@@ -6,8 +6,6 @@ use super::recording::note;
 use super::table::{finish, plain};
 use crate::base::words::{counted, wrapped};
 use crate::identify::modal::stabilisation::Stability;
-use crate::identify::rational::RationalFit;
-use crate::numeric::Complex;
 use crate::numeric::statistics::HALF_INTERVAL;
 use crate::plan::logs::doubts::{coherence_at, window_damping};
 use crate::plan::logs::found::{Evidence, FoundMode, Identification, Orders, Peak};
@@ -290,7 +288,7 @@ fn evidence(found: &Identification) -> String {
         Evidence::Rational(fit) => {
             let last = fit.evidence.iter().rev().find(|s| !s.accepted);
             let last = last.map_or(String::new(), |step| format!("{}\n", step.words()));
-            last + &left_out(found, fit)
+            last + &left_out(found)
         }
         Evidence::Diagram(diagram) => {
             let stable = diagram
@@ -298,38 +296,29 @@ fn evidence(found: &Identification) -> String {
                 .iter()
                 .filter(|p| p.stability == Stability::Stable)
                 .count();
-            format!(
+            let repeat = format!(
                 "{stable} of {} poles of all orders repeat the order before\n",
                 diagram.poles.len()
-            )
+            );
+            repeat + &left_out(found)
         }
         Evidence::Peaks(peaks) => peaks.peaks.iter().filter_map(peak).collect(),
-        Evidence::Orders(orders) => {
-            let roots: Vec<_> = orders.omitted.iter().map(|(m, r)| (m.pole, *r)).collect();
-            order_table(orders) + &no_modes(&roots)
-        }
+        Evidence::Orders(orders) => order_table(orders) + &left_out(found),
         Evidence::Course(course) => mode_course_table::tried(course),
     }
 }
 
-/// Poles of the fit that are no modes, those of one reason together.
-fn left_out(found: &Identification, fit: &RationalFit) -> String {
+/// Poles that are no modes, those of one reason together, an exponential window taken off.
+fn left_out(found: &Identification) -> String {
     let decay = found.window_decay();
-    let all: Vec<_> = (fit.omitted.iter())
-        .map(|o| (o.pole + decay, o.reason))
-        .collect();
-    no_modes(&all)
-}
-
-/// Poles that are no modes, with the reason.
-fn no_modes(all: &[(Complex, &str)]) -> String {
+    let all = found.omitted();
     let mut reasons: Vec<&str> = all.iter().map(|o| o.1).collect();
     reasons.sort_unstable();
     reasons.dedup();
     let of = |reason: &str| {
         let same = all.iter().filter(|o| o.1 == reason);
         let places: Vec<String> = same
-            .map(|o| brief(o.0.norm() / std::f64::consts::TAU))
+            .map(|o| brief((o.0 + decay).norm() / std::f64::consts::TAU))
             .collect();
         wrapped(&format!("no mode at {} Hz: {reason}", places.join(", "))) + "\n"
     };

@@ -18,6 +18,9 @@ pub mod poles_picture;
 /// Spectra as pictures.
 pub mod lines_picture;
 
+/// Singular values, bells and decays as a picture.
+pub mod decomposition_picture;
+
 /// Levels over time and frequency as a picture.
 pub mod map_picture;
 

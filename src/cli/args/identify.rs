@@ -118,9 +118,9 @@ pub enum MethodWord {
     Rfp,
     /// A circle through each peak, half power beside it
     Circle,
-    /// Vector fitting over rising orders
+    /// Poles of vector fitting, refined together, as many as are significant
     VectorFitting,
-    /// Barycentric interpolation over rising orders
+    /// Poles of barycentric interpolation, refined together, as many as are significant
     Aaa,
     /// No input: stochastic subspace from covariances, with uncertainty
     SsiCov,
@@ -128,7 +128,7 @@ pub enum MethodWord {
     SsiData,
     /// No input: peaks of the spectral matrix, no damping
     Fdd,
-    /// No input: peaks of the spectral matrix, damping from their bells
+    /// No input: peaks of the spectral matrix, damping from their bells; --svg shows these
     Efdd,
     /// One output, no input: autoregressive
     Ar,

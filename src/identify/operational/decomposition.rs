@@ -36,10 +36,23 @@ pub struct Peak {
     pub prominence: f64,
     /// Shape over the channels, the largest component 1.
     pub shape: Vec<Complex>,
+    /// The lines about it with its shape; `None` where there are fewer than five.
+    pub bell: Option<Bell>,
     /// Pole from the decay of its bell, where that decays; with the same shape, without covariance.
     pub mode: Option<IdentifiedMode>,
     /// What it shows of being a line of running speed.
     pub harmonic: Harmonic,
+}
+
+/// A bell and how its autocovariance decays.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bell {
+    /// Its lines, Hz, rising, and `φᴴ S φ` on them.
+    pub lines: Vec<(f64, f64)>,
+    /// Lags, s, and the modulus of the autocovariance over that at no lag, the window's divided out.
+    pub decay: Vec<(f64, f64)>,
+    /// The pole told by the straight lines through logarithm and phase, and that logarithm at no lag.
+    pub told: Option<(Complex, f64)>,
 }
 
 /// Singular values of the spectral matrix by line, and their peaks.
@@ -66,7 +79,10 @@ const SAME_SHAPE: f64 = 0.8;
 const BELL_FLOOR: f64 = 1e-2;
 
 /// The part of the decay the lines are laid through: below the first share, above the second.
-const DECAY: (f64, f64) = (0.95, 0.3);
+pub const DECAY: (f64, f64) = (0.95, 0.3);
+
+/// The decay is followed to this share.
+const FOLLOWED: f64 = 0.1;
 
 /// Half width of the band in which the distribution is looked at, in resolved lines.
 const LOOK: f64 = 2.0;
@@ -203,18 +219,18 @@ impl Bells<'_> {
         }
         let largest = shape[strongest];
         shape.iter_mut().for_each(|x| *x /= largest);
-        let mode = self
-            .bell(line)
-            .and_then(|bell| self.decay(&bell))
-            .map(|pole| IdentifiedMode {
-                pole,
-                pole_covariance: None,
-                shape: shape.clone(),
-            });
+        let bell = self.bell(line).map(|lines| self.decay(&lines));
+        let told = bell.as_ref().and_then(|bell| bell.told);
+        let mode = told.map(|(pole, _)| IdentifiedMode {
+            pole,
+            pole_covariance: None,
+            shape: shape.clone(),
+        });
         let half_band = LOOK * 2.0 * spacing; // lines lie at half the resolution
         Peak {
             frequency_hz,
             prominence,
+            bell,
             mode,
             harmonic: bands.look(
                 strongest,
@@ -271,22 +287,28 @@ impl Bells<'_> {
             bell
         };
         let mut bell = walk(&mut (1..line).rev());
+        bell.reverse();
         bell.push((line, density(line)));
         bell.extend(walk(&mut (line + 1..self.first.len() - 1)));
         (bell.len() >= 5).then_some(bell)
     }
 
-    /// The pole from the autocovariance of a bell; nothing where it does not decay within the segment.
-    fn decay(&self, bell: &[(usize, f64)]) -> Option<Complex> {
+    /// A bell with the decay of its autocovariance, and the pole that tells; none where it does not fall far enough within the segment.
+    fn decay(&self, bell: &[(usize, f64)]) -> Bell {
         let step = TAU * self.spectra.spacing_hz / self.rate_hz;
         let total: f64 = bell.iter().map(|(_, s)| s).sum();
         let centre = bell.iter().map(|&(k, s)| k as f64 * s).sum::<f64>() / total;
         // The bell is narrow: its envelope about the centre changes slowly, and every few samples are enough.
         let width = bell.len() as f64;
         let stride = ((TAU / (step * width)) as usize / 8).max(1);
+        let at = |&(k, s): &(usize, f64)| (k as f64 * self.spectra.spacing_hz, s);
+        let mut found = Bell {
+            lines: bell.iter().map(at).collect(),
+            decay: Vec::new(),
+            told: None,
+        };
         let mut points: Vec<[f64; 3]> = Vec::new();
-        let mut turns = 0.0;
-        let mut last = 0.0;
+        let (mut turns, mut last, mut is_above) = (0.0, 0.0, true);
         for lag in (0..self.spectra.segment / 2).step_by(stride) {
             let sum: Complex = (bell.iter())
                 .map(|&(k, s)| {
@@ -294,32 +316,33 @@ impl Bells<'_> {
                     Complex::new(angle.cos(), angle.sin()) * s
                 })
                 .sum();
+            let time = lag as f64 / self.rate_hz;
             let amplitude = sum.norm() / total / self.spectra.window_lags[lag];
+            if amplitude < FOLLOWED {
+                break;
+            }
+            found.decay.push((time, amplitude));
             let phase = sum.im.atan2(sum.re);
             turns -= ((phase - last) / TAU).round();
             last = phase;
-            if amplitude < DECAY.1 {
-                break;
-            }
-            if amplitude < DECAY.0 {
-                points.push([
-                    lag as f64 / self.rate_hz,
-                    amplitude.ln(),
-                    phase + TAU * turns,
-                ]);
+            is_above &= amplitude >= DECAY.1;
+            if is_above && amplitude < DECAY.0 {
+                points.push([time, amplitude.ln(), phase + TAU * turns]);
             }
         }
+        if points.len() < 3 {
+            return found;
+        }
+        let mean = |k: usize| points.iter().map(|p| p[k]).sum::<f64>() / points.len() as f64;
         let slope = |value: usize| {
-            let n = points.len() as f64;
-            let mean = |k: usize| points.iter().map(|p| p[k]).sum::<f64>() / n;
             let (t, y) = (mean(0), mean(value));
             let top: f64 = points.iter().map(|p| (p[0] - t) * (p[value] - y)).sum();
             top / points.iter().map(|p| (p[0] - t).powi(2)).sum::<f64>()
         };
-        if points.len() < 3 {
-            return None;
-        }
         let pole = Complex::new(slope(1), centre * step * self.rate_hz + slope(2));
-        (pole.re < 0.0 && pole.im > 0.0).then_some(pole)
+        if pole.re < 0.0 && pole.im > 0.0 {
+            found.told = Some((pole, mean(1) - pole.re * mean(0)));
+        }
+        found
     }
 }

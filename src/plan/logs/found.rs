@@ -6,6 +6,7 @@ use crate::identify::modal::candidates::unit_largest;
 use crate::identify::modal::lsfd::ModeShape;
 use crate::identify::modal::stabilisation::DiagramPole;
 use crate::identify::mode::IdentifiedMode;
+use crate::identify::operational::decomposition::Bell;
 use crate::identify::operational::harmonics::Harmonic;
 use crate::identify::rational::RationalFit;
 use crate::identify::series::course::{Track, Trial};
@@ -60,6 +61,16 @@ impl Identification {
         match &self.evidence {
             Evidence::Rational(fit) => Some(fit),
             _ => None,
+        }
+    }
+
+    /// Poles that are no modes, rad/s, and why.
+    pub fn omitted(&self) -> Vec<(Complex, &'static str)> {
+        match &self.evidence {
+            Evidence::Rational(fit) => fit.omitted.iter().map(|o| (o.pole, o.reason)).collect(),
+            Evidence::Diagram(diagram) => diagram.omitted.clone(),
+            Evidence::Orders(orders) => orders.omitted.iter().map(|o| (o.0.pole, o.1)).collect(),
+            Evidence::Peaks(_) | Evidence::Course(_) => Vec::new(),
         }
     }
 
@@ -218,6 +229,8 @@ pub struct Diagram {
     pub poles: Vec<DiagramPole>,
     /// Lines, Hz, and a level over them that peaks at modes.
     pub level: (Vec<f64>, Vec<f64>),
+    /// Poles chosen from it, rad/s, that turned out to be no modes, and why.
+    pub omitted: Vec<(Complex, &'static str)>,
 }
 
 /// Peaks, and the level they stand on.
@@ -227,6 +240,8 @@ pub struct Peaks {
     pub peaks: Vec<Peak>,
     /// Lines, Hz, and the level.
     pub level: (Vec<f64>, Vec<f64>),
+    /// Further levels over the same lines: the singular values below the largest.
+    pub below: Vec<Vec<f64>>,
 }
 
 /// A peak.
@@ -238,6 +253,8 @@ pub struct Peak {
     pub prominence: Option<f64>,
     /// Natural frequency, Hz, and damping ratio by half power.
     pub half_power: Option<(f64, f64)>,
+    /// The lines about it with its shape, and their decay, where damping is told from these.
+    pub bell: Option<Bell>,
     /// Why it is not reported as a mode; empty where it is.
     pub reason: String,
 }

@@ -16,6 +16,9 @@ use crate::base::words::counted;
 use crate::identify::modal::lsfd::ModeShape;
 use crate::identify::mode::IdentifiedMode;
 use crate::identify::rational::{self, Delay, Measured, RationalFit, RationalOptions};
+use crate::identify::starts::aaa::aaa;
+use crate::identify::starts::problem::Options;
+use crate::identify::starts::vector_fitting::{Start, vector_fit};
 use crate::numeric::{Complex, ComplexMatrix};
 use crate::recording::names;
 use crate::recording::quantity::ResponseKind;
@@ -252,8 +255,18 @@ fn from_signals(
     })
 }
 
-/// How the rational fit tells modes from other poles.
-const RATIONAL_RULE: &str = "pole pairs are added while each lowers the misfit by more than noise would, somewhere in the band";
+/// Poles that another method begins with: 20 pairs.
+const START_ORDER: usize = 40;
+
+/// How a rational fit tells modes from other poles.
+fn rule(method: Method) -> String {
+    match method {
+        Method::Rational => "pole pairs are added while each lowers the misfit by more than noise would, somewhere in the band".to_string(),
+        _ => format!(
+            "{START_ORDER} poles, refined together to the least misfit; the weakest pair is taken out while it lowers the misfit by no more than noise would, somewhere in the band"
+        ),
+    }
+}
 
 fn from_responses(
     method: Method,
@@ -270,26 +283,29 @@ fn from_responses(
     let start = Instant::now();
     let mut method = method;
     let fit = match method {
-        Method::Rational => match fitted(&responses, band_hz, study) {
-            Ok(fit) => Some(fit),
-            // Nobody asked for this method: another answers, and it is said why.
-            Err(error) if error.code == Code::NoConvergence && study.method.is_none() => {
-                warnings.push(Warning {
-                    code: "not-poles",
-                    message: format!(
-                        "{}: {} answers instead",
-                        error.message,
-                        Method::Plscf.word()
-                    ),
-                    hint: Some(
-                        "take a narrower --band, or say how many modes there are (--order)".into(),
-                    ),
-                });
-                method = Method::Plscf;
-                None
+        Method::Rational | Method::VectorFitting | Method::Aaa => {
+            match fitted(method, &responses, band_hz, study) {
+                Ok(fit) => Some(fit),
+                // Nobody asked for this method: another answers, and it is said why.
+                Err(error) if error.code == Code::NoConvergence && study.method.is_none() => {
+                    warnings.push(Warning {
+                        code: "not-poles",
+                        message: format!(
+                            "{}: {} answers instead",
+                            error.message,
+                            Method::Plscf.word()
+                        ),
+                        hint: Some(
+                            "take a narrower --band, or say how many modes there are (--order)"
+                                .into(),
+                        ),
+                    });
+                    method = Method::Plscf;
+                    None
+                }
+                Err(error) => return Err(error),
             }
-            Err(error) => return Err(error),
-        },
+        }
         _ => None,
     };
     let found = match fit {
@@ -299,7 +315,7 @@ fn from_responses(
                 modes: (fit.modes.iter())
                     .map(|m| of_table(without_window(m, decay), &table))
                     .collect::<Result<_, Error>>()?,
-                rule: RATIONAL_RULE.to_string(),
+                rule: rule(method),
                 functions: transfer_functions(&responses, &partials(&fit))?,
                 fit_error: fit.fit_error.clone(),
                 warnings: fit.warnings.clone(),
@@ -451,13 +467,17 @@ fn band(responses: &FrequencyResponses, study: &IdentifyStudy) -> Result<(f64, f
     Ok(responses.usable_hz.unwrap_or((first, last)))
 }
 
+/// A rational fit, from the poles of another method where that is asked for.
 fn fitted(
+    method: Method,
     responses: &FrequencyResponses,
     band: (f64, f64),
     study: &IdentifyStudy,
 ) -> Result<RationalFit, Error> {
+    let inside = |k: &usize| (band.0..=band.1).contains(&responses.frequency_hz[*k]);
     let known: Vec<usize> = (0..responses.frequency_hz.len())
         .filter(|&k| responses.is_known(k))
+        .filter(inside)
         .collect();
     let lines: Vec<f64> = known.iter().map(|&k| responses.frequency_hz[k]).collect();
     let values: Vec<Vec<Complex>> = (responses.functions.iter())
@@ -470,6 +490,7 @@ fn fitted(
                 .map(|v| known.iter().map(|&k| v[k]).collect())
         })
         .collect();
+    let start = start(method, &lines, &values)?;
     // Where nobody asked for this method, another answers rather.
     let departs = study.method.is_some().then_some(0.0);
     let fit = |derivative: u8, departure: Option<f64>| {
@@ -489,7 +510,10 @@ fn fitted(
             line_independence: responses.line_independence.unwrap_or(1.0),
             derivative,
         };
-        rational::fit(&measured, &options)
+        match &start {
+            Some(poles) => rational::fit_from(&measured, &options, poles),
+            None => rational::fit(&measured, &options),
+        }
     };
     let kinds: Vec<ResponseKind> = responses
         .functions
@@ -512,6 +536,24 @@ fn fitted(
         }
         _ => fit(0, departs),
     }
+}
+
+/// The poles a method begins with: as many as the lines carry.
+fn start(
+    method: Method,
+    lines: &[f64],
+    values: &[Vec<Complex>],
+) -> Result<Option<Vec<Complex>>, Error> {
+    let order = START_ORDER.min(lines.len() / 4 * 2);
+    let options = Options::default();
+    let poles = match method {
+        Method::VectorFitting => {
+            vector_fit(lines, values, None, Start::Order(order), options)?.poles
+        }
+        Method::Aaa => aaa(lines, values, order, options)?.poles,
+        _ => return Ok(None),
+    };
+    Ok(Some(poles))
 }
 
 /// Likelihood and size of a fit in one number (Schwarz 1978). Each fit has a variance of its own, so that χ² alone compares nothing.

@@ -10,7 +10,7 @@ use super::parts;
 use super::study::IdentifyStudy;
 use crate::base::error::{Error, Warning};
 use crate::base::words::counted;
-use crate::identify::modal::candidates::{CandidatePole, OrderPoles, is_inside, unit_largest};
+use crate::identify::modal::candidates::OrderPoles;
 use crate::identify::modal::lsfd::{self, ResidueFit};
 use crate::identify::modal::plscf::{PlscfOptions, plscf};
 use crate::identify::modal::responses::{Quantity, Responses};
@@ -19,9 +19,6 @@ use crate::identify::modal::stabilisation::{Tolerances, stabilisation};
 use crate::identify::modal::{lsce, rfp, single};
 use crate::identify::rational::refined::refined;
 use crate::identify::rational::{Measured, RationalOptions};
-use crate::identify::starts::aaa::aaa;
-use crate::identify::starts::problem::Options;
-use crate::identify::starts::vector_fitting::{Start, vector_fit};
 use crate::identify::transfer::function::TransferFunction;
 use crate::numeric::Complex;
 use crate::recording::quantity::ResponseKind;
@@ -45,9 +42,6 @@ pub struct Modal {
 
 /// The highest order of the methods that have none of their own: 30 modes.
 const ORDER: usize = 60;
-
-/// The highest order where every order is a fit from the beginning: 20 modes.
-const FITTED_ORDER: usize = 40;
 
 /// Peaks below this share of the largest are not looked at one by one.
 const LEAST_PEAK: f64 = 0.05;
@@ -100,7 +94,7 @@ pub fn identify(
                         (orders, chosen, parts::sentence(&parts, &rule))
                     }
                     None => {
-                        let orders = orders(method, &measured, &values)?;
+                        let orders = orders(method, &measured)?;
                         let chosen = select(&orders, measured.spacing_hz(), &rule);
                         (orders, chosen, rule.sentence())
                     }
@@ -113,6 +107,7 @@ pub fn identify(
             let diagram = Diagram {
                 poles: stabilisation(&orders, &Tolerances::default()),
                 level: (lines.clone(), level),
+                omitted: Vec::new(),
             };
             (modes.collect(), sentence, Evidence::Diagram(diagram))
         }
@@ -178,53 +173,13 @@ fn quantities(responses: &FrequencyResponses, study: &IdentifyStudy) -> Vec<Quan
 }
 
 /// Poles of all orders.
-fn orders(
-    method: Method,
-    measured: &Responses,
-    values: &[Vec<Complex>],
-) -> Result<Vec<OrderPoles>, Error> {
+fn orders(method: Method, measured: &Responses) -> Result<Vec<OrderPoles>, Error> {
     let lines = measured.n_lines();
     match method {
         // A fifth of the equations each for an unknown, as the method asks.
         Method::Lsce => lsce::lsce(measured, ORDER.min(lines * 2 / 5) / 2 * 2),
         Method::Rfp => rfp::rfp(measured, ORDER.min((lines / 2).saturating_sub(2)) / 2 * 2),
-        Method::VectorFitting | Method::Aaa => fitted_orders(method, measured, values),
         _ => plscf(measured, &PlscfOptions::default()),
-    }
-}
-
-/// One fit for each order; orders that the lines do not carry are passed over.
-fn fitted_orders(
-    method: Method,
-    measured: &Responses,
-    values: &[Vec<Complex>],
-) -> Result<Vec<OrderPoles>, Error> {
-    let lines = measured.frequency_hz();
-    let (mut all, mut failure) = (Vec::new(), None);
-    for order in (2..=FITTED_ORDER.min(lines.len() / 2)).step_by(2) {
-        let options = Options::default();
-        let fit = match method {
-            Method::Aaa => aaa(lines, values, order, options),
-            _ => vector_fit(lines, values, None, Start::Order(order), options),
-        };
-        match fit {
-            Ok(fit) => {
-                let pole = |(k, &pole): (usize, &Complex)| CandidatePole {
-                    pole,
-                    shape: unit_largest(fit.residues.iter().map(|r| r[k]).collect()),
-                    participation: Vec::new(),
-                };
-                let inside = (fit.poles.iter().enumerate())
-                    .filter(|(_, p)| is_inside(**p, measured.ends_hz()))
-                    .map(pole);
-                all.push(OrderPoles::new(order, inside.collect()));
-            }
-            Err(error) => failure = failure.or(Some(error)),
-        }
-    }
-    match failure {
-        Some(error) if all.is_empty() => Err(error),
-        _ => Ok(all),
     }
 }
 
@@ -265,6 +220,7 @@ fn circles(
             frequency_hz: lines[peak],
             prominence: None,
             half_power: half_power.map(|m| (m.frequency_hz(), m.damping_ratio())),
+            bell: None,
             reason,
         });
         modes.extend(fit.ok().filter(|_| is_mode).map(FoundMode::from));
@@ -277,6 +233,7 @@ fn circles(
     let peaks = Peaks {
         peaks: looked_at,
         level: (lines.to_vec(), level),
+        below: Vec::new(),
     };
     modes.sort_by(|a, b| a.frequency_hz().total_cmp(&b.frequency_hz()));
     (modes, rule, Evidence::Peaks(peaks))
@@ -333,8 +290,12 @@ impl Modal {
         };
         let refined = refined(&measured, &RationalOptions::default(), &poles)?;
         let mut disagree: Vec<(f64, String)> = Vec::new();
-        let mut modes = Vec::new();
+        let (mut modes, mut omitted) = (Vec::new(), Vec::new());
         for one in refined {
+            if let Some(reason) = one.objection {
+                omitted.push((one.mode.pole, reason));
+                continue;
+            }
             let mut mode = self.modes[one.place].clone();
             mode.mode.pole = one.mode.pole;
             mode.mode.pole_covariance = one.mode.pole_covariance;
@@ -347,6 +308,9 @@ impl Modal {
         }
         modes.sort_by(|a, b| a.frequency_hz().total_cmp(&b.frequency_hz()));
         self.modes = modes;
+        if let Evidence::Diagram(diagram) = &mut self.evidence {
+            diagram.omitted = omitted;
+        }
         disagree.retain(|d| d.0 > DISAGREES);
         if !disagree.is_empty() {
             disagree.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -364,7 +328,8 @@ impl Modal {
                 ),
             });
         }
-        self.rule += "; each then fitted in a window of its own, response by response, and given by the mean over those that see it";
+        self.rule += "; each then fitted in a window of its own, response by response, and given by the mean over those that see it, \
+            two nearer than half a half-bandwidth being one";
         Ok(())
     }
 

@@ -199,6 +199,7 @@ fn of_subspace(
         evidence: Evidence::Diagram(Diagram {
             poles: stabilisation(&orders, &Tolerances::default()),
             level: level.map_or((Vec::new(), Vec::new()), largest_values),
+            omitted: Vec::new(),
         }),
         warnings: poles.warnings,
     }
@@ -210,6 +211,14 @@ fn largest_values(found: Decomposition) -> (Vec<f64>, Vec<f64>) {
     (found.frequency_hz, first)
 }
 
+/// The other singular values, the larger first.
+fn lower_values(found: &Decomposition) -> Vec<Vec<f64>> {
+    let count = found.singular_values.first().map_or(0, Vec::len);
+    (1..count)
+        .map(|k| found.singular_values.iter().map(|v| v[k]).collect())
+        .collect()
+}
+
 fn of_peaks(method: Method, found: Decomposition) -> FromSignals {
     let mut modes = Vec::new();
     let mut peaks = Vec::new();
@@ -219,6 +228,7 @@ fn of_peaks(method: Method, found: Decomposition) -> FromSignals {
             frequency_hz: peak.frequency_hz,
             prominence: Some(peak.prominence),
             half_power: None,
+            bell: peak.bell.clone().filter(|_| method == Method::Efdd),
             reason: String::new(),
         });
         let undamped = || IdentifiedMode {
@@ -246,6 +256,7 @@ fn of_peaks(method: Method, found: Decomposition) -> FromSignals {
         rule: rule.to_string(),
         evidence: Evidence::Peaks(Peaks {
             peaks,
+            below: lower_values(&found),
             level: largest_values(found),
         }),
         warnings: Vec::new(),
