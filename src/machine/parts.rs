@@ -19,6 +19,8 @@ pub struct Machine {
     pub masses: Vec<Mass>,
     /// Elastic, dissipative and rigid connections.
     pub branches: Vec<Branch>,
+    /// What bearings do along each of their axes.
+    pub supports: Vec<Support>,
     /// What depends on the mean speed of a node.
     pub spins: Vec<Spin>,
     /// What lasts of the torques, N·m, by freedom.
@@ -41,6 +43,19 @@ pub struct Machine {
     pub damping: GlobalDamping,
     /// What the reader of an answer should know of the elements.
     pub notes: Vec<Note>,
+}
+
+/// A bearing along one axis: spring, dashpot and cross terms are branches, and what it exerts there is a sum over them.
+#[derive(Debug, Clone)]
+pub struct Support {
+    /// The bearing.
+    pub element: usize,
+    /// Along or about it.
+    pub axis: Axis,
+    /// What its ends are apart there.
+    pub apart: Direction,
+    /// Branches with the share of their force that acts there.
+    pub forces: Vec<(usize, f64)>,
 }
 
 /// A named thing of the file.
@@ -329,6 +344,21 @@ impl Machine {
             Some(part) => format!("{} {part}", self.elements[*element].name),
             None => self.elements[*element].name.clone(),
         }
+    }
+
+    /// The support called `stem`, such as `front x`; of a bearing with one axis its name will do.
+    pub fn support(&self, stem: &str) -> Option<usize> {
+        let name = |s: &Support| &self.elements[s.element].name;
+        let whole = |s: &Support| format!("{} {}", name(s), s.axis.name()) == stem;
+        let own = |at: &usize| name(&self.supports[*at]) == stem;
+        let mut alone = (0..self.supports.len()).filter(own);
+        self.supports
+            .iter()
+            .position(whole)
+            .or_else(|| match (alone.next(), alone.next()) {
+                (Some(only), None) => Some(only),
+                _ => None,
+            })
     }
 
     /// Some freedom is neither a rotation about a shaft nor the travel of a slide.

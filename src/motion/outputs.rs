@@ -20,6 +20,8 @@ pub enum Quantity {
     Deflection(usize),
     /// F of a branch.
     Force(usize),
+    /// `Σ a F` of branches, by its number in [`Outputs::sums`].
+    Forces(usize),
     /// −F of a branch: what a motor gives the machine.
     Given(usize),
     /// What dry friction of branches loses, W: from this one on, so many of them; of the machine with its prescribed coordinates.
@@ -55,6 +57,8 @@ pub struct Outputs {
     pub list: Vec<Output>,
     /// Combinations of coordinates, each a constant, a rate in time and terms: what rigid joints and imposed motions make of a freedom.
     pub rows: Vec<Combination>,
+    /// Sums of the forces of branches.
+    pub sums: Vec<Vec<(usize, f64)>>,
     /// What moves as prescribed, where its torque is wanted.
     pub prescribed: Option<Prescribed>,
 }
@@ -97,6 +101,9 @@ impl Outputs {
                     b.deflection(t, &y[..n], &y[n..2 * n], piece).0
                 }
                 Quantity::Force(branch) => force(train, stands(), branch, t, y),
+                Quantity::Forces(sum) => (self.sums[sum].iter())
+                    .map(|&(branch, share)| share * force(train, stands(), branch, t, y))
+                    .sum(),
                 Quantity::Given(branch) => -force(train, stands(), branch, t, y),
                 Quantity::Loss(first, count) => {
                     let all = first..first + count;

@@ -32,6 +32,8 @@ pub enum Output {
     Sum(Vec<(usize, f64)>, u8),
     /// The force or torque in a branch, N or N·m.
     Force(usize),
+    /// `Σ a F` of elastic branches: the force or torque of a bearing along one axis, N or N·m.
+    Forces(Vec<(usize, f64)>),
     /// The deformation of a branch, `wᵀq − e`.
     Deflection(usize),
 }
@@ -145,6 +147,11 @@ pub fn output(machine: &Machine, name: &str) -> Result<Port<Output>, Error> {
         what,
     };
     if let Some((stem, word @ ("force" | "torque" | "deflection"))) = name.rsplit_once('.') {
+        let support = machine.support(stem).map(|at| &machine.supports[at]);
+        if let (Some(support), "force" | "torque") = (support, word) {
+            let unit = if support.axis.turns() { "N·m" } else { "N" };
+            return Ok(port(Output::Forces(support.forces.clone()), unit));
+        }
         let branch = signals::branch(machine, stem, name)?;
         let turns = branch_turns(machine, branch);
         if word != "deflection" {

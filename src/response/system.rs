@@ -453,28 +453,36 @@ impl Builder<'_> {
                 seen.rows
                     .extend(self.matrices().map(|(factor, a)| (factor, row(a))));
             }
-            &Output::Force(index) | &Output::Deflection(index) => {
-                let Some(branch) = self.branch(index) else {
-                    return seen; // Open, or between what moves as one.
-                };
-                let w: Vec<(usize, f64)> = branch.direction.scaled().collect();
-                let mut along = self.all.sees(&w);
-                along
-                    .iter_mut()
-                    .take(self.still(branch))
-                    .for_each(|x| *x = 0.0);
-                let law = match output {
-                    Output::Force(_) => self.law(branch).to_vec(),
-                    _ => vec![(Factor::ONE, 1.0)],
-                };
-                for (factor, value) in law {
-                    seen.rows
-                        .push((factor, along.iter().map(|w| value * w).collect()));
-                    seen.own.push((index, factor, value));
-                }
+            &Output::Force(index) => self.add(&mut seen, index, 1.0, true),
+            Output::Forces(all) => {
+                (all.iter()).for_each(|&(index, share)| self.add(&mut seen, index, share, true))
             }
+            &Output::Deflection(index) => self.add(&mut seen, index, 1.0, false),
         }
         seen
+    }
+
+    /// Adds the force of a branch, or its deformation, times a factor.
+    fn add(&self, seen: &mut Seen, index: usize, share: f64, force: bool) {
+        let Some(branch) = self.branch(index) else {
+            return; // Open, or between what moves as one.
+        };
+        let w: Vec<(usize, f64)> = branch.direction.scaled().collect();
+        let mut along = self.all.sees(&w);
+        along
+            .iter_mut()
+            .take(self.still(branch))
+            .for_each(|x| *x = 0.0);
+        let law = match force {
+            true => self.law(branch).to_vec(),
+            false => vec![(Factor::ONE, 1.0)],
+        };
+        for (factor, value) in law {
+            let value = share * value;
+            seen.rows
+                .push((factor, along.iter().map(|w| value * w).collect()));
+            seen.own.push((index, factor, value));
+        }
     }
 
     /// Coordinates that leave a branch exactly as it is.

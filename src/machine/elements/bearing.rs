@@ -9,7 +9,7 @@ use super::rubbing;
 use crate::base::error::Error;
 use crate::machine::builder::Builder;
 use crate::machine::direction::Direction;
-use crate::machine::parts::{Branch, Law};
+use crate::machine::parts::{Branch, Law, Support};
 use crate::scene::model::{Axis, Bearing, End, Loss};
 
 /// The axes a bearing gives its nodes: those it has a term for, in row or column.
@@ -31,8 +31,15 @@ pub fn add(builder: &mut Builder, element: usize, bearing: &Bearing) -> Result<(
         .into_iter()
         .map(|axis| Ok((axis, between(builder, &bearing.between, axis)?)))
         .collect::<Result<BTreeMap<Axis, Direction>, Error>>()?;
+    let mut forces: BTreeMap<Axis, Vec<(usize, f64)>> = BTreeMap::new();
     let mut put = |entries: &[(Axis, Axis, f64)], law: fn(f64) -> Law| {
         for term in split(entries) {
+            let own = builder.machine.branches.len();
+            match &term.force {
+                Some(row) => forces.entry(*row).or_default().push((own, 1.0)),
+                None => (term.along.iter())
+                    .for_each(|&(axis, a)| forces.entry(axis).or_default().push((own, a))),
+            }
             let combine = |weights: &[(Axis, f64)]| {
                 let terms = weights
                     .iter()
@@ -65,6 +72,15 @@ pub fn add(builder: &mut Builder, element: usize, bearing: &Bearing) -> Result<(
         stiffness: 0.0,
         loss: Loss::Viscous(c),
     });
+    for (axis, apart) in apart {
+        let forces = forces.remove(&axis).unwrap_or_default();
+        builder.machine.supports.push(Support {
+            element,
+            axis,
+            apart,
+            forces,
+        });
+    }
     match &bearing.friction {
         Some(friction) => rubbing::bearing(builder, element, bearing, friction),
         None => Ok(()),

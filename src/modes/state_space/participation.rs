@@ -215,7 +215,7 @@ fn rank(mut rows: Vec<Vec<Complex>>) -> usize {
 fn spoken_as_speed(case: &Case, name: &str) -> Result<String, Error> {
     Ok(match signals::output(case.machine, name)? {
         Output::Freedom(freedom, _) => format!("{}.speed", case.machine.freedom_name(freedom)),
-        Output::Force(_) => name.to_string(),
+        Output::Force(_) | Output::Support(_) => name.to_string(),
     })
 }
 

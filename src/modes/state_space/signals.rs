@@ -15,6 +15,8 @@ pub enum Output {
     Freedom(usize, u8),
     /// The force or torque in a branch, `k δ + c δ̇`; N or N·m.
     Force(usize),
+    /// The force or torque of a bearing along one axis, springs, dashpots and cross terms together, by its number; N or N·m.
+    Support(usize),
 }
 
 /// The freedom an input acts on.
@@ -72,6 +74,9 @@ pub fn output(machine: &Machine, name: &str) -> Result<Output, Error> {
 }
 
 fn force(machine: &Machine, stem: &str, name: &str) -> Result<Output, Error> {
+    if let Some(at) = machine.support(stem) {
+        return Ok(Output::Support(at));
+    }
     let branch = branch(machine, stem, name)?;
     if machine.branches[branch].law == Law::Rigid {
         let message =

@@ -215,29 +215,47 @@ fn output_row(
             }
             Ok(row)
         }
-        Output::Force(index) => {
-            let Some(branch) = case.linear.branches.iter().find(|b| b.index == index) else {
-                // Open, or between what turns as one: it carries nothing here.
-                return Ok(Row {
-                    x: vec![0.0; first.a.ncols()],
-                    u: vec![0.0; first.b.ncols()],
-                });
-            };
-            let w: Vec<(usize, f64)> = branch.direction.scaled().collect();
-            let mut row = Row::of(equations, first, &w);
-            let rate = if branch.damping == 0.0 {
-                None
-            } else {
-                Some(row.rate(first, name)?)
-            };
-            let weigh = |own: &mut [f64], rate: Option<&[f64]>| {
-                for (j, x) in own.iter_mut().enumerate() {
-                    *x = branch.stiffness * *x + rate.map_or(0.0, |r| branch.damping * r[j]);
-                }
-            };
-            weigh(&mut row.x, rate.as_ref().map(|r| r.x.as_slice()));
-            weigh(&mut row.u, rate.as_ref().map(|r| r.u.as_slice()));
-            Ok(row)
+        Output::Force(index) => force_row(case, equations, first, name, &[(index, 1.0)]),
+        Output::Support(at) => force_row(
+            case,
+            equations,
+            first,
+            name,
+            &case.machine.supports[at].forces,
+        ),
+    }
+}
+
+/// `Σ a F` of branches; what is open, or between what turns as one, carries nothing.
+fn force_row(
+    case: &Case,
+    equations: &Equations,
+    first: &FirstOrder,
+    name: &str,
+    forces: &[(usize, f64)],
+) -> Result<Row, Error> {
+    let mut sum = Row {
+        x: vec![0.0; first.a.ncols()],
+        u: vec![0.0; first.b.ncols()],
+    };
+    for &(index, share) in forces {
+        let Some(branch) = case.linear.branches.iter().find(|b| b.index == index) else {
+            continue;
+        };
+        let w: Vec<(usize, f64)> = branch.direction.scaled().collect();
+        let row = Row::of(equations, first, &w);
+        let mut add = |factor: f64, row: &Row| {
+            let both = sum
+                .x
+                .iter_mut()
+                .zip(&row.x)
+                .chain(sum.u.iter_mut().zip(&row.u));
+            both.for_each(|(s, x)| *s += share * factor * x);
+        };
+        add(branch.stiffness, &row);
+        if branch.damping != 0.0 {
+            add(branch.damping, &row.rate(first, name)?);
         }
     }
+    Ok(sum)
 }

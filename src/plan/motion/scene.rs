@@ -249,6 +249,29 @@ pub fn outputs(prepared: &Prepared, moving: &Moving, names: &[String]) -> Result
                         Quantity::Acceleration(row),
                     ][usize::from(times).min(2)]
                 }
+                signals::Output::Support(at) => {
+                    let support = &machine.supports[at];
+                    match deflection {
+                        true => {
+                            let apart = Combination {
+                                terms: support.apart.scaled().collect(),
+                                imposed: None,
+                            };
+                            let place = apart.over(&moving.freedoms);
+                            let place = place.ok_or_else(|| remembers(name))?;
+                            Quantity::Position(row_of(&place, &mut outputs))
+                        }
+                        false => {
+                            let own = |&(branch, share): &(usize, f64)| {
+                                let at = moving.branches[branch].first();
+                                at.map(|&at| (at, share)).ok_or_else(|| remembers(name))
+                            };
+                            let sum = support.forces.iter().map(own);
+                            outputs.sums.push(sum.collect::<Result<_, Error>>()?);
+                            Quantity::Forces(outputs.sums.len() - 1)
+                        }
+                    }
+                }
                 signals::Output::Force(branch) => {
                     match (moving.branches[branch].first(), &moving.springs[branch]) {
                         (Some(&at), _) if deflection => Quantity::Deflection(at),
@@ -346,6 +369,7 @@ fn unit(prepared: &Prepared, name: &str, quantity: Quantity) -> &'static str {
     let machine = &prepared.machine;
     let turns = match signals::output(machine, name) {
         Ok(signals::Output::Freedom(freedom, _)) => machine.freedoms[freedom].axis.turns(),
+        Ok(signals::Output::Support(at)) => machine.supports[at].axis.turns(),
         Ok(signals::Output::Force(branch)) => {
             let kind = machine.elements[machine.branches[branch].element].kind;
             ![
@@ -367,8 +391,8 @@ fn unit(prepared: &Prepared, name: &str, quantity: Quantity) -> &'static str {
         (Quantity::Speed(_), false) => "m/s",
         (Quantity::Acceleration(_), true) => "rad/s²",
         (Quantity::Acceleration(_), false) => "m/s²",
-        (Quantity::Force(_) | Quantity::Spring { .. }, false) => "N",
-        (Quantity::Force(_) | Quantity::Spring { .. }, true) => "N·m",
+        (Quantity::Force(_) | Quantity::Forces(_) | Quantity::Spring { .. }, false) => "N",
+        (Quantity::Force(_) | Quantity::Forces(_) | Quantity::Spring { .. }, true) => "N·m",
         (Quantity::Given(_) | Quantity::Drive(_), _) => "N·m",
         (Quantity::Loss(..), _) => "W",
     }
