@@ -328,6 +328,47 @@ fn law_turning_against_a_damper_keeps_no_angle() {
     assert!(off < 1e-5, "{off:.1e}");
 }
 
+/// A constant friction that slides changes no motion against the turning: the multipliers of angle and speed are one and say nothing.
+#[test]
+fn law_sliding_friction_takes_no_stability() {
+    let multipliers = |torque: f64| {
+        let mut train = inertias(&[1.0, 2.0]);
+        let mut mesh = branch(
+            "mesh",
+            &[(0, 1.0), (1, -1.0)],
+            contact(1.0, 0.1, 1.0, Losses::Throughout),
+        );
+        mesh.imposed = Some(Signal::harmonic(0.05, 1.0, 0.0));
+        train.branches.push(mesh);
+        if torque > 0.0 {
+            let friction = Friction {
+                sliding: torque,
+                breakaway: torque,
+                stribeck: 1.0,
+                creep: 1e-3,
+            };
+            let law = Law::Friction(friction);
+            train.branches.push(branch("bearing", &[(1, 1.0)], law));
+        }
+        train.drives.push(push(0, Signal::constant(0.1)));
+        train.drives.push(push(1, Signal::constant(torque - 0.1)));
+        let rates = vec![5.0; train.branches.len()];
+        let family = Family::new(&train, &rates).unwrap();
+        let found = curve(&family, course(0.8, 1.0, 0.1), false);
+        assert!(found.specials.is_empty());
+        let points = found.points.iter();
+        points
+            .map(|p| (p.unstable(), p.multipliers.clone()))
+            .collect::<Vec<_>>()
+    };
+    for (with, without) in multipliers(0.02).iter().zip(multipliers(0.0)) {
+        assert_eq!((with.0, without.0), (0, 0));
+        assert_eq!(with.1.len(), without.1.len());
+        let off = with.1.iter().zip(&without.1).map(|(a, b)| (a - b).norm());
+        assert!(off.fold(0.0, f64::max) < 1e-6);
+    }
+}
+
 #[test]
 fn refuses_what_has_no_curve() {
     let family = Family::new(&pair("S1"), &[0.0, 0.0]).unwrap();

@@ -58,7 +58,7 @@ pub fn multipliers(
         }
     }
     let mut values = general::eigenvalues(&phi)?;
-    for _ in &family.relative.free {
+    for _ in 0..family.relative.neutral {
         let one = Complex::new(1.0, 0.0);
         let nearest = (0..values.len()).min_by(|&a, &b| {
             (values[a] - one)

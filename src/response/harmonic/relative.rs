@@ -15,6 +15,9 @@ pub struct Relative {
     pub transform: Matrix,
     /// Free motions over x that remain, since a damper, a brake or a motor acts on them.
     pub free: Vec<Vec<f64>>,
+    /// Multipliers that are one whatever the motion does: of every free motion that is left its angle, and its speed where nothing but
+    /// dry friction acts on it.
+    pub neutral: usize,
 }
 
 /// Of the sum of sizes: a free motion moves a branch by no more than rounding.
@@ -55,19 +58,24 @@ impl Relative {
             let size: f64 = row.iter().zip(r).map(|(w, x)| (w * x).abs()).sum();
             sum.abs() > ROUNDING * size
         };
-        let coupled = free.iter().any(|r| {
-            let branches = train.branches.iter();
-            let by_branch = branches
-                .filter(|b| !b.acts().terms.is_empty())
-                .any(|b| touches(&over(&b.direction), r) || touches(&over(b.acts()), r));
-            let damped = train.general.as_ref().is_some_and(|(_, c)| {
+        let felt = |r: &Vec<f64>, by: &dyn Fn(&Law) -> bool| {
+            let acting = train.branches.iter().filter(|b| !b.acts().terms.is_empty());
+            acting
+                .filter(|b| by(&b.law))
+                .any(|b| touches(&over(&b.direction), r) || touches(&over(b.acts()), r))
+        };
+        let damped = |r: &Vec<f64>| {
+            train.general.as_ref().is_some_and(|(_, c)| {
                 keep.iter().any(|&i| {
                     let row: Vec<f64> = keep.iter().map(|&j| c[(i, j)]).collect();
                     touches(&row, r)
                 })
-            });
-            by_branch || damped
-        });
+            })
+        };
+        let coupled = free.iter().any(|r| felt(r, &|_| true) || damped(r));
+        // Dry friction that slides takes the same at any speed.
+        let unheld = |r: &&Vec<f64>| !felt(r, &|law| !law.is_dry()) && !damped(r);
+        let neutral = free.len() + free.iter().filter(unheld).count();
         let (columns, free) = match rigid == 0 || coupled {
             true => {
                 let unit = |k: usize| (0..n).map(|i| f64::from(i == k)).collect::<Vec<f64>>();
@@ -86,6 +94,7 @@ impl Relative {
         Ok(Relative {
             train: over_columns(train, &transform)?,
             transform,
+            neutral: if free.is_empty() { 0 } else { neutral },
             free,
         })
     }

@@ -3,6 +3,7 @@
 
 use super::follower::{Follower, Place};
 use super::point::{Found, Point, point};
+use crate::motion::floquet::NEUTRAL;
 use crate::motion::floquet::fold::{Course, fold};
 use crate::motion::floquet::orbit::Orbit;
 
@@ -160,7 +161,10 @@ fn kind(one: &Point, other: &Point) -> Kind {
     } else {
         other
     };
-    let outside = unstable.multipliers.iter().filter(|m| m.norm() > 1.0);
+    let outside = unstable
+        .multipliers
+        .iter()
+        .filter(|m| m.norm() > 1.0 + NEUTRAL);
     match outside.min_by(|a, b| a.norm().total_cmp(&b.norm())) {
         Some(m) if m.im.abs() > 1e-6 * m.norm() => Kind::NeimarkSacker,
         Some(m) if m.re < 0.0 => Kind::PeriodDoubling,
