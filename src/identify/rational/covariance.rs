@@ -36,7 +36,7 @@ pub(super) fn covariance(
     }
     let unit: Vec<f64> = (0..n).map(|i| information[(i, i)].sqrt()).collect();
     let scaled = Matrix::from_fn(n, n, |i, j| information[(i, j)] / unit[i] / unit[j]);
-    let Ok(inverse) = inverse(&scaled) else {
+    let Ok(inverse) = inverse(&scaled, np) else {
         return nothing;
     };
     let entry = |i: usize, j: usize| inverse[(i, j)] / unit[i] / unit[j];
@@ -63,35 +63,34 @@ pub(super) fn covariance(
     }
 }
 
-/// Of unit diagonal: a direction of the information below this share of the largest is none, rounding of as many lines.
-const NOTHING: f64 = 1e-13;
-
-/// A parameter has a part in such a direction above this share, squared: what rounding leaves there is far below.
-const PART: f64 = 1e-9;
-
-/// The inverse of the information of unit diagonal. Where it is singular, as by two poles that coincide, what the lost directions hold
-/// a part of has an infinite variance, and the others theirs.
-fn inverse(information: &Matrix) -> Result<Matrix, Error> {
+/// The inverse of the information of unit diagonal, of `np` poles of two parameters each and delays of one. Where it is singular, as by two
+/// poles that coincide, what has the largest part in the direction that is not told is taken as it stands, with an infinite variance,
+/// until the rest is told.
+fn inverse(information: &Matrix, np: usize) -> Result<Matrix, Error> {
     let n = information.nrows();
-    if let Ok(l) = cholesky(information) {
-        let identity = Matrix::from_fn(n, n, |i, j| f64::from(u8::from(i == j)));
-        return Ok(solve_lower_transposed(&l, &solve_lower(&l, &identity)));
-    }
-    let eigen = symmetric(information)?;
-    let largest = eigen.values.iter().fold(0.0f64, |m, x| m.max(*x));
-    let (told, lost): (Vec<usize>, Vec<usize>) =
-        (0..n).partition(|&k| eigen.values[k] > NOTHING * largest);
-    let v = |i: usize, k: usize| eigen.vectors[(i, k)];
-    let is_lost = |i: usize| lost.iter().map(|&k| v(i, k).powi(2)).sum::<f64>() > PART;
-    Ok(Matrix::from_fn(n, n, |i, j| {
-        match is_lost(i) || is_lost(j) {
-            true => f64::INFINITY,
-            false => told
-                .iter()
-                .map(|&k| v(i, k) * v(j, k) / eigen.values[k])
-                .sum(),
+    let owner = |i: usize| if i < 2 * np { i / 2 } else { i - np };
+    let mut kept: Vec<usize> = (0..n).collect();
+    loop {
+        let m = kept.len();
+        let block = Matrix::from_fn(m, m, |i, j| information[(kept[i], kept[j])]);
+        if let Ok(l) = cholesky(&block) {
+            let identity = Matrix::from_fn(m, m, |i, j| f64::from(u8::from(i == j)));
+            let own = solve_lower_transposed(&l, &solve_lower(&l, &identity));
+            let place = |i: usize| kept.iter().position(|&k| k == i);
+            return Ok(Matrix::from_fn(n, n, |i, j| match (place(i), place(j)) {
+                (Some(i), Some(j)) => own[(i, j)],
+                _ => f64::INFINITY,
+            }));
         }
-    }))
+        let eigen = symmetric(&block)?;
+        let least = (0..m).min_by(|&a, &b| eigen.values[a].total_cmp(&eigen.values[b]));
+        let mut part = vec![0.0; np + n];
+        for (i, &k) in kept.iter().enumerate() {
+            part[owner(k)] += least.map_or(1.0, |at| eigen.vectors[(i, at)].powi(2));
+        }
+        let untold = (0..part.len()).max_by(|&a, &b| part[a].total_cmp(&part[b]));
+        kept.retain(|&k| Some(owner(k)) != untold);
+    }
 }
 
 #[cfg(test)]
@@ -107,9 +106,10 @@ mod tests {
             (false, false) => 1.0,
             _ => 0.0,
         });
-        let found = inverse(&information).expect("a symmetric matrix");
+        let found = inverse(&information, 2).expect("a symmetric matrix");
         assert!((found[(0, 0)] - 1.0 / 0.64).abs() < 1e-13);
         assert!((found[(0, 1)] + 0.6 / 0.64).abs() < 1e-13);
+        // Either of one pole: with it goes the other.
         assert!(found[(2, 2)] == f64::INFINITY && found[(3, 3)] == f64::INFINITY);
     }
 }
