@@ -231,6 +231,27 @@ fn exact_resonance() {
     }
 }
 
+/// A resonance long after every start has died out, `e^(−at)` beyond the range of numbers: the answer is the steady one.
+#[test]
+fn survives_resonance_for_ever() {
+    let (w2, a, omega) = (1.0e4, 1.0, 100.5);
+    let force = Signal::harmonic(10.0, omega, 0.0);
+    let machine = train(
+        &[1.0],
+        vec![spring(&[(0, 1.0)], w2, 2.0 * a)],
+        vec![drive(0, force)],
+    );
+    let steady = |t: f64| {
+        let (real, imaginary) = (w2 - omega * omega, 2.0 * a * omega);
+        let size = real * real + imaginary * imaginary;
+        10.0 * (real * (omega * t).cos() + imaginary * (omega * t).sin()) / size
+    };
+    let found = run(&machine, &[0.0, 0.0], 2000.0, 41).0;
+    for (t, y) in found.into_iter().filter(|(t, _)| *t > 100.0) {
+        assert!((y[0] - steady(t)).abs() < 1e-11, "t = {t}: {}", y[0]);
+    }
+}
+
 /// A step of force, then a ramp to nothing: knots with jumps.
 #[test]
 fn exact_step_and_ramp() {

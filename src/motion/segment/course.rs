@@ -63,7 +63,7 @@ struct Ramp {
     small: f64,
 }
 
-/// `e^{λτ}` and `e^{κτ} − 1`.
+/// `e^{iωτ}` and `e^{κτ} − 1`, κ = λ − iω: the answer is `push e^{iωτ} (e^{κτ} − 1)/κ`, of factors that do not grow where the swing decays.
 #[derive(Debug, Clone, Copy)]
 struct Ringing {
     turned: Complex,
@@ -112,7 +112,7 @@ impl Parts {
         let beats = near.iter().map(|near| match near.part {
             Part::Swing(k) => {
                 let lambda = spectrum.swings[k];
-                Complex::new(-lambda.re, near.omega - lambda.im)
+                Complex::new(lambda.re, lambda.im - near.omega)
             }
             Part::Other(..) => Complex::ZERO,
         });
@@ -357,9 +357,8 @@ impl Course {
         }
         for ((ringing, near), &kappa) in self.ringing.iter_mut().zip(&parts.near).zip(&parts.beats)
         {
-            if let Part::Swing(k) = near.part {
-                let lambda = parts.turning[parts.known + k];
-                ringing.turned = decay.beyond_one(lambda, tau) + 1.0;
+            if let Part::Swing(_) = near.part {
+                ringing.turned = decay.beyond_one(Complex::new(0.0, near.omega), tau) + 1.0;
                 ringing.beaten = decay.beyond_one(kappa, tau);
             }
         }
@@ -382,8 +381,9 @@ impl Course {
         }
         let turns = parts.near.iter().zip(&stride.beats);
         for (ringing, (near, beat)) in self.ringing.iter_mut().zip(turns) {
-            if let Part::Swing(k) = near.part {
-                let turn = stride.turns[parts.known + k];
+            if let Part::Swing(_) = near.part {
+                let turn = stride.turns[near.frequency];
+                let turn = if near.omega < 0.0 { turn.conj() } else { turn };
                 ringing.turned += ringing.turned * turn;
                 ringing.beaten += *beat + ringing.beaten * beat;
             }
