@@ -291,7 +291,7 @@ fn one_freedom() -> Moved {
                 output("x.speed", Quantity::Speed(0)),
             ],
             rows: vec![position],
-            prescribed: None,
+            ..Outputs::default()
         },
         from: 0.0,
         until: CYCLES * (TAU / omega),
