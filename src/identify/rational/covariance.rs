@@ -31,10 +31,10 @@ pub(super) fn covariance(
     };
     let information = normal(problems, &fitted.model, numerators, &fitted.fits).a;
     let n = information.nrows();
-    if n == 0 || (0..n).any(|i| !(information[(i, i)] > 0.0)) {
-        return nothing;
-    }
-    let unit: Vec<f64> = (0..n).map(|i| information[(i, i)].sqrt()).collect();
+    // What rounding left of a parameter that is not told may be below zero: it stays so on the unit diagonal.
+    let unit: Vec<f64> = (0..n)
+        .map(|i| information[(i, i)].abs().sqrt().max(f64::MIN_POSITIVE))
+        .collect();
     let scaled = Matrix::from_fn(n, n, |i, j| information[(i, j)] / unit[i] / unit[j]);
     let Ok(inverse) = inverse(&scaled, np) else {
         return nothing;
@@ -63,13 +63,15 @@ pub(super) fn covariance(
     }
 }
 
-/// The inverse of the information of unit diagonal, of `np` poles of two parameters each and delays of one. Where it is singular, as by two
+/// The inverse of the information, scaled to a diagonal of one, of `np` poles of two parameters each and delays of one. Where it is singular, as by two
 /// poles that coincide, what has the largest part in the direction that is not told is taken as it stands, with an infinite variance,
 /// until the rest is told.
 fn inverse(information: &Matrix, np: usize) -> Result<Matrix, Error> {
     let n = information.nrows();
     let owner = |i: usize| if i < 2 * np { i / 2 } else { i - np };
-    let mut kept: Vec<usize> = (0..n).collect();
+    let told = |i: &usize| information[(*i, *i)] > 0.0;
+    let whole = |i: &usize| (0..n).filter(|j| owner(*j) == owner(*i)).all(|j| told(&j));
+    let mut kept: Vec<usize> = (0..n).filter(whole).collect();
     loop {
         let m = kept.len();
         let block = Matrix::from_fn(m, m, |i, j| information[(kept[i], kept[j])]);
