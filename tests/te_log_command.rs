@@ -509,6 +509,20 @@ fn exact_marks_and_both_directions() {
     let svg = folder.join("marks.svg");
     let found = document(&[&arguments[..], &["--json", "--svg", svg.to_str().unwrap()]].concat());
     assert_eq!(found["runs"].as_array().unwrap().len(), 2);
+    let play = &found["play"];
+    let number = |key: &str| play[key].as_f64().unwrap();
+    assert!(
+        (number("mean_arcsec") - 200.0).abs() < 0.5,
+        "{}",
+        number("mean_arcsec")
+    );
+    // The play is the same everywhere: its course is no more than noise, and steps of the encoders are 9 and 11 arcsec.
+    assert!(number("most_arcsec") - number("least_arcsec") < 2.0);
+    assert!(number("std_arcsec") < 1.0);
+    let course = play["arcsec"].as_array().unwrap();
+    assert_eq!(course.len(), play["angle_deg"].as_array().unwrap().len());
+    let drawn = std::fs::read_to_string(&svg).unwrap();
+    assert!(drawn.contains("play, arcsec"), "no panel of the play");
     let flanks = found["flanks"].as_array().unwrap();
     assert_eq!(flanks.len(), 2);
     for flank in flanks {

@@ -695,6 +695,28 @@ fn law_record_holds_its_lines() {
         );
     }
     assert!(made.total <= 2.0 * answer.budget.worst_case && made.by_turn <= made.total);
+    // Its samples miss crests, its ranges do not.
+    let ends = (samples.iter()).fold((f64::MAX, f64::MIN), |(l, h), e| (l.min(*e), h.max(*e)));
+    let fine = &answer.rows[answer.rows.len() - 1].line;
+    assert!(made.total > ends.1 - ends.0 && fine.order.value() > 1000.0);
+    let known = TransmissionStudy {
+        record: true,
+        window: Some(1),
+        ..study("a", "b")
+    };
+    let one = written(
+        "inertia = [{ name = \"a\", J = 0.01 }, { name = \"b\", J = 0.02 }]\n\
+         gear_pair = [{ name = \"g\", between = [\"a\", \"b\"], teeth = [20, 40], module = 0.002, k = 1e8 }]\n\
+         error = [{ on = \"b\", cause = \"profile\", amplitude = 1e-5, phase = 0.3 }]\n",
+    );
+    let answer = traced(&one, &known);
+    let twice = 2.0 * answer.slow(&answer.rows[0]).norm();
+    let made = answer.record.as_ref().unwrap();
+    let ranges = made.by_tooth.unwrap();
+    for found in [made.total, made.by_turn, ranges[0], ranges[2]] {
+        assert!((found / twice - 1.0).abs() < 1.3e-3, "{}", found / twice);
+    }
+    assert!((answer.budget.range.percentiles[1].1 / twice - 1.0).abs() < 1e-12);
     let again = traced(&prepared, &ask);
     assert_eq!(&again.record.unwrap().record.values, samples);
 }

@@ -270,7 +270,7 @@ fn sums(machine: &Machine, answer: &Answer, unit: Unit) -> String {
             .is_some_and(|p| range.added > 1e-3 * p.1);
         let added = match counts {
             true => format!(
-                " at most, {} of it of lines too fine for the window, added whole",
+                "; lines too fine or too small for the samples are added whole, {} in all",
                 arc(range.added)
             ),
             false => String::new(),
