@@ -133,6 +133,44 @@ fn law_variance_is_that_of_the_errors() {
     assert!((mean / 1.125 - 1.0).abs() < 0.15, "{mean}");
 }
 
+/// A sweep: where it begins and ends, transients and responses are not told apart, and what is added for noise would be all there is.
+#[test]
+fn law_sweeps_are_followed_from_their_beginning() {
+    let mode = Mode::new(40.0, 0.01);
+    let (from, to, samples) = (5.0, 400.0, 30_000);
+    let length = samples as f64 / RATE;
+    let u: Vec<f64> = (0..samples)
+        .map(|i| i as f64 / RATE)
+        .map(|t| (TAU * (from * t + 0.5 * (to - from) / length * t * t)).cos())
+        .collect();
+    let size = 1e-3 * mode.response(40.0).norm();
+    let y: Vec<f64> = (mode.answer(&u, [0.0; 2]).iter())
+        .zip(noise(samples, 3))
+        .map(|(y, e)| y + size * e)
+        .collect();
+    let half = least_half_width(1, 1, 5);
+    let mut local = Local::new(RATE, 1, 1, u.len(), half, (0.0, 500.0)).unwrap();
+    local.push(&[&u, &y]);
+    let found = local.finish().unwrap();
+    let largest = mode.response(40.0).norm();
+    let variance = found.functions[0].variance.as_ref().unwrap();
+    let (mut near, mut all) = (0, 0);
+    let values = found.functions[0].value.iter().zip(variance);
+    for (f, (h, variance)) in found.frequency_hz.iter().zip(values) {
+        if !(7.0..60.0).contains(f) {
+            continue;
+        }
+        let off = (h - mode.response(*f)).norm();
+        all += 1;
+        near += i32::from(off < 0.01 * largest);
+        assert!(
+            off < 0.01 * largest + 6.0 * variance.sqrt(),
+            "{f} Hz: {off}"
+        );
+    }
+    assert!(f64::from(near) > 0.97 * f64::from(all), "{near} of {all}");
+}
+
 /// Two inputs, two blocks: each response apart, and their partial coherence high where each drives.
 #[test]
 fn exact_of_two_inputs() {

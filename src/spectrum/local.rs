@@ -4,7 +4,8 @@
 //! Pintelon, Schoukens, Vandersteen & Barbé, Estimation of nonparametric noise and FRF models for multivariable systems, Mech. Syst.
 //! Signal Process. 24 (2010), pp. 573–595. What rings into a block from before it, and out of it, is smooth over frequency: the second
 //! polynomial takes it, where a window would smear the response. So there is no leakage, whatever the excitation, as long as it has
-//! power on every line: noise, bursts, sweeps, not what repeats inside the block.
+//! power on every line: noise, bursts, sweeps, not what repeats inside the block. Where the input's transform is as smooth as what rings,
+//! as near the ends of a sweep, the response is told as from rest.
 //!
 //! Where a resonance is no wider than a window, no parabola follows it: over one block, both polynomials then stand over a common
 //! `D(r) = 1 + d₁ r (+ d₂ r²)`, if that lowers what is left by more than noise would. McKelvey & Guérin, Non-parametric frequency
@@ -54,15 +55,54 @@ pub struct Local {
 /// Windows whose power is below this share of the largest do not count for how even an input is.
 const DRIVEN: f64 = 1e-4;
 
-/// Normal equations of a window.
+/// Normal equations.
 #[derive(Clone)]
-struct Gathered {
+struct Sums {
     /// `Aᴴ A`, its columns input by input inside power by power, row by row.
     normal: Vec<Complex>,
     /// `Aᴴ Y` by output.
     right: Vec<Vec<Complex>>,
-    /// `|Y|²` without the transient, by output.
+    /// `|Y|²` by output.
     power: Vec<f64>,
+}
+
+impl Sums {
+    fn new(size: usize, outputs: usize) -> Sums {
+        let zero = Complex::new(0.0, 0.0);
+        Sums {
+            normal: vec![zero; size * size],
+            right: vec![vec![zero; size]; outputs],
+            power: vec![0.0; outputs],
+        }
+    }
+
+    fn add(&mut self, columns: &[Vec<Complex>], answers: &[Vec<Complex>]) {
+        let size = columns.len();
+        for a in 0..size {
+            for b in 0..=a {
+                let sum = product(&columns[a], &columns[b]);
+                self.normal[a * size + b] += sum;
+                if a != b {
+                    self.normal[b * size + a] += sum.conj();
+                }
+            }
+        }
+        for (o, answer) in answers.iter().enumerate() {
+            self.power[o] += answer.iter().map(Complex::norm_sqr).sum::<f64>();
+            for (a, column) in columns.iter().enumerate() {
+                self.right[o][a] += product(column, answer);
+            }
+        }
+    }
+}
+
+/// What a window gathers.
+#[derive(Clone)]
+struct Gathered {
+    /// With the transient taken out.
+    beside: Sums,
+    /// As if there were none.
+    from_rest: Sums,
     /// `Σ|X|²` by input.
     driven: Vec<f64>,
     /// `(Σ|X|²)²/Σ|X|⁴` over the number of lines by input, summed over blocks.
@@ -99,9 +139,8 @@ impl Local {
         let size = TERMS * inputs;
         let zero = Complex::new(0.0, 0.0);
         let empty = Gathered {
-            normal: vec![zero; size * size],
-            right: vec![vec![zero; size]; outputs],
-            power: vec![0.0; outputs],
+            beside: Sums::new(size, outputs),
+            from_rest: Sums::new(size, outputs),
             driven: vec![0.0; inputs],
             even: vec![0.0; inputs],
         };
@@ -134,7 +173,7 @@ impl Local {
         let size = TERMS * self.inputs;
         let zero = Complex::new(0.0, 0.0);
         let mut columns = vec![vec![zero; width]; size];
-        let mut answer = vec![zero; width];
+        let mut answers = vec![vec![zero; width]; self.transforms.len() - self.inputs];
         for (at, gathered) in self.windows.iter_mut().enumerate() {
             let from = self.first + at * width;
             for (j, input) in self.transforms[..self.inputs].iter().enumerate() {
@@ -150,26 +189,16 @@ impl Local {
                     for (k, (c, x)) in column.iter_mut().zip(lines).enumerate() {
                         *c = *x * place(k, self.half_width).powi(s as i32);
                     }
-                    project(&self.basis, column);
                 }
             }
-            for a in 0..size {
-                for b in 0..=a {
-                    let sum = product(&columns[a], &columns[b]);
-                    gathered.normal[a * size + b] += sum;
-                    if a != b {
-                        gathered.normal[b * size + a] += sum.conj();
-                    }
-                }
-            }
-            for (o, output) in self.transforms[self.inputs..].iter().enumerate() {
+            let outputs = &self.transforms[self.inputs..];
+            for (answer, output) in answers.iter_mut().zip(outputs) {
                 answer.copy_from_slice(&output[from..from + width]);
-                project(&self.basis, &mut answer);
-                gathered.power[o] += answer.iter().map(Complex::norm_sqr).sum::<f64>();
-                for (a, column) in columns.iter().enumerate() {
-                    gathered.right[o][a] += product(column, &answer);
-                }
             }
+            gathered.from_rest.add(&columns, &answers);
+            let both = columns.iter_mut().chain(&mut answers);
+            both.for_each(|values| project(&self.basis, values));
+            gathered.beside.add(&columns, &answers);
         }
     }
 
@@ -228,15 +257,41 @@ impl Local {
         let mut undetermined = Vec::new();
         for (at, window) in self.windows.iter().enumerate() {
             let is_driven = (0..inputs).all(|j| window.driven[j] > NO_POWER * largest[j]);
-            let Some(inverse) = (is_driven.then(|| inverse(&window.normal, size))).flatten() else {
+            let beside = is_driven
+                .then(|| inverse(&window.beside.normal, size))
+                .flatten();
+            let from_rest = is_driven
+                .then(|| inverse(&window.from_rest.normal, size))
+                .flatten();
+            if beside.is_none() && from_rest.is_none() {
                 undetermined.push(at);
                 continue;
-            };
+            }
             for o in 0..outputs {
-                let plain = without_poles(window, &inverse, o, inputs, freedoms);
-                let told = self.with_poles(at, o, plain);
+                let plain = |sums: &Sums, inverse: &ComplexMatrix, freedoms: f64| {
+                    without_poles(sums, inverse, o, inputs, freedoms)
+                };
+                let rest = (from_rest.as_ref()).map(|i| {
+                    plain(
+                        &window.from_rest,
+                        i,
+                        freedoms + (self.blocks * TERMS) as f64,
+                    )
+                });
+                let beside = beside.as_ref().map(|i| plain(&window.beside, i, freedoms));
+                let told = match (beside, rest) {
+                    (Some(beside), Some(rest)) if !tells_transients(&beside, &rest) => {
+                        told_from_rest(beside, rest)
+                    }
+                    (Some(beside), _) => self.with_poles(at, o, beside),
+                    (None, Some(rest)) => Told {
+                        spread: rest.spread.iter().map(|s| MOST_INFLATION * s).collect(),
+                        ..rest
+                    },
+                    (None, None) => continue,
+                };
                 let noise = told.residual / told.freedoms;
-                let all = window.power[o] / total;
+                let all = window.beside.power[o] / total;
                 if all > 0.0 {
                     multiple[o][at] = (1.0 - noise / all).clamp(0.0, 1.0);
                 }
@@ -306,13 +361,13 @@ struct Told {
 
 /// By polynomials alone, from the inverse of the normal matrix.
 fn without_poles(
-    window: &Gathered,
+    sums: &Sums,
     inverse: &ComplexMatrix,
     output: usize,
     inputs: usize,
     freedoms: f64,
 ) -> Told {
-    let right = &window.right[output];
+    let right = &sums.right[output];
     let theta = times(inverse, right);
     let explained: f64 = (theta.iter().zip(right))
         .map(|(t, r)| (t.conj() * r).re)
@@ -320,8 +375,32 @@ fn without_poles(
     Told {
         value: theta[..inputs].to_vec(),
         spread: (0..inputs).map(|j| inverse[(j, j)].re).collect(),
-        residual: (window.power[output] - explained).max(0.0),
+        residual: (sums.power[output] - explained).max(0.0),
         freedoms,
+    }
+}
+
+/// Where the transient's polynomial costs this many times the variance, the response is told from rest.
+const DEAR: f64 = 100.0;
+
+/// Whether what rings into a block can be told from what the input does. Near the beginning and the end of a sweep it cannot: there the
+/// input's transform is as smooth as the transient, and the two polynomials take from each other whatever the model misses.
+fn tells_transients(beside: &Told, rest: &Told) -> bool {
+    let both = beside.spread.iter().zip(&rest.spread);
+    both.into_iter()
+        .all(|(with, without)| *with < DEAR * without)
+}
+
+/// The response as if nothing rang in or out, as uncertain as it is beside a transient, and by how much the two differ: a transient that
+/// is not told may be there all the same.
+fn told_from_rest(beside: Told, rest: Told) -> Told {
+    let noise = (beside.residual / beside.freedoms).max(f64::MIN_POSITIVE);
+    let off = beside.value.iter().zip(&rest.value);
+    let more = off.map(|(a, b)| (a - b).norm_sqr() / noise);
+    Told {
+        spread: beside.spread.iter().zip(more).map(|(s, m)| s + m).collect(),
+        value: rest.value,
+        ..beside
     }
 }
 
