@@ -196,6 +196,30 @@ fn law_error_follows_the_tolerance() {
     assert!(errors[2] < 0.1 * errors[1] && errors[1] < 0.1 * errors[0]);
 }
 
+/// A torque that turns seven times between two outputs of a linear machine: no step goes over it unseen.
+#[test]
+fn law_fast_drives_are_followed() {
+    let mut train = inertias(&[1.0, 2.0]);
+    let joint = spring(100.0, 0.1);
+    train
+        .branches
+        .push(branch("s", &[(0, -1.0), (1, 1.0)], joint));
+    train
+        .branches
+        .push(branch("held", &[(0, 1.0)], spring(50.0, 0.0)));
+    train
+        .drives
+        .push(push(1, Signal::harmonic(1.0, 350.0, 0.3)));
+    let (_, exact, _) = run("exact", &train, &[0.0; 4], 2.0, 16).unwrap();
+    for tolerance in [1e-4, 1e-8] {
+        let effort = Wanted::Tolerance(tolerance);
+        let (_, found, _) = run_with("exponential", &train, &[0.0; 4], 2.0, 16, effort).unwrap();
+        let off = apart(&found, &exact);
+        println!("{tolerance}: {off}");
+        assert!(off < 1e3 * tolerance, "{tolerance}: {off}");
+    }
+}
+
 /// Stiffness × 1e12, none at all, dampers far overcritical, inertia of 1e-12 with a damper and without: near what radau5 says of the
 /// slow motion.
 #[test]

@@ -6,6 +6,8 @@
 //! stages, of order 4 however stiff the linear part is. The error is estimated by the third stage in place of the fifth, of order 3.
 //! Inside a step the last polynomial acts up to any instant.
 
+use std::f64::consts::TAU;
+
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::motion::events;
@@ -15,11 +17,16 @@ use crate::motion::problem::{Ask, Effort, Problem, Sink};
 use crate::motion::progress::{check, inside};
 use crate::motion::scale::{Scale, norm};
 use crate::motion::segment::phi::faded;
+use crate::motion::signal::Signal;
 use crate::motion::stepper::{Control, Stepper, equal_part};
 use crate::motion::train::{Frozen, Law, Train};
 use crate::numeric::{Matrix, definite};
 
 use super::stepping::control;
+
+/// Of the shortest period of what drives: the stages see the beginning, the middle and the end of a step, and over whole periods they would
+/// see nothing happen.
+const SHARE: f64 = 0.25;
 
 /// Why the method cannot take a machine; absent where it can.
 pub fn refuses(train: &Train) -> Option<String> {
@@ -40,7 +47,17 @@ pub fn refuses(train: &Train) -> Option<String> {
 /// Those of [`events::run`].
 pub fn exponential(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
     check(ask, train.len())?;
-    let mut stepper = Exponential::new(control(ask), Scale::of_train(train, ask));
+    let drives = train.drives.iter().map(|d| &d.signal);
+    let imposed = train.branches.iter().filter_map(|b| b.imposed.as_ref());
+    let fastest = drives
+        .chain(imposed)
+        .map(Signal::fastest)
+        .fold(0.0, f64::max);
+    let mut stepper = Exponential::new(
+        control(ask),
+        Scale::of_train(train, ask),
+        SHARE * TAU / fastest,
+    );
     events::run(train, ask, sink, &mut stepper)
 }
 
@@ -302,6 +319,8 @@ pub struct Exponential {
     scale: Scale,
     /// The step to try next, s; zero where none is known.
     next: f64,
+    /// The longest step that follows what drives, s.
+    longest: f64,
     /// Of the present regime; absent after a restart.
     modes: Option<Modes>,
     since: f64,
@@ -310,12 +329,13 @@ pub struct Exponential {
 }
 
 impl Exponential {
-    /// Before the first step.
-    pub fn new(control: Control, scale: Scale) -> Exponential {
+    /// Before the first step; by its tolerance it takes none that is longer than `longest`, s.
+    pub fn new(control: Control, scale: Scale, longest: f64) -> Exponential {
         Exponential {
             control,
             scale,
             next: 0.0,
+            longest,
             modes: None,
             since: f64::NEG_INFINITY,
             last: None,
@@ -362,8 +382,8 @@ impl<'f> Stepper<Frozen<'f>> for Exponential {
         let left = end - t;
         let wanted = match self.control {
             Control::Fixed(h) => equal_part(left, h),
-            Control::Tolerance(_) if self.next > 0.0 => self.next,
-            Control::Tolerance(_) => self.first(y, &first, left),
+            Control::Tolerance(_) if self.next > 0.0 => self.next.min(self.longest),
+            Control::Tolerance(_) => self.first(y, &first, left).min(self.longest),
         };
         let mut h = wanted.min(left);
         let mut refused = false;
