@@ -320,6 +320,55 @@ fn law_loaded_becomes_kinematic_in_a_loop_that_fits() {
     assert!(last < 1e-9 * 1e-4);
 }
 
+/// The same in loops of random teeth, modules, stiffnesses, errors that fit and load: at ω → 0, and as k → ∞.
+#[test]
+fn law_loaded_becomes_kinematic_in_random_loops() {
+    let mut random = Random::new(23);
+    for _ in 0..12 {
+        let (a, b) = (17 + random.below(20), 30 + random.below(40));
+        let m = [random.between(2e-3, 4e-3), random.between(2e-3, 4e-3)];
+        let more = 1 + random.below(3);
+        let (error, torque) = (random.between(2e-6, 2e-5), random.between(50.0, 500.0));
+        let fits = error * (a * more) as f64 * m[1] / (a as f64 * m[0]);
+        let k: Vec<f64> = (0..5).map(|_| random.between(1.0, 10.0)).collect();
+        let machine = |stiffness: f64| {
+            let k = |i: usize, base: f64| stiffness * base * k[i];
+            let bodies = ["motor", "p1", "w1", "p2", "w2"]
+                .map(|n| format!("{{ name = \"{n}\", J = 0.01 }}"))
+                .join(", ");
+            format!(
+                "inertia = [{bodies}]\nshaft = [\n{{ name = \"ps\", between = [\"p1\", \"p2\"], k = {:e} }},\n{{ name = \"ws\", between = [\"w1\", \"w2\"], k = {:e} }},\n{{ name = \"ms\", between = [\"motor\", \"p1\"], k = {:e}, c = 0.01 }},\n]\n\
+                 gear_pair = [\n{{ name = \"one\", between = [\"p1\", \"w1\"], teeth = [{a}, {b}], module = {}, k = {:e} }},\n{{ name = \"two\", between = [\"p2\", \"w2\"], teeth = [{}, {}], module = {}, k = {:e} }},\n]\n\
+                 error = [\n{{ on = \"p1\", amplitude = {error:e}, phase = 0.7 }},\n{{ on = \"p2\", amplitude = {fits:e}, phase = 0.7 }},\n]\nload = [{{ at = \"w2\", torque = {torque} }}]\n",
+                k(0, 1e4),
+                k(1, 1e4),
+                k(2, 1e4),
+                m[0],
+                k(3, 1e8),
+                a * more,
+                b * more,
+                m[1],
+                k(4, 1e8),
+            )
+        };
+        let sum = |rows: &[Row], of: &dyn Fn(&Row) -> Complex| {
+            rows.iter().map(of).fold(Complex::ZERO, |s, z| s + z)
+        };
+        let stiff = traced(&written(&machine(1e12)), &study("motor", "w2"));
+        let kinematic = sum(&stiff.rows, &|r| r.line.kinematic);
+        let loaded = sum(&stiff.rows, &|r| r.loaded);
+        assert!(close(loaded, kinematic, 1e-9), "{loaded} {kinematic}");
+        assert!(stiff.wind_up.abs() < 1e-9 && stiff.wind_up != 0.0);
+        let slow = TransmissionStudy {
+            speed: Some(1e-8),
+            ..study("motor", "w2")
+        };
+        for row in traced(&written(&machine(1.0)), &slow).rows {
+            assert!(close(row.dynamic.unwrap(), row.loaded, 1e-9));
+        }
+    }
+}
+
 /// A loop whose errors do not fit has no rigid answer: refused where its joints are rigid, shared out where they give way.
 #[test]
 fn refuses_loops_that_do_not_fit() {

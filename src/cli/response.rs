@@ -77,11 +77,7 @@ impl Linear {
 
     /// What was done and left out, doubts.
     pub fn epilogue(&self) -> String {
-        let mut text = format!(
-            "\n{}: {}\n",
-            report::response::how(&self.answer),
-            self.answer.choice.reason
-        );
+        let mut text = format!("\n{}\n", report::response::how(&self.answer));
         text += &epilogue::left_out(&self.answer.plan);
         text += &epilogue::warnings(&self.answer.warnings);
         text

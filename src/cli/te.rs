@@ -120,7 +120,11 @@ fn asked(args: &TeArgs, scene: &Scene) -> Result<TransmissionStudy, Error> {
         StudyKind::Transmission(study) => Some(study.clone()),
         _ => None,
     });
-    let listed = listed.unwrap_or_default();
+    let mut listed = listed.unwrap_or_default();
+    if args.output.is_some() && args.output != listed.output {
+        // What another output turns with, and what indexes it, is not the study's.
+        (listed.against, listed.index) = (None, None);
+    }
     let quantity = |text: &Option<String>, kind: Kind, unit: &str, flag: &str| {
         text.as_deref()
             .map(|text| units::parse_or_bare(text, kind, unit, flag))

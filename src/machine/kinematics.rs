@@ -299,6 +299,21 @@ fn path(
     names
 }
 
+/// The error of a machine of which nothing can turn: a loop of other ratios where there is one.
+pub fn nothing_turns(machine: &Machine) -> Error {
+    let joints: Vec<(usize, &[(usize, f64)])> = (machine.branches.iter().enumerate())
+        .filter(|(_, b)| match b.law {
+            Law::Rigid => true,
+            Law::Linear { stiffness, .. } => stiffness != 0.0,
+        })
+        .map(|(index, b)| (index, b.direction.terms.as_slice()))
+        .collect();
+    contradictory_loop(machine, &joints).unwrap_or_else(|| {
+        let hint = "a support with k_theta, or a shaft to ground, holds it; leave the speed out";
+        Error::new(Code::NoSpeed, "nothing of this machine can turn freely").hint(hint)
+    })
+}
+
 /// Mean speed of every freedom, rad/s, from the stated ones or from `reference` times the first motion.
 ///
 /// # Errors
@@ -316,20 +331,7 @@ pub fn mean_speeds(
         .filter(|branch| matches!(branch.law, Law::Linear { stiffness, .. } if stiffness != 0.0));
     let motions = kinematics.free_motions(joints);
     if motions.free.is_empty() {
-        let joints: Vec<(usize, &[(usize, f64)])> = (machine.branches.iter().enumerate())
-            .filter(|(_, b)| match b.law {
-                Law::Rigid => true,
-                Law::Linear { stiffness, .. } => stiffness != 0.0,
-            })
-            .map(|(index, b)| (index, b.direction.terms.as_slice()))
-            .collect();
-        if let Some(error) = contradictory_loop(machine, &joints) {
-            return Err(error);
-        }
-        let hint = "a support with k_theta, or a shaft to ground, holds it; leave the speed out";
-        return Err(
-            Error::new(Code::NoSpeed, "nothing of this machine can turn freely").hint(hint),
-        );
+        return Err(nothing_turns(machine));
     }
     let mut stated = machine.speeds.clone();
     if stated.is_empty() {

@@ -3,9 +3,8 @@
 //! A member turning at Ω excites |Ω/Ω_ref| and its second; teeth meshing on a carrier excite `z |Ω − Ω_carrier| / Ω_ref`
 //! and multiples (Dresig & Holzweißig, Dynamics of Machinery, 2010, ch. 4, for what excites them).
 
-use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::machine::kinematics::{Kinematics, mean_speeds};
+use crate::machine::kinematics::{Kinematics, mean_speeds, nothing_turns};
 use crate::machine::parts::{Gear, Law, Machine};
 use crate::numeric::exact::Constraints;
 use crate::numeric::fraction::Fraction;
@@ -78,10 +77,7 @@ pub fn reference(machine: &Machine) -> Result<usize, Error> {
         let turning = joints(machine, machine.freedoms.len());
         (0..machine.freedoms.len()).find(|&freedom| !turning.is_held(freedom))
     };
-    stated.or_else(first).ok_or_else(|| {
-        let hint = "a support with k_theta, or a shaft to ground, holds it; leave the speed out";
-        Error::new(Code::NoSpeed, "nothing of this machine can turn freely").hint(hint)
-    })
+    stated.or_else(first).ok_or_else(|| nothing_turns(machine))
 }
 
 /// Every order of the reference and of every gear and pulley, ascending, each fraction once. Members that stand still have none.

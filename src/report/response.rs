@@ -10,7 +10,7 @@ use crate::base::place::Source;
 use crate::machine::parts::Machine;
 use crate::plan::response::run::{Answer, Pair};
 use crate::plan::stages::Verdict;
-use crate::response::frequency::How;
+use crate::response::frequency::{How, Way};
 
 /// How it was found, in words.
 pub fn how(answer: &Answer) -> String {
@@ -21,6 +21,12 @@ pub fn how(answer: &Answer) -> String {
         How::RealModes => "sum over all real modes".to_string(),
         How::ComplexModes => "sum over all complex modes".to_string(),
     };
+    let summed = matches!(answer.how, How::RealModes | How::ComplexModes);
+    if summed || answer.choice.way == Way::Direct {
+        text += &format!(": {}", answer.choice.reason);
+    } else if answer.effort.given_up.is_none() {
+        text += ": its modes do not come apart (damping at what has no inertia, loss factors that differ), so there is no sum over them";
+    }
     if let Some(error) = answer.effort.error {
         text += &format!(
             "; at {} lines solved directly it is off by {error:.1e} at most",
