@@ -47,6 +47,11 @@ pub fn run(args: &MeasureArgs) -> Result<u8, Errors> {
     if !args.quiet && !args.json {
         output::tell(&epilogue(&answer));
         output::tell(&epilogue::written(&written));
+        if args.svg.is_some() && answer.drawn.is_empty() {
+            output::tell(
+                "nothing is drawn: spans, chords, balls and base pitches are single values\n",
+            );
+        }
     }
     Ok(u8::from(answer.within() == Some(false)))
 }

@@ -44,6 +44,9 @@ pub fn run(args: &ResponseArgs) -> Result<u8, Errors> {
     if !args.quiet && !args.json {
         output::tell(&found.epilogue());
         output::tell(&epilogue::written(&written));
+        if args.svg.is_some() {
+            output::tell(&report::response::not_drawn(&found.answer));
+        }
     }
     Ok(0)
 }

@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 use super::bode::{Bode, Curve, bode, nyquist};
 use super::json::{complex, header, stages, warnings};
 use crate::base::place::Source;
+use crate::base::words::counted;
 use crate::machine::parts::Machine;
 use crate::plan::response::run::{Answer, Pair};
 use crate::plan::stages::Verdict;
@@ -119,6 +120,26 @@ pub fn csv(answer: &Answer) -> String {
         text.push('\n');
     }
     text
+}
+
+/// What the pictures leave out, in words; empty where they show every response.
+pub fn not_drawn(answer: &Answer) -> String {
+    let all = answer.pairs.len();
+    let Some(unit) = answer.pairs.first().map(|pair| &pair.unit) else {
+        return String::new();
+    };
+    let drawn = answer
+        .pairs
+        .iter()
+        .filter(|pair| pair.unit == *unit)
+        .count();
+    match drawn == all {
+        true => String::new(),
+        false => format!(
+            "drawn: the {} in {unit}, of {all}; those in other units are drawn when asked for by themselves\n",
+            counted(drawn, "response")
+        ),
+    }
 }
 
 /// Magnitude and phase over frequency, and the complex plane; of the responses in the unit of the first.

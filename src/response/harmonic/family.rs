@@ -160,7 +160,12 @@ fn refuse(train: &Train, rates: &[f64]) -> Result<(), Error> {
             _ => None,
         };
         if let Some(hint) = hint {
-            let message = format!("{} does not repeat with the excitation", b.name);
+            let message = match b.law {
+                Law::Pressed(_) => {
+                    format!("{} goes by load, which the balance does not follow", b.name)
+                }
+                _ => format!("{} does not repeat with the excitation", b.name),
+            };
             return Err(Error::new(Code::Conflict, message).hint(hint));
         }
         if rate != 0.0 && matches!(b.law, Law::Contact(_) | Law::Nonlinear { .. }) {
