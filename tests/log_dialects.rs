@@ -10,6 +10,8 @@ use geardyn::recording::column::Column;
 use geardyn::recording::open;
 use geardyn::recording::raw::{Raw, RawChannel};
 use geardyn::recording::settings::{RateSource, Settings};
+use geardyn::recording::settle::settle;
+use geardyn::recording::signals::Recording;
 
 fn read(bytes: &[u8]) -> Raw {
     let text = String::from_utf8_lossy(bytes).into_owned();
@@ -513,6 +515,41 @@ fn exact_settings_are_followed() {
     };
     let counted = open::from_bytes("log.csv", b"n,a\n1,5\n2,6\n", &settings).unwrap();
     assert_eq!(summary(&counted), "t=0,0.1 a []=5,6");
+}
+
+/// Two columns of time: channels of equal stamps are taken together; of others the second is left aside, told, and not mixed with the first.
+#[test]
+fn keeps_clocks_apart() {
+    let log = |late_s: f64| {
+        let row = |k: i32| {
+            let t = f64::from(k) * 1e-3;
+            format!("{t:.6},{},{:.6},{}\n", k % 7, t + late_s, k % 5)
+        };
+        let rows: String = (0..200).map(row).collect();
+        format!("t1 [s],F [N],t2 [s],a [g]\n{rows}")
+    };
+    let both = Settings {
+        only: vec!["F".into(), "a".into()],
+        ..Settings::default()
+    };
+    let settled = |text: &str, settings: &Settings| settle(read(text.as_bytes()), settings);
+    let names = |recording: &Recording| -> Vec<String> {
+        recording.channels.iter().map(|c| c.name.clone()).collect()
+    };
+    let together = settled(&log(0.0), &Settings::default()).unwrap();
+    assert_eq!(names(&together), ["F", "a"]);
+    assert!(together.warnings.is_empty());
+    let apart = settled(&log(2.5e-4), &Settings::default()).unwrap();
+    assert_eq!(names(&apart), ["F"]);
+    assert_eq!(apart.warnings[0].code, "another-clock");
+    assert!(
+        apart.warnings[0]
+            .message
+            .contains("200 samples by another clock")
+    );
+    let error = settled(&log(2.5e-4), &both).unwrap_err();
+    assert_eq!(error.code, Code::Conflict);
+    assert!(error.message.contains("begin or end apart"), "{error}");
 }
 
 fn gzip(bytes: &[u8]) -> Vec<u8> {

@@ -80,6 +80,11 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "A data set holds fewer values than its header states.",
     ),
     (
+        "another-clock",
+        Warning,
+        "The file holds channels of several clocks: other rates, lengths or beginnings. Channels of one clock are analysed together; the others are reached by their names.",
+    ),
+    (
         "name-twice",
         Warning,
         "Two variables or channels of the file have one name. Both are kept, the second numbered.",

@@ -26,11 +26,12 @@ pub fn listed<'k>(words: impl Iterator<Item = &'k str>) -> String {
     }
 }
 
-/// So many of a thing: `1 gap`, `2 gaps`.
+/// So many of a thing: `1 gap`, `2 gaps`, `2 frequencies`.
 pub fn counted(count: usize, thing: &str) -> String {
-    match count {
-        1 => format!("1 {thing}"),
-        n => format!("{n} {thing}s"),
+    match (count, thing.strip_suffix("cy")) {
+        (1, _) => format!("1 {thing}"),
+        (n, Some(stem)) => format!("{n} {stem}cies"),
+        (n, None) => format!("{n} {thing}s"),
     }
 }
 
@@ -83,3 +84,15 @@ pub const SYNONYMS: &[(&str, &str)] = &[
     ("spring", "shaft"),
     ("support", "bearing"),
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::counted;
+
+    #[test]
+    fn keeps_counts_readable() {
+        let said = [0, 1, 2].map(|n| counted(n, "frequency"));
+        assert_eq!(said, ["0 frequencies", "1 frequency", "2 frequencies"]);
+        assert_eq!(counted(3, "gap"), "3 gaps");
+    }
+}

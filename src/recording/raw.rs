@@ -106,6 +106,8 @@ pub struct Stamps {
     pub name: String,
     /// Unit as written, or `date-time`.
     pub unit: String,
+    /// The first stamp as written, where text holds it.
+    pub first: String,
     /// Seconds since the first stamp.
     pub seconds: Column,
     /// One unit of the last digit written, s: stamps are rounded to it.

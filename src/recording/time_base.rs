@@ -497,6 +497,7 @@ mod tests {
         Stamps {
             name: "t".into(),
             unit: "s".into(),
+            first: String::new(),
             seconds: Column::from_slice(times),
             resolution_s,
         }

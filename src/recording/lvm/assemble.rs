@@ -365,6 +365,7 @@ fn stamps(seconds: &[f64], resolution_s: f64) -> Stamps {
     Stamps {
         name: "X_Value".to_string(),
         unit: "s".to_string(),
+        first: String::new(),
         seconds: Column::from_slice(seconds),
         resolution_s,
     }

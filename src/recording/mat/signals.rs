@@ -120,6 +120,7 @@ fn stamps(time: &Variable, settings: &Settings) -> Result<Stamps, Error> {
     Ok(Stamps {
         name: time.name.clone(),
         unit: unit.to_string(),
+        first: String::new(),
         seconds: Column::from_slice(&seconds),
         resolution_s: match time.epsilon {
             1.0 => scale, // integers

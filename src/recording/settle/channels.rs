@@ -1,8 +1,8 @@
 //! Which channels of a file are wanted, and what is said of each.
 
 use crate::base::code::Code;
-use crate::base::error::Error;
-use crate::base::words::{listed, suggestion};
+use crate::base::error::{Error, Warning};
+use crate::base::words::{counted, listed, suggestion};
 use crate::recording::calibrate::{self, Calibration};
 use crate::recording::names;
 use crate::recording::raw::{Clock, Group, Raw, RawChannel};
@@ -20,9 +20,16 @@ pub(super) fn choose(raw: &mut Raw, settings: &Settings) -> Result<Group, Error>
         return Err(no_samples(raw));
     }
     if settings.only.is_empty() {
-        // The longest group; a file nearly always has one.
+        // The longest group, and what was sampled with it; a file nearly always has one.
         let largest = (0..raw.groups.len()).max_by_key(|&g| (raw.groups[g].rows(), usize::MAX - g));
-        return Ok(raw.groups.swap_remove(largest.unwrap_or(0)));
+        let mut group = raw.groups.remove(largest.unwrap_or(0));
+        for other in std::mem::take(&mut raw.groups) {
+            match same_clock(&group, &other) {
+                true => group.channels.extend(other.channels),
+                false => raw.warnings.push(by_another_clock(&other)),
+            }
+        }
+        return Ok(group);
     }
     let (mut at, mut wanted) = (Vec::new(), Vec::new());
     let words = settings.read();
@@ -53,13 +60,15 @@ pub(super) fn choose(raw: &mut Raw, settings: &Settings) -> Result<Group, Error>
     if let Some(other) = at.iter().find(|&&g| g != first) {
         let (one, two) = (&raw.groups[first], &raw.groups[*other]);
         if !same_clock(one, two) {
+            let apart = match one.rows() == two.rows() {
+                true => "their time stamps begin or end apart".to_string(),
+                false => format!("{} and {} samples", one.rows(), two.rows()),
+            };
             let message = format!(
-                "the channels {} do not share one clock: {} and {} samples",
+                "the channels {} do not share one clock: {apart}",
                 listed(words.iter().map(String::as_str)),
-                one.rows(),
-                two.rows()
             );
-            let hint = "analyse channels of one rate together; `geardyn check` lists the groups";
+            let hint = "analyse channels of one clock together; `geardyn check` tells which are";
             return Err(Error::new(Code::Conflict, message).hint(hint));
         }
     }
@@ -81,6 +90,19 @@ pub(super) fn choose(raw: &mut Raw, settings: &Settings) -> Result<Group, Error>
         channels.push(raw.groups[group].channels.remove(place));
     }
     Ok(Group { clock, channels })
+}
+
+/// Channels that are left aside since they do not go with the others.
+fn by_another_clock(group: &Group) -> Warning {
+    let names = listed(group.channels.iter().map(|c| c.name.as_str()));
+    Warning {
+        code: "another-clock",
+        message: format!(
+            "{names}: {} by another clock, not taken along",
+            counted(group.rows(), "sample")
+        ),
+        hint: Some("name the channels of one clock to analyse them".to_string()),
+    }
 }
 
 /// The error of a file that holds something else than samples.
@@ -106,6 +128,13 @@ fn no_samples(raw: &Raw) -> Error {
 /// Groups of one length, rate and beginning were sampled together, whatever the file makes of it.
 fn same_clock(one: &Group, two: &Group) -> bool {
     let rate = |c: &Clock| c.header_rate.as_ref().map(|r| r.0);
+    let first = |c: &Clock| {
+        let written = c.stamps.as_ref().map(|s| s.first.clone());
+        let number = written
+            .as_ref()
+            .and_then(|w| w.replace(',', ".").parse::<f64>().ok());
+        number.ok_or(written)
+    };
     let ends = |c: &Clock| -> Option<(f64, f64)> {
         let seconds = &c.stamps.as_ref()?.seconds;
         let mut end = [0.0];
@@ -115,6 +144,7 @@ fn same_clock(one: &Group, two: &Group) -> bool {
     one.rows() == two.rows()
         && rate(&one.clock) == rate(&two.clock)
         && ends(&one.clock) == ends(&two.clock)
+        && first(&one.clock) == first(&two.clock)
         && one.clock.start == two.clock.start
 }
 

@@ -477,6 +477,7 @@ fn assemble(
                 group.clock.stamps = Some(Stamps {
                     name: sink.name.clone(),
                     unit: sink.unit.clone(),
+                    first: reader.start.clone(),
                     seconds: filled.samples,
                     resolution_s: reader.resolution_s(),
                 });

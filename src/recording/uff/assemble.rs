@@ -120,6 +120,7 @@ impl Context {
                     false => header.abscissa.label.clone(),
                 },
                 unit: unit(&header.abscissa, true),
+                first: String::new(),
                 seconds: Column::from_slice(&seconds),
                 // Six digits in text, single precision in bytes.
                 resolution_s: if header.ordinate_kind.is_double && set.is_binary {
