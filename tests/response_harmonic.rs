@@ -291,9 +291,8 @@ fn law_smooth_laws_agree_with_integration() {
     }
 }
 
-/// A machine that turns against a fan: its angle is nobody's business, and its motion is that of the whole machine in time.
-#[test]
-fn law_turning_against_a_damper_keeps_no_angle() {
+/// Two bodies that turn freely, a mesh with play between them, swung by its error.
+fn swinging() -> Train {
     let mut train = inertias(&[1.0, 2.0]);
     let mut mesh = branch(
         "mesh",
@@ -302,6 +301,13 @@ fn law_turning_against_a_damper_keeps_no_angle() {
     );
     mesh.imposed = Some(Signal::harmonic(0.05, 1.0, 0.0));
     train.branches.push(mesh);
+    train
+}
+
+/// A machine that turns against a fan: its angle is nobody's business, and its motion is that of the whole machine in time.
+#[test]
+fn law_turning_against_a_damper_keeps_no_angle() {
+    let mut train = swinging();
     train
         .branches
         .push(branch("fan", &[(1, 1.0)], spring(0.0, 0.02)));
@@ -332,14 +338,7 @@ fn law_turning_against_a_damper_keeps_no_angle() {
 #[test]
 fn law_sliding_friction_takes_no_stability() {
     let multipliers = |torque: f64| {
-        let mut train = inertias(&[1.0, 2.0]);
-        let mut mesh = branch(
-            "mesh",
-            &[(0, 1.0), (1, -1.0)],
-            contact(1.0, 0.1, 1.0, Losses::Throughout),
-        );
-        mesh.imposed = Some(Signal::harmonic(0.05, 1.0, 0.0));
-        train.branches.push(mesh);
+        let mut train = swinging();
         if torque > 0.0 {
             let friction = Friction {
                 sliding: torque,

@@ -320,14 +320,6 @@ impl Signal {
         self.knots.iter().all(|k| k.bend == 0.0)
     }
 
-    /// The fastest of its harmonics, rad/s.
-    pub fn fastest(&self) -> f64 {
-        self.harmonics
-            .iter()
-            .map(|h| h.omega.abs())
-            .fold(0.0, f64::max)
-    }
-
     /// The value or the rate jumps at a knot.
     pub fn has_kinks(&self) -> bool {
         let largest =

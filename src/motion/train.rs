@@ -292,9 +292,19 @@ impl Train {
 
     /// Known functions of time are lines and harmonics, none of them parabolas.
     pub fn knows_lines_only(&self) -> bool {
+        self.known().all(Signal::is_straight)
+    }
+
+    /// Known functions of time: what drives and what is imposed.
+    fn known(&self) -> impl Iterator<Item = &Signal> {
         let imposed = self.branches.iter().filter_map(|b| b.imposed.as_ref());
-        let drives = self.drives.iter().map(|d| &d.signal);
-        drives.chain(imposed).all(Signal::is_straight)
+        self.drives.iter().map(|d| &d.signal).chain(imposed)
+    }
+
+    /// Frequencies of harmonic loads and errors, rad/s.
+    pub fn harmonics(&self) -> impl Iterator<Item = f64> {
+        let all = self.known().flat_map(|signal| &signal.harmonics);
+        all.map(|h| h.omega.abs()).filter(|&omega| omega != 0.0)
     }
 
     /// Linear between switches: contacts with play, stiffness in steps at imposed speed, Coulomb friction.

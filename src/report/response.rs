@@ -124,22 +124,21 @@ pub fn csv(answer: &Answer) -> String {
 
 /// What the pictures leave out, in words; empty where they show every response.
 pub fn not_drawn(answer: &Answer) -> String {
-    let all = answer.pairs.len();
-    let Some(unit) = answer.pairs.first().map(|pair| &pair.unit) else {
-        return String::new();
-    };
-    let drawn = answer
-        .pairs
-        .iter()
-        .filter(|pair| pair.unit == *unit)
-        .count();
-    match drawn == all {
-        true => String::new(),
-        false => format!(
-            "drawn: the {} in {unit}, of {all}; those in other units are drawn when asked for by themselves\n",
-            counted(drawn, "response")
+    let (all, shown) = (answer.pairs.len(), drawn(answer).count());
+    match drawn(answer).next() {
+        Some(first) if shown < all => format!(
+            "drawn: the {} in {}, of {all}; those in other units are drawn when asked for by themselves\n",
+            counted(shown, "response"),
+            first.unit
         ),
+        _ => String::new(),
     }
+}
+
+/// The responses in the unit of the first.
+fn drawn(answer: &Answer) -> impl Iterator<Item = &Pair> {
+    let unit = answer.pairs.first().map(|pair| &pair.unit);
+    (answer.pairs.iter()).filter(move |pair| Some(&pair.unit) == unit)
 }
 
 /// Magnitude and phase over frequency, and the complex plane; of the responses in the unit of the first.
@@ -151,12 +150,7 @@ pub fn pictures(title: &str, answer: &Answer) -> (String, String) {
         computed: true,
         ..Curve::default()
     };
-    let unit = answer.pairs.first().map(|pair| &pair.unit);
-    let alike = answer.pairs.iter().filter(|pair| Some(&pair.unit) == unit);
-    let mut modes: Vec<f64> = answer
-        .pairs
-        .iter()
-        .filter(|pair| Some(&pair.unit) == unit)
+    let mut modes: Vec<f64> = drawn(answer)
         .flat_map(|p| &p.peaks)
         .map(|p| p.peak.omega / std::f64::consts::TAU)
         .collect();
@@ -166,7 +160,7 @@ pub fn pictures(title: &str, answer: &Answer) -> (String, String) {
     let shown = Bode {
         title: title.to_string(),
         frequency_hz: answer.drawn_hz.clone(),
-        curves: alike.map(curve).collect(),
+        curves: drawn(answer).map(curve).collect(),
         modes_hz: modes,
     };
     (bode(&shown), nyquist(&shown))

@@ -97,11 +97,7 @@ pub fn input(machine: &Machine, name: &str) -> Result<Port<Input>, Error> {
         what,
     };
     if let Some(freedom) = machine.freedom(name) {
-        let unit = if machine.freedoms[freedom].axis.turns() {
-            "N·m"
-        } else {
-            "N"
-        };
+        let unit = force(machine.freedoms[freedom].axis.turns());
         return Ok(port(Input::Torque(freedom), unit));
     }
     match name.rsplit_once('.') {
@@ -149,13 +145,13 @@ pub fn output(machine: &Machine, name: &str) -> Result<Port<Output>, Error> {
     if let Some((stem, word @ ("force" | "torque" | "deflection"))) = name.rsplit_once('.') {
         let support = machine.support(stem).map(|at| &machine.supports[at]);
         if let (Some(support), "force" | "torque") = (support, word) {
-            let unit = if support.axis.turns() { "N·m" } else { "N" };
+            let unit = force(support.axis.turns());
             return Ok(port(Output::Forces(support.forces.clone()), unit));
         }
         let branch = signals::branch(machine, stem, name)?;
         let turns = branch_turns(machine, branch);
         if word != "deflection" {
-            return Ok(port(Output::Force(branch), if turns { "N·m" } else { "N" }));
+            return Ok(port(Output::Force(branch), force(turns)));
         }
         if machine.branches[branch].law == Law::Rigid {
             let message = format!("`{stem}` is rigid and does not deform");
@@ -220,6 +216,10 @@ pub fn branch_turns(machine: &Machine, branch: usize) -> bool {
         "gear_pair" | "worm_pair" | "planetary" | "belt" | "screw" => false,
         _ => branch.direction.terms.iter().all(alone),
     }
+}
+
+fn force(turns: bool) -> &'static str {
+    if turns { "N·m" } else { "N" }
 }
 
 fn length(turns: bool) -> &'static str {

@@ -386,9 +386,7 @@ const DEAR: f64 = 100.0;
 /// Whether what rings into a block can be told from what the input does. Near the beginning and the end of a sweep it cannot: there the
 /// input's transform is as smooth as the transient, and the two polynomials take from each other whatever the model misses.
 fn tells_transients(beside: &Told, rest: &Told) -> bool {
-    let both = beside.spread.iter().zip(&rest.spread);
-    both.into_iter()
-        .all(|(with, without)| *with < DEAR * without)
+    (beside.spread.iter().zip(&rest.spread)).all(|(with, without)| *with < DEAR * without)
 }
 
 /// The response as if nothing rang in or out, as uncertain as it is beside a transient, and by how much the two differ: a transient that

@@ -17,7 +17,6 @@ use crate::motion::problem::{Ask, Effort, Problem, Sink};
 use crate::motion::progress::{check, inside};
 use crate::motion::scale::{Scale, norm};
 use crate::motion::segment::phi::faded;
-use crate::motion::signal::Signal;
 use crate::motion::stepper::{Control, Stepper, equal_part};
 use crate::motion::train::{Frozen, Law, Train};
 use crate::numeric::{Matrix, definite};
@@ -47,12 +46,7 @@ pub fn refuses(train: &Train) -> Option<String> {
 /// Those of [`events::run`].
 pub fn exponential(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
     check(ask, train.len())?;
-    let drives = train.drives.iter().map(|d| &d.signal);
-    let imposed = train.branches.iter().filter_map(|b| b.imposed.as_ref());
-    let fastest = drives
-        .chain(imposed)
-        .map(Signal::fastest)
-        .fold(0.0, f64::max);
+    let fastest = train.harmonics().fold(0.0, f64::max);
     let mut stepper = Exponential::new(
         control(ask),
         Scale::of_train(train, ask),

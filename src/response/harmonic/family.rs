@@ -106,13 +106,7 @@ fn orders(train: &Train, base: f64) -> usize {
             Phase::Imposed { omega, .. } => Some(omega.abs()),
             Phase::Followed { .. } => None,
         });
-    let signals = train
-        .drives
-        .iter()
-        .map(|d| &d.signal)
-        .chain(train.branches.iter().filter_map(|b| b.imposed.as_ref()));
-    let harmonics = signals.flat_map(|s| s.harmonics.iter().map(|h| h.omega.abs()));
-    let highest = waves.chain(harmonics).fold(0.0, f64::max);
+    let highest = waves.chain(train.harmonics()).fold(0.0, f64::max);
     (highest / base).round() as usize
 }
 

@@ -147,16 +147,6 @@ pub fn frequencies(train: &Train) -> impl Iterator<Item = f64> {
     waves(train).map(omega)
 }
 
-/// Frequencies of harmonic loads and errors, rad/s.
-fn harmonics(train: &Train) -> impl Iterator<Item = f64> {
-    let drives = train.drives.iter().map(|d| &d.signal);
-    let imposed = train.branches.iter().filter_map(|b| b.imposed.as_ref());
-    drives
-        .chain(imposed)
-        .flat_map(|signal| signal.harmonics.iter().map(|h| h.omega.abs()))
-        .filter(|&omega| omega != 0.0)
-}
-
 /// The highest frequency of any smooth wave or load, rad/s.
 fn spectrum(train: &Train) -> f64 {
     let highest = |wave: &Wave| match &wave.shape {
@@ -167,7 +157,7 @@ fn spectrum(train: &Train) -> f64 {
     };
     waves(train)
         .map(highest)
-        .chain(harmonics(train))
+        .chain(train.harmonics())
         .fold(0.0, f64::max)
 }
 
@@ -176,7 +166,7 @@ fn spectrum(train: &Train) -> f64 {
 /// # Errors
 /// `Hopeless` where the frequencies share no period.
 pub(crate) fn common_period(train: &Train, fastest: f64) -> Result<(f64, f64), Error> {
-    let all: Vec<f64> = frequencies(train).chain(harmonics(train)).collect();
+    let all: Vec<f64> = frequencies(train).chain(train.harmonics()).collect();
     let Some(&first) = all.first() else {
         return Ok((TAU / fastest, 0.0));
     };
