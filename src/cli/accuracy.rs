@@ -191,7 +191,12 @@ impl Measured {
                 let prepared = Prepared::new(&scene.model)?;
                 let ready = MotionScene::new(&prepared, &scene.start, &study.motion)?;
                 Found::Motion {
-                    accuracy: accuracy::study(&ready, &study.methods, &mut watch)?,
+                    accuracy: accuracy::study(
+                        &ready,
+                        &study.methods,
+                        accuracy::PATIENCE,
+                        &mut watch,
+                    )?,
                     outputs: ready.outputs.list.iter().map(|o| o.name.clone()).collect(),
                 }
             }

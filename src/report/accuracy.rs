@@ -4,13 +4,15 @@ use std::sync::Arc;
 
 use serde_json::{Value, json};
 
+use super::accuracy_words::{NORM, advice};
 use super::csv::quoted;
 use super::json::header;
 use super::motion::effort;
 use super::work_precision::{self, Point};
 use crate::base::place::Source;
 use crate::motion::problem::Wanted;
-use crate::study::accuracy::{Accuracy, Run};
+use crate::study::accuracy::{Accuracy, Advice, Outcome, Run};
+use crate::study::reference::Witness;
 
 /// The document.
 pub fn json(
@@ -20,59 +22,91 @@ pub fn json(
     wanted: f64,
 ) -> Value {
     let reference = &accuracy.reference;
-    let run = |run: &Run| {
-        let mut row = effort(&run.effort, run.seconds);
-        let (tolerance, step) = match run.wanted {
-            Some(Wanted::Tolerance(x)) => (Some(x), None),
-            Some(Wanted::Step(h)) => (None, Some(h)),
-            None => (None, None),
-        };
-        if let Some(row) = row.as_object_mut() {
-            row.insert("method".into(), json!(run.method));
-            row.insert("tolerance".into(), json!(tolerance));
-            row.insert("step_s".into(), json!(step));
-            row.insert("error".into(), json!(run.error));
-            row.insert(
-                "status".into(),
-                json!(run.failed.as_deref().unwrap_or("ok")),
-            );
-        }
-        row
-    };
-    let best = accuracy.cheapest(wanted);
-    let finite = |x: f64| x.is_finite().then_some(x);
+    let near = reference.witnesses.first();
+    let witness = |w: &Witness| json!({ "method": w.method, "tolerance": w.tolerance, "related": w.related, "distance": w.distance });
+    let silent = |(method, why): &(&str, String)| json!({ "method": method, "reason": why });
     json!({
         "geardyn": header(sources, &["equations", "start", "reference", "ladder"]),
         "interrupted": accuracy.interrupted,
-        "norm": "largest difference over all samples, by the largest size of the reference, worst output",
+        "norm": NORM,
         "outputs": outputs,
         "reference": {
-            "method": reference.method, "beside": reference.beside, "error": finite(reference.agreement),
-            "amplification": finite(reference.amplification),
+            "method": reference.method, "tolerance": reference.tolerance, "beside": near.map(|w| w.method),
+            "error": near.map(|w| w.distance), "amplification": reference.amplification,
+            "witnesses": reference.witnesses.iter().map(witness).collect::<Vec<_>>(),
+            "silent": reference.silent.iter().map(silent).collect::<Vec<_>>(),
         },
-        "runs": accuracy.runs.iter().map(run).collect::<Vec<_>>(),
-        "recommendation": { "error": wanted, "method": best.map(|r| r.method), "run_time_s": best.map(|r| r.seconds) },
+        "runs": accuracy.runs.iter().map(row).collect::<Vec<_>>(),
+        "recommendation": recommendation(accuracy, wanted),
         "warnings": [],
     })
 }
 
-/// One row a run.
+fn row(run: &Run) -> Value {
+    let mut row = match &run.outcome {
+        Outcome::Ended {
+            seconds, effort: e, ..
+        } => effort(e, *seconds),
+        _ => json!({ "run_time_s": null }),
+    };
+    let (tolerance, step) = asked(run);
+    if let Some(row) = row.as_object_mut() {
+        row.insert("method".into(), json!(run.method));
+        row.insert("tolerance".into(), json!(tolerance));
+        row.insert("step_s".into(), json!(step));
+        row.insert("error".into(), json!(run.error()));
+        row.insert("status".into(), json!(run.reason().unwrap_or("ok")));
+    }
+    row
+}
+
+fn recommendation(accuracy: &Accuracy, wanted: f64) -> Value {
+    let (run, reached) = match accuracy.advice(wanted) {
+        Advice::Cheapest(run, _) => (Some(run), true),
+        Advice::Nearest(run) => (Some(run), false),
+        Advice::Nothing => (None, false),
+    };
+    let (tolerance, step) = run.map_or((None, None), asked);
+    json!({
+        "error": wanted, "reached": reached, "method": run.map(|r| r.method), "tolerance": tolerance, "step_s": step,
+        "run_time_s": run.and_then(Run::seconds), "error_reached": run.and_then(Run::error),
+        "text": advice(accuracy, wanted),
+    })
+}
+
+/// Tolerance and step: the one that was asked.
+fn asked(run: &Run) -> (Option<f64>, Option<f64>) {
+    match run.wanted {
+        Some(Wanted::Tolerance(x)) => (Some(x), None),
+        Some(Wanted::Step(h)) => (None, Some(h)),
+        None => (None, None),
+    }
+}
+
+/// One row a rung.
 pub fn csv(accuracy: &Accuracy) -> String {
     let mut text = String::from(
         "method,tolerance,step_s,error,run_time_s,steps,rejected,rhs_evaluations,events,status\n",
     );
+    let power = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x:e}"));
     for run in &accuracy.runs {
-        let (tolerance, step) = match run.wanted {
-            Some(Wanted::Tolerance(x)) => (format!("{x:e}"), String::new()),
-            Some(Wanted::Step(h)) => (String::new(), format!("{h:e}")),
-            None => Default::default(),
+        let (tolerance, step) = asked(run);
+        let cost = match &run.outcome {
+            Outcome::Ended {
+                seconds, effort: e, ..
+            } => format!(
+                "{seconds},{},{},{},{}",
+                e.steps, e.rejected, e.evaluations, e.events
+            ),
+            _ => ",,,,".to_string(),
         };
-        let error = run.error.map_or(String::new(), |e| format!("{e:e}"));
-        let e = &run.effort;
-        let status = quoted(run.failed.as_deref().unwrap_or("ok"));
         text += &format!(
-            "{},{tolerance},{step},{error},{},{},{},{},{},{status}\n",
-            run.method, run.seconds, e.steps, e.rejected, e.evaluations, e.events
+            "{},{},{},{},{cost},{}\n",
+            run.method,
+            power(tolerance),
+            power(step),
+            power(run.error()),
+            quoted(run.reason().unwrap_or("ok"))
         );
     }
     text
@@ -83,11 +117,11 @@ pub fn draw(title: &str, accuracy: &Accuracy) -> String {
     let point = |run: &Run| {
         Some(Point {
             method: run.method,
-            seconds: run.seconds,
-            error: run.error?,
+            seconds: run.seconds()?,
+            error: run.error()?,
         })
     };
     let points: Vec<Point> = accuracy.runs.iter().filter_map(point).collect();
-    let floor = (accuracy.reference.agreement, "agreement of references");
-    work_precision::draw(title, &points, floor)
+    let floor = accuracy.reference.agreement().unwrap_or(0.0);
+    work_precision::draw(title, &points, (floor, "agreement of references"))
 }

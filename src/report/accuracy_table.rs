@@ -1,28 +1,17 @@
 //! Error against run time as a table for a terminal.
 
+use super::accuracy_words::{NORM, advice, at, off, time};
 use super::number::brief;
 use super::table::{finish, plain, right_but_first};
-use crate::motion::problem::Wanted;
-use crate::study::accuracy::{Accuracy, Run};
+use crate::study::accuracy::{Accuracy, Outcome, Run};
+use crate::study::reference::{Reference, Witness};
 
 /// The table, the reference, the recommendation.
 pub fn table(outputs: &[String], accuracy: &Accuracy, wanted: f64) -> String {
-    let reference = &accuracy.reference;
-    let beside = match reference.beside {
-        Some(other) => format!(
-            "{} and {other} agree to {}, below which no error can be told",
-            reference.method,
-            brief(reference.agreement)
-        ),
-        None => format!(
-            "{} alone; no second method could check it",
-            reference.method
-        ),
-    };
     let mut text = format!(
-        "error in {} (largest difference, by the largest size, worst output) against run time\nreference: {beside}; an error of the start grows {} times\n\n",
+        "error in {} ({NORM}) against run time\n{}\n",
         outputs.join(", "),
-        brief(reference.amplification),
+        reference(&accuracy.reference)
     );
     let mut table = plain();
     table.set_header([
@@ -35,21 +24,29 @@ pub fn table(outputs: &[String], accuracy: &Accuracy, wanted: f64) -> String {
         "evaluations",
         "events",
     ]);
-    for run in accuracy.runs.iter().filter(|r| r.error.is_some()) {
-        let e = &run.effort;
-        let count = |n: u64| {
-            if n == 0 {
-                "–".to_string()
-            } else {
-                n.to_string()
-            }
+    let known = accuracy.reference.agreement();
+    for run in &accuracy.runs {
+        let Outcome::Ended {
+            error,
+            seconds,
+            effort: e,
+        } = &run.outcome
+        else {
+            continue;
         };
-        let error = run.error.map_or(String::new(), |e| format!("{e:.1e}"));
+        let count = |n: u64| match n {
+            0 => "–".to_string(),
+            n => n.to_string(),
+        };
+        let sign = match known.is_some_and(|known| *error <= known) {
+            true => "≤ ",
+            false => "",
+        };
         table.add_row([
             run.method.to_string(),
             at(run),
-            error,
-            time(run.seconds),
+            format!("{sign}{}", off(*error)),
+            time(*seconds),
             count(e.steps),
             count(e.rejected),
             count(e.evaluations),
@@ -58,67 +55,80 @@ pub fn table(outputs: &[String], accuracy: &Accuracy, wanted: f64) -> String {
     }
     right_but_first(&mut table);
     text += &finish(&table);
-    let failed: Vec<&Run> = accuracy
-        .runs
-        .iter()
-        .filter(|r| r.failed.is_some())
-        .collect();
-    if !failed.is_empty() {
-        let mut table = plain();
-        for run in failed {
-            table.add_row([
-                run.method.to_string(),
-                at(run),
-                run.failed.clone().unwrap_or_default(),
-            ]);
-        }
-        text += &format!("\nleft out or failed\n{}", finish(&table));
-    }
-    text += &match (accuracy.cheapest(wanted), accuracy.runner_up(wanted)) {
-        (Some(best), Some(next)) => format!(
-            "\nfor {wanted:e} the cheapest is {} ({}), {} × before {}\n",
-            named(best),
-            time(best.seconds),
-            brief_ratio(next.seconds / best.seconds),
-            named(next)
-        ),
-        (Some(best), None) => format!(
-            "\nfor {wanted:e} only {} ({}) suffices\n",
-            named(best),
-            time(best.seconds)
-        ),
-        (None, _) => format!("\nno run reaches {wanted:e}\n"),
-    };
+    text += &without_error(&accuracy.runs);
+    text += &format!("\n{}\n", advice(accuracy, wanted));
     text
 }
 
-fn named(run: &Run) -> String {
-    match run.wanted {
-        None => run.method.to_string(),
-        Some(_) => format!("{} at {}", run.method, at(run)),
+/// What the errors are against, and how well that is known.
+fn reference(reference: &Reference) -> String {
+    let own = at_tolerance(reference.method, reference.tolerance);
+    let other = |w: &Witness| at_tolerance(w.method, w.tolerance);
+    let mut text = match &reference.witnesses[..] {
+        [] => format!("reference: {own} alone; nothing could check it\n"),
+        [near, ..] if near.related => format!(
+            "reference: {own}, {} from itself at {}; no unrelated method could check it\n",
+            off(near.distance),
+            near.tolerance.map_or(String::new(), |x| format!("{x:.0e}")),
+        ),
+        [near, rest @ ..] => {
+            let mut text = format!(
+                "reference: {own}; {}, an unrelated method, agrees to {}, below which no error can be told\n",
+                other(near),
+                off(near.distance)
+            );
+            for far in rest {
+                text += &format!(
+                    "           {} agrees to {}\n",
+                    other(far),
+                    off(far.distance)
+                );
+            }
+            text
+        }
+    };
+    for (method, why) in &reference.silent {
+        text += &format!("           {method}: {why}\n");
+    }
+    text + &match reference.amplification {
+        Some(growth) => format!(
+            "a change of the start shows {} times as much over the whole time as over its first tenth\n",
+            brief(growth)
+        ),
+        None => "how a change of the start grows is not known: nothing moves, or it ended early\n"
+            .to_string(),
     }
 }
 
-fn at(run: &Run) -> String {
-    match run.wanted {
-        Some(Wanted::Tolerance(x)) => format!("{x:.0e}"),
-        Some(Wanted::Step(h)) => time(h),
-        None => "–".to_string(),
+/// Rungs without an error, those of one method with one reason in a line.
+fn without_error(runs: &[Run]) -> String {
+    let mut table = plain();
+    let mut before = None;
+    let rows = runs.iter().filter_map(|r| Some((r, r.reason()?)));
+    for (place, (run, why)) in rows.clone().enumerate() {
+        if before == Some((run.method, why)) {
+            continue;
+        }
+        before = Some((run.method, why));
+        let alike = rows.clone().skip(place + 1);
+        let more = alike
+            .take_while(|(r, other)| (r.method, *other) == (run.method, why))
+            .count();
+        let rungs = match more {
+            0 => at(run),
+            _ => format!("{} and finer", at(run)),
+        };
+        table.add_row([run.method.to_string(), rungs, why.to_string()]);
+    }
+    match table.row_count() {
+        0 => String::new(),
+        _ => format!("\nleft out or failed\n{}", finish(&table)),
     }
 }
 
-pub(super) fn brief_ratio(x: f64) -> String {
-    match x {
-        x if x >= 10.0 => format!("{x:.0}"),
-        x => format!("{x:.1}"),
-    }
-}
-
-/// A time with a unit that keeps it short.
-pub(super) fn time(seconds: f64) -> String {
-    match seconds {
-        s if s >= 1.0 => format!("{} s", brief(s)),
-        s if s >= 1e-3 => format!("{} ms", brief(1e3 * s)),
-        s => format!("{} µs", brief(1e6 * s)),
+fn at_tolerance(method: &str, tolerance: Option<f64>) -> String {
+    match tolerance {
+        Some(x) => format!("{method} at {x:.0e}"),
+        None => method.to_string(),
     }
 }

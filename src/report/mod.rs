@@ -81,8 +81,14 @@ pub mod transmission;
 /// Error over run time, as a picture.
 mod work_precision;
 
+/// What is said of error against run time.
+mod accuracy_words;
+
 /// Error against run time of a motion.
 pub mod accuracy;
+
+/// What is said of what ways to one answer cost.
+mod ways_words;
 
 /// What ways to one answer cost.
 pub mod ways;

@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 
 use super::csv::quoted;
 use super::json::header;
+use super::ways_words::advice;
 use super::work_precision::{self, Point};
 use crate::base::place::Source;
 use crate::study::ways::{Size, Way, Ways};
@@ -19,7 +20,9 @@ pub fn json(sources: &[Arc<Source>], found: &Ways, wanted: f64) -> Value {
             "run_time_s": way.seconds, "status": way.failed.as_deref().unwrap_or("ok"),
         })
     };
-    let best = found.cheapest(wanted);
+    let best = found.cheapest(wanted).or(found.nearest());
+    let reached = found.cheapest(wanted).is_some();
+    let [coordinates, modes, lengths] = best.map_or([None; 3], sizes);
     json!({
         "geardyn": header(sources, &["freedoms", "reference", "ladder"]),
         "interrupted": found.interrupted,
@@ -28,7 +31,11 @@ pub fn json(sources: &[Arc<Source>], found: &Ways, wanted: f64) -> Value {
         "freedoms": found.freedoms,
         "reference": { "method": found.reference, "error": found.reference_error },
         "runs": found.list.iter().map(run).collect::<Vec<_>>(),
-        "recommendation": { "error": wanted, "method": best.map(|w| w.method), "run_time_s": best.map(|w| w.seconds) },
+        "recommendation": {
+            "error": wanted, "reached": reached, "method": best.map(|w| w.method), "coordinates": coordinates, "modes": modes,
+            "lengths": lengths, "run_time_s": best.map(|w| w.seconds), "error_reached": best.and_then(|w| w.error),
+            "text": advice(found, wanted),
+        },
         "warnings": [],
     })
 }

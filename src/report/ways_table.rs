@@ -1,10 +1,10 @@
 //! What ways to one answer cost, as a table for a terminal.
 
-use super::accuracy_table::time;
-use super::number::brief;
+use super::accuracy_words::{off, time};
 use super::table::{finish, plain, right_but_first};
+use super::ways_words::{advice, at};
 use crate::base::words::counted;
-use crate::study::ways::{Size, Way, Ways};
+use crate::study::ways::{Way, Ways};
 
 /// The table, the reference, the recommendation.
 pub fn table(found: &Ways, wanted: f64) -> String {
@@ -14,7 +14,7 @@ pub fn table(found: &Ways, wanted: f64) -> String {
         found.norm,
         counted(found.freedoms, "freedom"),
         found.reference,
-        brief(found.reference_error),
+        off(found.reference_error),
     );
     let mut table = plain();
     table.set_header(["way", "at", "error", "time"]);
@@ -23,7 +23,7 @@ pub fn table(found: &Ways, wanted: f64) -> String {
         let row = [
             way.method.to_string(),
             at(way),
-            format!("{error:.1e}"),
+            off(error),
             time(way.seconds),
         ];
         table.add_row(row);
@@ -42,29 +42,6 @@ pub fn table(found: &Ways, wanted: f64) -> String {
         }
         text += &format!("\nleft out or failed\n{}", finish(&table));
     }
-    text += &match found.cheapest(wanted) {
-        Some(way) => format!(
-            "\nfor {wanted:e} the cheapest is {} ({})\n",
-            named(way),
-            time(way.seconds)
-        ),
-        None => format!("\nno way reaches {wanted:e}\n"),
-    };
+    text += &format!("\n{}\n", advice(found, wanted));
     text
-}
-
-fn named(way: &Way) -> String {
-    match way.size {
-        Some(_) => format!("{} at {}", way.method, at(way)),
-        None => way.method.to_string(),
-    }
-}
-
-fn at(way: &Way) -> String {
-    match way.size {
-        Some(Size::Coordinates(n)) => counted(n, "coordinate"),
-        Some(Size::Modes(n)) => counted(n, "mode"),
-        Some(Size::Lengths(n)) => counted(n, "length"),
-        None => "–".to_string(),
-    }
 }

@@ -1,18 +1,19 @@
 //! Error against run time: every method that can take a scene, over a ladder of tolerances or steps, against one reference.
 //!
 //! The error of an output is its largest difference from the reference over all samples, divided by the largest size of the
-//! reference; that of a run is the worst of its outputs. Nothing below the distance of two references can be told, so no error
-//! is stated smaller. Times are the least of several repeats.
+//! reference; that of a run is the worst of its outputs. Nothing below the distance of the reference from its closest unrelated
+//! witness can be told, so no error is stated smaller. Times are the least of several repeats.
 
-use std::ops::ControlFlow;
-
+use super::reference::Reference;
 use super::timing::least;
-use super::watch::{Watch, interrupted};
+use super::trial::{TIGHTEST, distance, growth, integrate};
+use super::watch::Watch;
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::stop::Stop;
+use crate::base::units;
 use crate::motion::methods::{Ladder, METHODS, Method};
-use crate::motion::problem::{Ask, Effort, Wanted};
+use crate::motion::problem::{Effort, Wanted};
 use crate::plan::motion::choice::named;
 use crate::plan::motion::scene::MotionScene;
 
@@ -20,104 +21,89 @@ use crate::plan::motion::scene::MotionScene;
 pub struct Accuracy {
     /// What the errors are against.
     pub reference: Reference,
-    /// Every run, method by method.
+    /// Every rung of every method, run or not.
     pub runs: Vec<Run>,
     /// It ended before all were done.
     pub interrupted: bool,
 }
 
-/// What the errors are against.
-pub struct Reference {
-    /// Its method, and how exact it was asked.
-    pub method: &'static str,
-    /// The method it was compared with.
-    pub beside: Option<&'static str>,
-    /// How far both are apart: an estimate of its own error.
-    pub agreement: f64,
-    /// By how much a change of the start grows until it is seen in an output: errors of rounding grow alike.
-    pub amplification: f64,
-    values: Vec<Vec<f64>>,
-}
-
-/// One run of a method.
+/// One rung of a method.
 pub struct Run {
     /// The method.
     pub method: &'static str,
-    /// How exact or how fine it was asked; absent for exact methods.
+    /// How exact or how fine it was asked; absent for exact methods, and for those that take no rung at all.
     pub wanted: Option<Wanted>,
-    /// Its error, where it came to an end.
-    pub error: Option<f64>,
-    /// The least time of its repeats, s.
-    pub seconds: f64,
-    /// What it cost.
-    pub effort: Effort,
-    /// Why it came to none.
-    pub failed: Option<String>,
+    /// How it ended.
+    pub outcome: Outcome,
+}
+
+/// How a rung ended.
+pub enum Outcome {
+    /// It came to its end.
+    Ended {
+        /// Its error, not below what the reference is known to.
+        error: f64,
+        /// The least time of its repeats, s.
+        seconds: f64,
+        /// What it cost.
+        effort: Effort,
+    },
+    /// It did not, for this reason.
+    Failed(Error),
+    /// It was not begun, for this reason.
+    NotRun(String),
+}
+
+/// What is to be taken for an error.
+pub enum Advice<'a> {
+    /// The cheapest run that reaches it, and the cheapest of another method.
+    Cheapest(&'a Run, Option<&'a Run>),
+    /// None reaches it; this one comes nearest.
+    Nearest(&'a Run),
+    /// No run came to its end.
+    Nothing,
 }
 
 /// Tolerances of the ladder.
-const TOLERANCES: [f64; 6] = [1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-13];
-
-/// The tightest tolerance references are asked with.
-const TIGHTEST: f64 = 1e-13;
+const TOLERANCES: [f64; 6] = [1e-3, 1e-5, 1e-7, 1e-9, 1e-11, TIGHTEST];
 
 /// Divisions of the time by fixed-step methods.
 const STEPS: [f64; 4] = [1e3, 1e4, 1e5, 1e6];
 
-/// Evaluations after which a rung is given up.
-const BUDGET: u64 = 20_000_000;
+/// Seconds a rung may take, and all runs of one method for the reference.
+pub const PATIENCE: f64 = 10.0;
 
-/// Seconds after which a rung is given up.
-const PATIENCE: f64 = 10.0;
-
-/// After a rung of so many seconds the ladder of a method ends: the next would cost several times as much.
-const ENOUGH: f64 = 2.0;
-
-/// Relative change of the start that shows how errors grow.
-const NUDGE: f64 = 1e-9;
-
-/// Runs every method. Ended early, it gives the runs that were finished.
+/// Runs every method. A rung that would take longer than `patience`, s, is not begun or given up. Ended early, it gives the runs
+/// that were finished.
 ///
 /// # Errors
 /// An unknown method; no method that could serve as the reference; `Interrupted` before there is one.
 pub fn study(
     scene: &MotionScene,
     methods: &[String],
+    patience: f64,
     watch: &mut Watch,
 ) -> Result<Accuracy, Error> {
-    let chosen: Vec<&Method> = match methods.is_empty() {
+    let chosen: Vec<&'static Method> = match methods.is_empty() {
         true => METHODS.iter().collect(),
         false => methods
             .iter()
             .map(|name| named(name))
             .collect::<Result<_, Error>>()?,
     };
-    let reference = reference(scene, watch)?;
+    let reference = Reference::find(scene, patience, watch)?;
     let mut runs = Vec::new();
-    'all: for method in chosen {
-        if let Some(why) = (method.refuses)(&scene.moving.train) {
-            runs.push(Run {
+    for method in chosen {
+        match (method.refuses)(&scene.moving.train) {
+            Some(why) => runs.push(Run {
                 method: method.name,
                 wanted: None,
-                error: None,
-                seconds: 0.0,
-                effort: Effort::default(),
-                failed: Some(why),
-            });
-            continue;
+                outcome: Outcome::NotRun(why),
+            }),
+            None => climb(scene, method, (&reference, patience), watch, &mut runs),
         }
-        for rung in ladder(scene, method) {
-            let on = watch.goes_on(method.name);
-            let run = rung_of(scene, method, rung, &reference, watch.stop);
-            if !on || watch.stop.is_raised() {
-                break 'all;
-            }
-            let hopeless = run.seconds > ENOUGH;
-            runs.push(run);
-            // Finer rungs cost more.
-            if hopeless {
-                break;
-            }
+        if watch.stop.is_raised() {
+            break;
         }
     }
     Ok(Accuracy {
@@ -127,34 +113,106 @@ pub fn study(
     })
 }
 
-impl Reference {
-    /// Errors below this cannot be told.
-    fn floor(&self) -> f64 {
-        match self.agreement.is_finite() {
-            true => self.agreement,
-            false => 0.0,
+/// Every rung of a method, the coarsest first; those that would take too long are listed and not begun.
+fn climb(
+    scene: &MotionScene,
+    method: &'static Method,
+    (reference, patience): (&Reference, f64),
+    watch: &mut Watch,
+    runs: &mut Vec<Run>,
+) {
+    let mut dear = None;
+    for rung in ladder(scene, method) {
+        let outcome = match &dear {
+            Some(why) => Outcome::NotRun(String::clone(why)),
+            None => {
+                let on = watch.goes_on(method.name);
+                let outcome = run(scene, method, rung, reference, (watch.stop, patience));
+                if !on || watch.stop.is_raised() {
+                    return;
+                }
+                dear = outcome.too_dear(method, patience);
+                outcome
+            }
+        };
+        runs.push(Run {
+            method: method.name,
+            wanted: rung,
+            outcome,
+        });
+    }
+}
+
+impl Outcome {
+    /// Why the next finer rung is not worth beginning.
+    fn too_dear(&self, method: &Method, patience: f64) -> Option<String> {
+        match self {
+            Outcome::Ended { seconds, .. } => {
+                let times = match method.ladder {
+                    Ladder::Step => 10.0,
+                    _ => growth(method),
+                };
+                let next = times * seconds;
+                (next > patience).then(|| {
+                    format!(
+                        "not run: the last took {}, the next would take about {}",
+                        units::seconds(*seconds),
+                        units::seconds(next)
+                    )
+                })
+            }
+            Outcome::Failed(error) if error.code == Code::Hopeless => {
+                Some("not run: the last was given up".to_string())
+            }
+            _ => None,
+        }
+    }
+}
+
+impl Run {
+    /// Its error, where it came to its end.
+    pub fn error(&self) -> Option<f64> {
+        match self.outcome {
+            Outcome::Ended { error, .. } => Some(error),
+            _ => None,
+        }
+    }
+
+    /// How long it took, s, where it came to its end.
+    pub fn seconds(&self) -> Option<f64> {
+        match self.outcome {
+            Outcome::Ended { seconds, .. } => Some(seconds),
+            _ => None,
+        }
+    }
+
+    /// Why it has no error.
+    pub fn reason(&self) -> Option<&str> {
+        match &self.outcome {
+            Outcome::Ended { .. } => None,
+            Outcome::Failed(error) => Some(&error.message),
+            Outcome::NotRun(why) => Some(why),
         }
     }
 }
 
 impl Accuracy {
-    /// The cheapest run that reaches an error.
-    pub fn cheapest(&self, error: f64) -> Option<&Run> {
-        let reached = self
-            .runs
-            .iter()
-            .filter(|r| r.error.is_some_and(|e| e <= error));
-        reached.min_by(|a, b| a.seconds.total_cmp(&b.seconds))
-    }
-
-    /// The cheapest run of another method that reaches an error.
-    pub fn runner_up(&self, error: f64) -> Option<&Run> {
-        let first = self.cheapest(error)?.method;
-        let reached = self
-            .runs
-            .iter()
-            .filter(|r| r.method != first && r.error.is_some_and(|e| e <= error));
-        reached.min_by(|a, b| a.seconds.total_cmp(&b.seconds))
+    /// What is to be taken for an error.
+    pub fn advice(&self, error: f64) -> Advice<'_> {
+        let reached = || {
+            let all = self.runs.iter();
+            all.filter(|r| r.error().is_some_and(|e| e <= error))
+        };
+        let time = |run: &Run| run.seconds().unwrap_or(f64::INFINITY);
+        let cheaper = |a: &&Run, b: &&Run| time(a).total_cmp(&time(b));
+        if let Some(best) = reached().min_by(cheaper) {
+            let others = reached().filter(|r| r.method != best.method);
+            return Advice::Cheapest(best, others.min_by(cheaper));
+        }
+        let ended = self.runs.iter().filter(|r| r.error().is_some());
+        let off = |run: &Run| run.error().unwrap_or(f64::INFINITY);
+        let nearest = ended.min_by(|a, b| off(a).total_cmp(&off(b)).then(cheaper(a, b)));
+        nearest.map_or(Advice::Nothing, Advice::Nearest)
     }
 }
 
@@ -166,146 +224,32 @@ fn ladder(scene: &MotionScene, method: &Method) -> Vec<Option<Wanted>> {
     }
 }
 
-/// How much a method is trusted to be a reference: exact ones first, then those that take switches as they come.
-fn trust(method: &Method) -> u32 {
-    match (method.ladder, method.locates_events) {
-        (Ladder::Exact, _) => 0,
-        (Ladder::Tolerance, true) => 1,
-        (Ladder::Tolerance, false) => 2,
-        (Ladder::Step, _) => 3,
-    }
-}
-
-fn reference(scene: &MotionScene, watch: &mut Watch) -> Result<Reference, Error> {
-    let train = &scene.moving.train;
-    let mut able: Vec<&Method> = METHODS
-        .iter()
-        .filter(|m| (m.refuses)(train).is_none() && trust(m) < 3)
-        .collect();
-    able.sort_by_key(|m| trust(m));
-    let mut found: Vec<(&'static str, Vec<Vec<f64>>)> = Vec::new();
-    let mut why = Vec::new();
-    for method in able {
-        if !watch.goes_on(&format!("reference by {}", method.name)) {
-            return Err(interrupted());
-        }
-        let wanted = Wanted::Tolerance(TIGHTEST);
-        match integrate(scene, method, wanted, &scene.start, watch.stop) {
-            Ok((values, _)) => found.push((method.name, values)),
-            Err(error) if error.code == Code::Interrupted => return Err(error),
-            Err(error) => why.push(format!("{}: {}", method.name, error.message)),
-        }
-        if found.len() == 2 {
-            break;
-        }
-    }
-    let mut found = found.into_iter();
-    let Some((method, values)) = found.next() else {
-        let error = Error::new(
-            Code::NoConvergence,
-            "no method gives a reference for this scene",
-        );
-        return Err(error.hint(why.join("; ")));
-    };
-    let (beside, agreement) = match found.next() {
-        Some((name, other)) => (Some(name), distance(&other, &values)),
-        None => (None, f64::NAN),
-    };
-    let first = METHODS.iter().find(|m| m.name == method);
-    let nudged: Vec<f64> = scene.start.iter().map(|x| x * (1.0 + NUDGE)).collect();
-    let moved = first.and_then(|m| {
-        let wanted = Wanted::Tolerance(TIGHTEST);
-        integrate(scene, m, wanted, &nudged, watch.stop).ok()
-    });
-    let amplification = moved.map_or(f64::NAN, |(moved, _)| distance(&moved, &values) / NUDGE);
-    Ok(Reference {
-        method,
-        beside,
-        agreement,
-        amplification,
-        values,
-    })
-}
-
-/// The outputs of a run; given up when it takes too long.
-fn integrate(
-    scene: &MotionScene,
-    method: &Method,
-    wanted: Wanted,
-    start: &[f64],
-    stop: &Stop,
-) -> Result<(Vec<Vec<f64>>, Effort), Error> {
-    let train = &scene.moving.train;
-    let ask = Ask {
-        from: 0.0,
-        to: scene.until,
-        start: start.to_vec(),
-        samples: scene.samples,
-        effort: wanted,
-        budget: BUDGET,
-        stop: stop.within(PATIENCE),
-    };
-    let mut values = vec![Vec::with_capacity(scene.samples + 1); scene.outputs.list.len()];
-    let mut reached = 0.0;
-    let effort = (method.run)(train, &ask, &mut |t, y, regime| {
-        for (list, value) in values.iter_mut().zip(scene.outputs.at(train, regime, t, y)) {
-            list.push(value);
-        }
-        reached = t;
-        ControlFlow::Continue(())
-    })?;
-    if stop.is_raised() {
-        return Err(interrupted());
-    }
-    if values.first().is_some_and(|v| v.len() <= scene.samples) {
-        let message = format!("given up after {PATIENCE} s at t = {reached:.4} s");
-        return Err(Error::new(Code::Hopeless, message));
-    }
-    Ok((values, effort))
-}
-
-fn rung_of(
+fn run(
     scene: &MotionScene,
     method: &'static Method,
     rung: Option<Wanted>,
     reference: &Reference,
-    stop: &Stop,
-) -> Run {
+    patience: (&Stop, f64),
+) -> Outcome {
     let wanted = rung.unwrap_or(Wanted::Tolerance(TIGHTEST));
     let (outcome, seconds) = least(|| {
-        let (values, effort) = integrate(scene, method, wanted, &scene.start, stop)?;
-        let error = distance(&values, &reference.values).max(reference.floor());
+        let trial = integrate(scene, method, wanted, &scene.start, patience)?;
+        let error = distance(&trial.values, &reference.values);
+        let error = error.max(reference.agreement().unwrap_or(0.0));
         match error.is_finite() {
-            true => Ok((error, effort)),
+            true => Ok((error, trial.effort)),
             false => Err(Error::new(
                 Code::Overflow,
                 "the motion grew beyond all numbers",
             )),
         }
     });
-    let (error, effort, failed) = match outcome {
-        Ok((error, effort)) => (Some(error), effort, None),
-        Err(error) => (None, Effort::default(), Some(error.message)),
-    };
-    Run {
-        method: method.name,
-        wanted: rung,
-        error,
-        seconds,
-        effort,
-        failed,
+    match outcome {
+        Ok((error, effort)) => Outcome::Ended {
+            error,
+            seconds,
+            effort,
+        },
+        Err(error) => Outcome::Failed(error),
     }
-}
-
-/// The worst output's largest difference, each by its own largest size.
-fn distance(values: &[Vec<f64>], reference: &[Vec<f64>]) -> f64 {
-    let of = |(x, r): (&Vec<f64>, &Vec<f64>)| {
-        let size = r.iter().fold(0.0f64, |m, v| m.max(v.abs()));
-        let worst = x.iter().zip(r).fold(0.0f64, |m, (a, b)| {
-            let d = (a - b).abs();
-            if d.is_nan() { f64::INFINITY } else { m.max(d) }
-        });
-        if size > 0.0 { worst / size } else { worst }
-    };
-    values.iter().zip(reference).map(of).fold(0.0, f64::max)
 }

@@ -6,6 +6,12 @@ pub mod watch;
 /// How long something takes.
 mod timing;
 
+/// One run of a method.
+mod trial;
+
+/// What errors are measured against.
+pub mod reference;
+
 /// Error against run time of a motion.
 pub mod accuracy;
 

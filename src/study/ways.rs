@@ -55,6 +55,13 @@ impl Ways {
             .filter(|w| w.error.is_some_and(|e| e <= error));
         reached.min_by(|a, b| a.seconds.total_cmp(&b.seconds))
     }
+
+    /// The way that comes nearest to the answer.
+    pub fn nearest(&self) -> Option<&Way> {
+        let off = |w: &Way| w.error.unwrap_or(f64::INFINITY);
+        let ended = self.list.iter().filter(|w| w.error.is_some());
+        ended.min_by(|a, b| off(a).total_cmp(&off(b)))
+    }
 }
 
 impl Way {

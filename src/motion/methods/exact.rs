@@ -1,6 +1,6 @@
 //! Linear machines, propagated exactly whatever the step.
 
-use super::{Ladder, Method};
+use super::{Kin, Ladder, Method};
 use crate::base::error::Error;
 use crate::motion::problem::{Ask, Effort, Problem, Sink};
 use crate::motion::progress::check;
@@ -13,6 +13,7 @@ pub const METHOD: Method = Method {
     title: "linear machines as a sum of exponentials",
     ladder: Ladder::Exact,
     order: None,
+    kin: Kin::Propagation,
     locates_events: true,
     refuses,
     run,

@@ -48,12 +48,30 @@ pub struct Method {
     pub ladder: Ladder,
     /// Its order of convergence in the step; absent where the step makes no error.
     pub order: Option<u32>,
+    /// What it descends from: methods of one kin share their faults, so that they cannot confirm each other.
+    pub kin: Kin,
     /// It takes switches at the instants they happen, so that they cost no order.
     pub locates_events: bool,
     /// Why it cannot take a machine; absent where it can.
     pub refuses: fn(&Train) -> Option<String>,
     /// Integrates.
     pub run: Run<Train>,
+}
+
+/// What a method descends from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kin {
+    /// Solutions of the linear part in closed form, taken from switch to switch.
+    Propagation,
+    /// Explicit Runge–Kutta.
+    Explicit,
+    /// Collocation at Radau's points.
+    Collocation,
+    /// Multistep formulas.
+    #[cfg(feature = "bdf")]
+    Multistep,
+    /// Newmark's formulas for position and speed.
+    Newmark,
 }
 
 /// What the exactness of a method is asked by.
@@ -77,6 +95,7 @@ pub const METHODS: &[Method] = &[
         title: "Dormand–Prince 8(5,3) with switches located",
         ladder: Ladder::Tolerance,
         order: Some(8),
+        kin: Kin::Explicit,
         locates_events: true,
         refuses: light::refused,
         run: stepping::dop853,
@@ -86,6 +105,7 @@ pub const METHODS: &[Method] = &[
         title: "Radau IIA of order 5 with switches located, for stiff machines",
         ladder: Ladder::Tolerance,
         order: Some(5),
+        kin: Kin::Collocation,
         locates_events: true,
         refuses: |_| None,
         run: stepping::radau5,
@@ -95,6 +115,7 @@ pub const METHODS: &[Method] = &[
         title: "exponential Runge–Kutta of stiff order 4, the linear part exact, for stiff machines with smooth forces",
         ladder: Ladder::Tolerance,
         order: Some(4),
+        kin: Kin::Propagation,
         locates_events: true,
         refuses: exponential::refuses,
         run: exponential::exponential,
@@ -104,6 +125,7 @@ pub const METHODS: &[Method] = &[
         title: "Dormand–Prince 8(5,3) of ode_solvers",
         ladder: Ladder::Tolerance,
         order: Some(8),
+        kin: Kin::Explicit,
         locates_events: false,
         refuses: light::refused,
         run: explicit::dop853,
@@ -113,6 +135,7 @@ pub const METHODS: &[Method] = &[
         title: "Dormand–Prince 5(4) of ode_solvers",
         ladder: Ladder::Tolerance,
         order: Some(5),
+        kin: Kin::Explicit,
         locates_events: false,
         refuses: light::refused,
         run: explicit::dopri5,
@@ -122,6 +145,7 @@ pub const METHODS: &[Method] = &[
         title: "Runge–Kutta of order 4 of ode_solvers",
         ladder: Ladder::Step,
         order: Some(4),
+        kin: Kin::Explicit,
         locates_events: false,
         refuses: light::refused,
         run: explicit::rk4,
@@ -132,6 +156,7 @@ pub const METHODS: &[Method] = &[
         title: "backward differentiation formulas of order 1 to 5 of diffsol, for stiff machines",
         ladder: Ladder::Tolerance,
         order: None,
+        kin: Kin::Multistep,
         locates_events: false,
         refuses: light::refused,
         run: bdf::machine,
@@ -141,6 +166,7 @@ pub const METHODS: &[Method] = &[
         title: "generalised α with ρ∞ = 0.8, steps by a tolerance",
         ladder: Ladder::Tolerance,
         order: Some(2),
+        kin: Kin::Newmark,
         locates_events: false,
         refuses: alpha::refuses,
         run: alpha::generalized,
@@ -150,6 +176,7 @@ pub const METHODS: &[Method] = &[
         title: "generalised α with ρ∞ = 0.8",
         ladder: Ladder::Step,
         order: Some(2),
+        kin: Kin::Newmark,
         locates_events: false,
         refuses: alpha::refuses,
         run: alpha::generalized,
@@ -159,6 +186,7 @@ pub const METHODS: &[Method] = &[
         title: "Hilber, Hughes and Taylor with ρ∞ = 0.8",
         ladder: Ladder::Step,
         order: Some(2),
+        kin: Kin::Newmark,
         locates_events: false,
         refuses: alpha::refuses,
         run: alpha::hht,
@@ -168,6 +196,7 @@ pub const METHODS: &[Method] = &[
         title: "Newmark, average acceleration",
         ladder: Ladder::Step,
         order: Some(2),
+        kin: Kin::Newmark,
         locates_events: false,
         refuses: alpha::refuses,
         run: alpha::newmark,

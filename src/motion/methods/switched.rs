@@ -1,6 +1,6 @@
 //! Machines that are linear between switches, propagated exactly from one switch to the next.
 
-use super::{Ladder, Method, exact};
+use super::{Kin, Ladder, Method, exact};
 use crate::motion::train::Train;
 
 /// A sum of exponentials between switches, and switches as roots of it.
@@ -9,6 +9,7 @@ pub const METHOD: Method = Method {
     title: "play, stiffness in steps and dry friction as linear machines between switches",
     ladder: Ladder::Exact,
     order: None,
+    kin: Kin::Propagation,
     locates_events: true,
     refuses,
     run: exact::METHOD.run,

@@ -6,7 +6,7 @@
 
 use std::ops::ControlFlow;
 
-use super::{Ladder, Method};
+use super::{Kin, Ladder, Method};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::motion::problem::{Ask, Effort, Problem, Sink};
@@ -40,6 +40,7 @@ pub const METHOD: Method = Method {
     title: "tabulated fundamental solutions of a machine whose stiffness and loads repeat in time",
     ladder: Ladder::Exact,
     order: None,
+    kin: Kin::Propagation,
     locates_events: true,
     refuses,
     run,

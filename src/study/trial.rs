@@ -1,0 +1,108 @@
+//! One run of a method on a scene: the outputs it gives, given up when it takes too long.
+
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+use super::watch::interrupted;
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::base::stop::Stop;
+use crate::base::units;
+use crate::motion::methods::{Kin, Method};
+use crate::motion::problem::{Ask, Effort, Wanted};
+use crate::plan::motion::scene::MotionScene;
+
+/// The tightest tolerance a method is asked for: below, rounding decides.
+pub const TIGHTEST: f64 = 1e-13;
+
+/// Evaluations after which a run is given up.
+const BUDGET: u64 = 20_000_000;
+
+/// A run that came to its end.
+pub struct Trial {
+    /// Of each output, at every sample.
+    pub values: Vec<Vec<f64>>,
+    /// The largest size of each state at any sample.
+    pub sizes: Vec<f64>,
+    /// What it cost.
+    pub effort: Effort,
+    /// How long it took, s.
+    pub seconds: f64,
+}
+
+/// Runs a method, for so many seconds at most.
+///
+/// # Errors
+/// Those of the method; `Hopeless` where patience runs out, `Interrupted` where somebody asks for the end.
+pub fn integrate(
+    scene: &MotionScene,
+    method: &Method,
+    wanted: Wanted,
+    start: &[f64],
+    (stop, patience): (&Stop, f64),
+) -> Result<Trial, Error> {
+    let train = &scene.moving.train;
+    let ask = Ask {
+        from: 0.0,
+        to: scene.until,
+        start: start.to_vec(),
+        samples: scene.samples,
+        effort: wanted,
+        budget: BUDGET,
+        stop: stop.within(patience),
+    };
+    let mut values = vec![Vec::with_capacity(scene.samples + 1); scene.outputs.list.len()];
+    let mut sizes = vec![0.0f64; start.len()];
+    let (mut count, mut reached) = (0, 0.0);
+    let begin = Instant::now();
+    let effort = (method.run)(train, &ask, &mut |t, y, regime| {
+        for (list, value) in values.iter_mut().zip(scene.outputs.at(train, regime, t, y)) {
+            list.push(value);
+        }
+        for (size, value) in sizes.iter_mut().zip(y) {
+            *size = size.max(value.abs());
+        }
+        (count, reached) = (count + 1, t);
+        ControlFlow::Continue(())
+    })?;
+    if stop.is_raised() {
+        return Err(interrupted());
+    }
+    if count <= scene.samples {
+        let message = format!(
+            "given up after {patience} s at t = {} of {}",
+            units::seconds(reached),
+            units::seconds(scene.until)
+        );
+        return Err(Error::new(Code::Hopeless, message));
+    }
+    Ok(Trial {
+        values,
+        sizes,
+        effort,
+        seconds: begin.elapsed().as_secs_f64(),
+    })
+}
+
+/// How many times as much a tolerance a hundred times tighter costs at most: steps go by its root of order, errors are estimated
+/// with one order less, and from order five on the estimate is of order four or more.
+pub fn growth(method: &Method) -> f64 {
+    let order = match method.kin {
+        Kin::Newmark => 2,
+        _ => 4,
+    };
+    100.0f64.powf(1.0 / f64::from(order))
+}
+
+/// The worst output's largest difference over all samples, each by its own largest size in the reference.
+pub fn distance(values: &[Vec<f64>], reference: &[Vec<f64>]) -> f64 {
+    let of = |(x, r): (&Vec<f64>, &Vec<f64>)| {
+        let size = r.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        let worst = x.iter().zip(r).fold(0.0f64, |m, (a, b)| {
+            let d = (a - b).abs();
+            if d.is_nan() { f64::INFINITY } else { m.max(d) }
+        });
+        if size > 0.0 { worst / size } else { worst }
+    };
+    values.iter().zip(reference).map(of).fold(0.0, f64::max)
+}
