@@ -154,7 +154,7 @@ fn law_accuracy_orders_errors() {
         "switched",
     ]));
     assert!(
-        table.contains("reference: switched and") && table.contains("for 1e-8"),
+        table.contains("reference: switched; ") && table.contains("for 1e-8"),
         "{table}"
     );
 }
