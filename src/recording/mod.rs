@@ -57,6 +57,9 @@ pub mod calibrate;
 /// A log as written becomes a recording.
 pub mod settle;
 
+/// Clipping told from samples.
+pub mod clipping;
+
 /// What a channel looks like.
 pub mod survey;
 

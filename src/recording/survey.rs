@@ -1,16 +1,11 @@
 //! What a channel looks like before anybody analyses it: range, mean, noise, clipping.
 
+use super::clipping::{self, Extremes};
 use super::signals::{Channel, Recording};
 use crate::base::error::Error;
 
 /// Samples handled at a time.
 const BLOCK: usize = 1 << 16;
-
-/// So many equal samples at an extreme are a flat top.
-const FLAT: usize = 3;
-
-/// A flat top is clipping where the signal came into it at a jump of so many steps of its own resolution.
-const JUMP: f64 = 4.0;
 
 /// Facts of one channel.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,7 +21,7 @@ pub struct Survey {
     /// Root mean square of what changes from sample to sample without regularity, by the median of fourth differences: the white
     /// noise of the channel, an upper bound of it where the signal reaches near half the rate.
     pub noise: f64,
-    /// Flat tops: how many, and their level.
+    /// Clipped tops: how many, and their level.
     pub clipped: Option<(usize, f64)>,
     /// Samples at or beyond the stated overload level, and overload words.
     pub overloads: usize,
@@ -72,7 +67,11 @@ pub fn survey(recording: &Recording, channel: &Channel) -> Result<Survey, Error>
     let constant = !empty && low == high;
     let clipped = match constant || empty {
         true => None,
-        false => clipping(recording, channel, (low, high), resolution)?,
+        false => {
+            let mut extremes = Extremes::new((low, high), resolution);
+            each_block(recording, channel, |block| extremes.see(block))?;
+            clipping::told(&extremes)
+        }
     };
     Ok(Survey {
         range: (low, high),
@@ -95,36 +94,6 @@ fn noise(fourths: &mut [f64]) -> f64 {
     let median = *fourths.select_nth_unstable_by(middle, f64::total_cmp).1;
     // Σ(1,4,6,4,1)² = 70; a normal variable is above 0.6745 of its deviation half of the time.
     median / 70f64.sqrt() / 0.674_489_75
-}
-
-/// Flat tops at the larger extreme that has any.
-fn clipping(
-    recording: &Recording,
-    channel: &Channel,
-    (low, high): (f64, f64),
-    resolution: f64,
-) -> Result<Option<(usize, f64)>, Error> {
-    let mut tops = [(0usize, high), (0usize, low)];
-    // Length of the present run at each extreme, and the jump into it.
-    let mut runs = [(0usize, 0.0f64); 2];
-    let mut last = f64::NAN;
-    each_block(recording, channel, |block| {
-        for &x in block {
-            for (top, run) in tops.iter_mut().zip(&mut runs) {
-                if x != top.1 {
-                    *run = (0, 0.0);
-                    continue;
-                }
-                if run.0 == 0 {
-                    run.1 = (x - last).abs();
-                }
-                run.0 += 1;
-                top.0 += usize::from(run.0 == FLAT && run.1 > JUMP * resolution);
-            }
-            last = x;
-        }
-    })?;
-    Ok(tops.into_iter().filter(|t| t.0 > 0).max_by_key(|t| t.0))
 }
 
 fn each_block(
@@ -176,20 +145,6 @@ mod tests {
     fn of(samples: &[f64]) -> Survey {
         let recording = recorded(samples);
         survey(&recording, &recording.channels[0]).unwrap()
-    }
-
-    /// A sine cut at ±0.8 is clipped at every half wave of the side counted; an uncut one, a slow one in coarse steps are not.
-    #[test]
-    fn exact_clipping() {
-        let sine = |k: i32| (0.2 * f64::from(k)).sin();
-        let cut: Vec<f64> = (0..314).map(|k| sine(k).clamp(-0.8, 0.8)).collect();
-        assert_eq!(of(&cut).clipped, Some((10, 0.8)));
-        let whole: Vec<f64> = (0..314).map(sine).collect();
-        assert_eq!(of(&whole).clipped, None);
-        let coarse: Vec<f64> = (0..3140)
-            .map(|k| ((0.002 * f64::from(k)).sin() * 50.0).round())
-            .collect();
-        assert_eq!(of(&coarse).clipped, None);
     }
 
     #[test]

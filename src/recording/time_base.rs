@@ -413,7 +413,26 @@ fn split(clock: &Clock, stamps: &Stamps, usual: &Usual, limit_s: f64) -> Result<
     })
 }
 
-/// The lowest and the highest rate over the tenths of the longest stretch, Hz.
+/// Standard deviation of what stamps are off from one to the next without regularity, s: by the median of second differences, to
+/// which a clock that drifts adds nothing.
+fn jitter(stamps: &Stamps, rows: &Range<usize>) -> Result<f64, Error> {
+    let mut some = vec![0.0; rows.len().min(BLOCK)];
+    stamps.seconds.read(rows.start, &mut some)?;
+    let mut bends: Vec<f64> = some
+        .windows(3)
+        .map(|w| (w[0] - 2.0 * w[1] + w[2]).abs())
+        .collect();
+    if bends.is_empty() {
+        return Ok(0.0);
+    }
+    let middle = bends.len() / 2;
+    // Σ(1,2,1)² = 6; a normal variable is above 0.6745 of its deviation half of the time.
+    let median = *bends.select_nth_unstable_by(middle, f64::total_cmp).1;
+    Ok(median / 6f64.sqrt() / 0.674_489_75)
+}
+
+/// The lowest and the highest rate over the tenths of the longest stretch, Hz; the rate itself where they differ by no more than
+/// what single stamps are off makes of one.
 fn drift(stamps: &Stamps, stretches: &[Range<usize>], rate_hz: f64) -> Result<(f64, f64), Error> {
     const PARTS: usize = 10;
     let longest = stretches.iter().max_by_key(|s| s.len()).cloned();
@@ -431,6 +450,12 @@ fn drift(stamps: &Stamps, stretches: &[Range<usize>], rate_hz: f64) -> Result<(f
         if rate.is_finite() {
             (low, high) = (low.min(rate), high.max(rate));
         }
+    }
+    // Of ten numbers some lie five deviations apart hardly ever.
+    const BEYOND_CHANCE: f64 = 5.0;
+    let by_chance = std::f64::consts::SQRT_2 * jitter(stamps, &rows)? * rate_hz / length as f64;
+    if high / low - 1.0 < BEYOND_CHANCE * by_chance {
+        return Ok((rate_hz, rate_hz));
     }
     Ok((low.min(rate_hz), high.max(rate_hz)))
 }
@@ -611,5 +636,11 @@ mod tests {
             panic!("{:?}", found.spacing)
         };
         assert!((rms_s / (3e-4 / 12f64.sqrt()) - 1.0).abs() < 0.02);
+        // Stamps that are off at random are no clock that drifts; one that slows down by a fiftieth drifts, jitter or not.
+        let short = examine(&Clock::default(), &stamps(&t[..1000], 1e-6)).unwrap();
+        assert_eq!(short.drift_hz, (short.rate_hz, short.rate_hz));
+        let slower: Vec<f64> = t[..1000].iter().map(|t| t + 0.003 * t * t).collect();
+        let (low, high) = examine(&Clock::default(), &stamps(&slower, 1e-6)).unwrap().drift_hz;
+        assert!((high / low - 1.0 - 0.0164).abs() < 0.002, "{low} {high}");
     }
 }

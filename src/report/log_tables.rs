@@ -31,6 +31,9 @@ pub fn survey(recording: &Recording, surveys: &[Survey]) -> String {
         1 => "\n".to_string(),
         n => format!(" in {n} stretches\n"),
     };
+    if let Some(start) = &recording.start {
+        text += &format!("  first sample   {start}\n");
+    }
     let facts = || recording.facts.iter().take(FACTS);
     let width = facts().map(|(key, _)| key.chars().count()).max();
     for (key, value) in facts() {

@@ -1,0 +1,204 @@
+//! Clipping told from samples: a slow signal stays on its limit for several samples in a row, a fast one piles up there beyond what the
+//! values just below lead to.
+
+/// So many equal samples at an extreme are a flat top.
+const FLAT: usize = 3;
+
+/// A flat top is clipping where the signal came into it at a jump of so many steps of its own resolution.
+const JUMP: f64 = 4.0;
+
+/// Windows that the range between the extremes is divided into, at most.
+const WINDOWS: f64 = 100.0;
+
+/// Steps of its resolution that a window holds, at least. Where a smooth wave turns, the last step holds at most half of what eight
+/// steps below it do: `√q` of `√(9q) − √q`; a flat one, `1 − x⁴`, 1.4 times as much.
+const STEPS: f64 = 8.0;
+
+/// Windows below an extreme of which so many hold a sample: a signal sampled in step with itself repeats a few values, and the highest as
+/// often as the others.
+const BELOW: usize = 10;
+const FILLED: usize = 5;
+
+/// Those of them next to the extreme tell what to expect there.
+const NEXT: usize = 2;
+
+/// A pile holds more than this many times what the fullest of these holds, is reached so often, and there are at least so many samples
+/// below.
+const PILE: f64 = 3.0;
+const OFTEN: usize = 8;
+const TELLING: usize = 10;
+
+/// More samples than this share on one level are a state of rest, and on both levels together a signal of two states.
+const REST: f64 = 0.4;
+const TWO_STATES: f64 = 0.7;
+
+/// What lies on the extremes of a channel and between them.
+pub struct Extremes {
+    range: (f64, f64),
+    resolution: f64,
+    /// Samples.
+    count: usize,
+    /// At the low and the high extreme.
+    at: [Extreme; 2],
+    /// Samples between, in equal windows from low to high.
+    windows: Vec<usize>,
+    last: f64,
+}
+
+#[derive(Default, Clone, Copy)]
+struct Extreme {
+    samples: usize,
+    visits: usize,
+    /// Visits of [`FLAT`] samples and more that came by a jump.
+    flat_tops: usize,
+    /// Length of the present visit, and the jump into it.
+    run: (usize, f64),
+}
+
+impl Extremes {
+    /// Of a channel with this range and smallest step from one value to another.
+    pub fn new(range: (f64, f64), resolution: f64) -> Extremes {
+        let width = range.1 - range.0;
+        let windows = (width / (STEPS * resolution)).min(WINDOWS).floor();
+        Extremes {
+            range,
+            resolution,
+            count: 0,
+            at: [Extreme::default(); 2],
+            windows: vec![0; windows as usize],
+            last: f64::NAN,
+        }
+    }
+
+    /// Takes the next samples.
+    pub fn see(&mut self, samples: &[f64]) {
+        let (low, high) = self.range;
+        let windows = self.windows.len();
+        let per_unit = windows as f64 / (high - low);
+        for &x in samples {
+            self.count += 1;
+            for (extreme, level) in self.at.iter_mut().zip([low, high]) {
+                if x != level {
+                    extreme.run = (0, 0.0);
+                    continue;
+                }
+                if extreme.run.0 == 0 {
+                    extreme.run.1 = (x - self.last).abs();
+                    extreme.visits += 1;
+                }
+                extreme.run.0 += 1;
+                extreme.samples += 1;
+                extreme.flat_tops +=
+                    usize::from(extreme.run.0 == FLAT && extreme.run.1 > JUMP * self.resolution);
+            }
+            if windows > 0 && x > low && x < high {
+                self.windows[(((x - low) * per_unit) as usize).min(windows - 1)] += 1;
+            }
+            self.last = x;
+        }
+    }
+
+    /// Whether the samples at an extreme are more than those in the windows next to it, in order from it, lead to.
+    fn is_pile(&self, extreme: &Extreme, next: &mut dyn Iterator<Item = &usize>) -> bool {
+        let below: Vec<usize> = next.take(BELOW).copied().collect();
+        let filled = below.iter().filter(|&&n| n > 0).count();
+        let fullest = below.iter().take(NEXT).copied().max().unwrap_or(0) as f64;
+        extreme.visits >= OFTEN
+            && below.iter().sum::<usize>() >= TELLING
+            && filled >= FILLED
+            && extreme.samples as f64 > PILE * fullest
+    }
+}
+
+/// How many tops are clipped and at what level: at the extreme with more of them; nothing where none is.
+pub fn told(found: &Extremes) -> Option<(usize, f64)> {
+    let [low, high] = &found.at;
+    let share = |extreme: &Extreme| extreme.samples as f64 / found.count.max(1) as f64;
+    if share(low) + share(high) > TWO_STATES {
+        return None;
+    }
+    let tops = |extreme: &Extreme, next: &mut dyn Iterator<Item = &usize>| match () {
+        () if share(extreme) > REST => 0,
+        () if found.is_pile(extreme, next) => extreme.visits,
+        () => extreme.flat_tops,
+    };
+    let low = (tops(low, &mut found.windows.iter()), found.range.0);
+    let high = (tops(high, &mut found.windows.iter().rev()), found.range.1);
+    let most = if low.0 > high.0 { low } else { high };
+    (most.0 > 0).then_some(most)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Clipping of samples written to a resolution.
+    fn of(samples: impl Iterator<Item = f64>, resolution: f64) -> Option<(usize, f64)> {
+        let written: Vec<f64> = samples.map(|x| (x / resolution).round()).collect();
+        let low = written.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = written.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let mut extremes = Extremes::new((low, high), 1.0);
+        extremes.see(&written);
+        told(&extremes).map(|(count, level)| (count, level * resolution))
+    }
+
+    fn sine(count: usize, per_period: f64) -> impl Iterator<Item = f64> {
+        (0..count).map(move |k| (std::f64::consts::TAU * k as f64 / per_period + 0.3).sin())
+    }
+
+    fn noise(count: usize) -> impl Iterator<Item = f64> {
+        let mut random = fastrand::Rng::with_seed(11);
+        // The sum of twelve uniform numbers is nearly normal with variance 1.
+        (0..count).map(move |_| (0..12).map(|_| random.f64()).sum::<f64>() - 6.0)
+    }
+
+    /// A slow sine cut at ±0.8 is clipped at every half wave; an uncut one and one in coarse steps are not.
+    #[test]
+    fn exact_slow() {
+        let slow = || (0..314).map(|k| (0.2 * f64::from(k)).sin());
+        let cut = of(slow().map(|x| x.clamp(-0.8, 0.8)), 1e-6);
+        assert!(cut.is_some_and(|c| c.0 == 10 && (c.1 - 0.8).abs() < 1e-12));
+        assert_eq!(of(slow(), 1e-6), None);
+        let coarse = (0..3140).map(|k| (0.002 * f64::from(k)).sin());
+        assert_eq!(of(coarse, 0.02), None);
+    }
+
+    /// Eight samples a period, one or two of them on the limit at a time: clipped by its pile, at both limits the same.
+    #[test]
+    fn exact_fast() {
+        for (gain, bits) in [(1.1, 1e-3), (1.25, 1e-6), (2.0, 1.0 / 128.0)] {
+            let cut = sine(4000, 8.13).map(|x| (gain * x).clamp(-1.0, 1.0));
+            let found = of(cut, bits).unwrap();
+            assert!((450..=493).contains(&found.0), "gain {gain}: {found:?}");
+            assert_eq!(found.1.abs(), 1.0);
+        }
+        // Noise cut at two deviations on one side: one sample in fifty.
+        let found = of(noise(100_000).map(|x| x.min(2.0)), 1e-3).unwrap();
+        assert!((1900..2500).contains(&found.0) && found.1 == 2.0, "{found:?}");
+    }
+
+    /// What stays on its extremes, or repeats them, without having been cut.
+    #[test]
+    fn exact_unclipped() {
+        for per_period in [8.0, 16.0, 50.0, 8.001, 8.13, 4.0, 3.0, 40.3] {
+            for resolution in [1e-9, 1e-4, 0.01, 0.03, 0.3, 0.7] {
+                let found = of(sine(16_000, per_period), resolution);
+                assert_eq!(found, None, "{per_period} a period in steps of {resolution}");
+            }
+        }
+        for resolution in [1e-9, 0.01, 0.1, 0.5, 2.0] {
+            assert_eq!(of(noise(50_000), resolution), None, "noise in {resolution}");
+        }
+        let square = |edge: f64| sine(8000, 37.3).map(move |x| (x * edge).clamp(-1.0, 1.0));
+        // Two states with edges of some samples; a pulse train that rests on one level.
+        assert_eq!(of(square(8.0), 1e-4), None);
+        assert_eq!(of(square(1e9), 1e-4), None);
+        let pulses = sine(8000, 41.7).map(|x| ((x - 0.9) * 30.0).clamp(0.0, 5.0));
+        assert_eq!(of(pulses, 1e-3), None);
+        // A flat-topped wave, and a speed that rests at both ends of its ramp.
+        let flat = sine(20_000, 23.17).map(|x| x + (3.0 * x.asin()).sin() / 9.0);
+        assert_eq!(of(flat, 1e-4), None);
+        let ramp = (0..4000).map(|k| (0.001 * (f64::from(k) - 1000.0)).clamp(0.0, 1.0));
+        assert_eq!(of(ramp, 1e-3), None);
+    }
+}
