@@ -475,3 +475,31 @@ fn exact_modes_of_a_free_body() {
         );
     }
 }
+
+/// Responses of a file with one and a half lines in the half-power band of a mode: said; with eight: not.
+#[test]
+fn law_coarse_lines_are_said() {
+    let (f, d) = (40.0, 0.005);
+    for (apart, is_coarse) in [(0.25, true), (0.05, false)] {
+        let mut random = Normal::new(6);
+        let lines: Vec<f64> = (0..80).map(|k| f + apart * (f64::from(k) - 39.6)).collect();
+        let value = lines.iter().map(|line| {
+            let (s, omega) = (Complex::new(0.0, TAU * line), TAU * f);
+            let noise = 1.0 + 0.003 * Complex::new(random.next(), random.next());
+            noise / (s * s + 2.0 * d * omega * s + omega * omega)
+        });
+        let function = FrequencyResponse {
+            value: value.collect(),
+            ..FrequencyResponse::default()
+        };
+        let responses = FrequencyResponses {
+            frequency_hz: lines.clone(),
+            functions: vec![function],
+            ..FrequencyResponses::default()
+        };
+        let found = identify(Source::Responses(responses), &IdentifyStudy::default()).unwrap();
+        assert_eq!(found.modes.len(), 1, "{:?}", found.modes);
+        let said = found.warnings.iter().any(|w| w.code == "coarse-lines");
+        assert_eq!(said, is_coarse, "{:?}", found.warnings);
+    }
+}

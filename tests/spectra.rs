@@ -741,7 +741,9 @@ fn exact_stepped_sine() {
     let found_dwells = dwells(&x, 2000.0);
     assert_eq!(found_dwells.len(), steps.len(), "{found_dwells:?}");
     let (force, shake) = (Terminal::default(), Terminal::default());
-    let found = stepped(2000.0, (&force, &x), &[(&shake, &y)], &found_dwells).unwrap();
+    let found = stepped(2000.0, (&force, &x), &[(&shake, &y)], &found_dwells)
+        .unwrap()
+        .responses;
     for (line, f) in steps.iter().enumerate() {
         assert!((found.frequency_hz[line] - f).abs() < 1e-4, "{f}");
         let exact = system.response(*f, 0.0);

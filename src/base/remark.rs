@@ -264,6 +264,16 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "A resonance is narrower than three lines, so the block it was measured in broadens it. Take longer blocks: --resolution.",
     ),
     (
+        "coarse-lines",
+        Warning,
+        "Fewer than four lines of a stepped sine, or of a file of responses, lie within the half-power width of a mode. Its pole rests on the form of the fit between lines: leakage of whoever estimated the responses, a second mode, or a value that is off would not be seen, and intervals hold none of these.",
+    ),
+    (
+        "unsettled",
+        Warning,
+        "Dwells of a stepped sine end before the response has settled. Where it goes is told from how it falls from quarter to quarter of the dwell, as one mode rings out, and is uncertain by a fifth of what that adds.",
+    ),
+    (
         "kind-differs",
         Warning,
         "The units make the response another kind than --kind says, and --kind was taken: what modes outside the band leave is then fitted in another form.",

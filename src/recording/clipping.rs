@@ -174,7 +174,10 @@ mod tests {
         }
         // Noise cut at two deviations on one side: one sample in fifty.
         let found = of(noise(100_000).map(|x| x.min(2.0)), 1e-3).unwrap();
-        assert!((1900..2500).contains(&found.0) && found.1 == 2.0, "{found:?}");
+        assert!(
+            (1900..2500).contains(&found.0) && found.1 == 2.0,
+            "{found:?}"
+        );
     }
 
     /// What stays on its extremes, or repeats them, without having been cut.
@@ -183,7 +186,10 @@ mod tests {
         for per_period in [8.0, 16.0, 50.0, 8.001, 8.13, 4.0, 3.0, 40.3] {
             for resolution in [1e-9, 1e-4, 0.01, 0.03, 0.3, 0.7] {
                 let found = of(sine(16_000, per_period), resolution);
-                assert_eq!(found, None, "{per_period} a period in steps of {resolution}");
+                assert_eq!(
+                    found, None,
+                    "{per_period} a period in steps of {resolution}"
+                );
             }
         }
         for resolution in [1e-9, 0.01, 0.1, 0.5, 2.0] {

@@ -640,7 +640,9 @@ mod tests {
         let short = examine(&Clock::default(), &stamps(&t[..1000], 1e-6)).unwrap();
         assert_eq!(short.drift_hz, (short.rate_hz, short.rate_hz));
         let slower: Vec<f64> = t[..1000].iter().map(|t| t + 0.003 * t * t).collect();
-        let (low, high) = examine(&Clock::default(), &stamps(&slower, 1e-6)).unwrap().drift_hz;
+        let (low, high) = examine(&Clock::default(), &stamps(&slower, 1e-6))
+            .unwrap()
+            .drift_hz;
         assert!((high / low - 1.0 - 0.0164).abs() < 0.002, "{low} {high}");
     }
 }

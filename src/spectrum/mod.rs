@@ -34,6 +34,9 @@ pub mod sweep;
 /// Sines fitted by least squares.
 pub mod sine;
 
+/// How a response settles on a dwell.
+pub mod settling;
+
 /// Stepped sines.
 pub mod stepped;
 

@@ -4,25 +4,16 @@
 //! `H = A_y/A_x`. What the fit leaves near the frequency is the noise on it: with `R(f) = Σ r e^{−iωj}` over N samples,
 //! `E|ΔA|² = 4 E|R|²/N²`, by the mean over lines about the sine, so that neither noise elsewhere nor multiples of the sine count.
 
-use std::f64::consts::TAU;
 use std::ops::Range;
 
 use super::hits::median;
-use super::sine::{SineFit, fit, fit_at};
+use super::settling::{Dwell, Ringing, settled};
+use super::sine::{fit, fit_at};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::Complex;
 use crate::numeric::fft::{RealFft, quick_length};
 use crate::recording::responses::{FrequencyResponse, FrequencyResponses, Terminal};
-
-/// Samples over which the input holds one frequency.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Dwell {
-    /// Samples of it.
-    pub range: Range<usize>,
-    /// Its frequency by the crossings of zero, Hz.
-    pub frequency_hz: f64,
-}
 
 /// Fewer periods are no dwell.
 const LEAST_PERIODS: usize = 8;
@@ -229,20 +220,20 @@ fn crossings(input: &[f64]) -> Vec<f64> {
     found
 }
 
-/// Parts of a dwell whose responses are compared.
-const PARTS: usize = 8;
-
-/// A part is settled within this share of the response that the last half shows.
-const SETTLED: f64 = 5e-4;
-
-/// Or within so many times their scatter.
-const SCATTERS: f64 = 4.0;
-
 /// Frequencies nearer than this share of a line are the same again.
 const AGAIN: f64 = 0.02;
 
-/// Frequency responses over the dwells, lines by rising frequency; of one dwelt on twice the mean, by weights. Of each dwell the part
-/// counts over which the responses have settled.
+/// Responses of a stepped sine.
+#[derive(Debug)]
+pub struct Stepped {
+    /// One line for each frequency, rising.
+    pub responses: FrequencyResponses,
+    /// Frequencies of dwells that were too short for an output to settle, Hz.
+    pub unsettled_hz: Vec<f64>,
+}
+
+/// Frequency responses over the dwells; of one frequency dwelt on twice the mean, by weights. Of each dwell the part counts over which
+/// the responses have settled; where they have not by its end, what the rest of it would have brought is taken from how it rings out.
 ///
 /// # Errors
 /// `NoSignal`: no dwell. As [`fit`].
@@ -254,7 +245,7 @@ pub fn stepped(
     input: (&Terminal, &[f64]),
     outputs: &[(&Terminal, &[f64])],
     dwells: &[Dwell],
-) -> Result<FrequencyResponses, Error> {
+) -> Result<Stepped, Error> {
     if dwells.is_empty() {
         return Err(Error::new(
             Code::NoSignal,
@@ -280,6 +271,7 @@ pub fn stepped(
         usable_hz: None,
         line_independence: None,
     };
+    let mut unsettled_hz = Vec::new();
     for dwell in order {
         let whole = fit(&input.1[dwell.range.clone()], rate_hz, dwell.frequency_hz)?;
         let mut start = dwell.range.start;
@@ -294,7 +286,7 @@ pub fn stepped(
         }
         let range = start..dwell.range.end;
         let x = fit(&input.1[range.clone()], rate_hz, whole.frequency_hz)?;
-        let of_x = near_variance(&input.1[range.clone()], rate_hz, &x);
+        let of_x = x.variance_near(&input.1[range.clone()], rate_hz);
         let again = AGAIN * rate_hz / range.len() as f64;
         let last = found.frequency_hz.last().copied();
         let is_again = last.is_some_and(|last| x.frequency_hz - last < again);
@@ -303,9 +295,15 @@ pub fn stepped(
         }
         for ((_, output), function) in outputs.iter().zip(&mut found.functions) {
             let y = fit_at(&output[range.clone()], rate_hz, x.frequency_hz)?;
-            let h = y.amplitude / x.amplitude;
-            let of_y = near_variance(&output[range.clone()], rate_hz, &y);
-            let noise = (of_y + h.norm_sqr() * of_x) / x.amplitude.norm_sqr();
+            let mut h = y.amplitude / x.amplitude;
+            let of_y = y.variance_near(&output[range.clone()], rate_hz);
+            let mut noise = (of_y + h.norm_sqr() * of_x) / x.amplitude.norm_sqr();
+            if let Some(ringing) = Ringing::of(dwell, x.frequency_hz, rate_hz, input.1, output)? {
+                (h, noise) = (ringing.value, noise + ringing.variance);
+                if unsettled_hz.last() != Some(&x.frequency_hz) {
+                    unsettled_hz.push(x.frequency_hz);
+                }
+            }
             let variance = function.variance.get_or_insert_default();
             match (is_again, function.value.last_mut(), variance.last_mut()) {
                 (true, Some(value), Some(variance)) => {
@@ -322,64 +320,10 @@ pub fn stepped(
             }
         }
     }
-    Ok(found)
-}
-
-/// Lines either side of a sine whose residual is the noise on it, from the second on: the fit takes from the first.
-const NEAR: std::ops::RangeInclusive<usize> = 2..=9;
-
-/// `E|error|²` of an amplitude by what the fit leaves on lines near it; by all that it leaves where there are none.
-fn near_variance(samples: &[f64], rate_hz: f64, found: &SineFit) -> f64 {
-    let n = samples.len() as f64;
-    let line = rate_hz / n;
-    let mut left = samples.to_vec();
-    found.take_out(&mut left, rate_hz);
-    left.iter_mut().for_each(|x| *x -= found.offset);
-    let sides = NEAR.flat_map(|k| [-1.0, 1.0].map(|s| found.frequency_hz + s * k as f64 * line));
-    let is_line = |f: &f64| *f > line && *f < 0.5 * rate_hz - line;
-    let powers: Vec<f64> = sides
-        .filter(is_line)
-        .map(|f| transform(&left, TAU * f / rate_hz).norm_sqr())
-        .collect();
-    match powers.is_empty() {
-        true => found.variance,
-        false => 4.0 * powers.iter().sum::<f64>() / powers.len() as f64 / (n * n),
-    }
-}
-
-/// `Σ x_j e^{−iωj}`, by Goertzel's recursion.
-fn transform(samples: &[f64], turn: f64) -> Complex {
-    let c = 2.0 * turn.cos();
-    let (last, before) = (samples.iter()).fold((0.0, 0.0), |(s, t), x| (x + c * s - t, s));
-    let back = Complex::from_polar(1.0, turn);
-    // The phase of the first sample does not count.
-    back * last - before
-}
-
-/// The sample from which the response of a dwell stays where its last half is.
-fn settled(
-    dwell: &Dwell,
-    frequency_hz: f64,
-    rate_hz: f64,
-    input: &[f64],
-    output: &[f64],
-) -> Result<usize, Error> {
-    let length = dwell.range.len() / PARTS;
-    let mut parts = Vec::with_capacity(PARTS);
-    for part in 0..PARTS {
-        let start = dwell.range.start + part * length;
-        let range = start..start + length;
-        let x = fit_at(&input[range.clone()], rate_hz, frequency_hz)?;
-        let y = fit_at(&output[range], rate_hz, frequency_hz)?;
-        parts.push(y.amplitude / x.amplitude);
-    }
-    let last = &parts[PARTS / 2..];
-    let mean = last.iter().sum::<Complex>() / last.len() as f64;
-    let square: f64 = last.iter().map(|h| (h - mean).norm_sqr()).sum();
-    let scatter = (square / (last.len() - 1) as f64).sqrt();
-    let limit = (SETTLED * mean.norm()).max(SCATTERS * scatter);
-    let off = parts.iter().rposition(|h| (h - mean).norm() > limit);
-    Ok(dwell.range.start + off.map_or(0, |at| at + 1) * length)
+    Ok(Stepped {
+        responses: found,
+        unsettled_hz,
+    })
 }
 
 #[cfg(test)]
@@ -391,30 +335,5 @@ mod tests {
         assert!(dwells(&[], 1.0).is_empty() && dwells(&[0.0; 100], 1.0).is_empty());
         assert!(dwell(&[1.0; 50], 1.0, 0..50).is_err());
         assert!(dwell(&[1.0, 2.0], 1.0, 0..2).is_err());
-    }
-
-    /// Noise that is louder at the frequency than elsewhere: the stated variance of the amplitude is its scatter all the same.
-    #[test]
-    fn law_variance_in_coloured_noise() {
-        let mut rng = fastrand::Rng::with_seed(7);
-        let (mut scatter, mut stated, mut white) = (0.0, 0.0, 0.0);
-        for _ in 0..400 {
-            let (mut a, mut b) = (0.0, 0.0);
-            let step = |t: i32| {
-                // A resonance at 0.1 of the rate, a tenth as wide.
-                let next = 1.52 * a - 0.885 * b + rng.f64() - 0.5;
-                (b, a) = (a, next);
-                (TAU * 0.1 * f64::from(t)).cos() + next
-            };
-            let noisy: Vec<f64> = (-100..2000).map(step).collect();
-            let noisy = &noisy[100..];
-            let found = fit_at(noisy, 1.0, 0.1).unwrap();
-            let exact = Complex::from_polar(1.0, TAU * 0.1 * 999.5);
-            scatter += (found.amplitude - exact).norm_sqr();
-            stated += near_variance(noisy, 1.0, &found);
-            white += found.variance;
-        }
-        assert!((stated / scatter - 1.0).abs() < 0.15, "{stated} {scatter}");
-        assert!(white < 0.5 * scatter, "{white} {scatter}");
     }
 }

@@ -228,14 +228,14 @@ fn stepped(
             "leave --window, --resolution, --overlap and --estimator out, or say --no-stepped",
         ));
     }
-    let (responses, how) = dwells::responses(recording, channels, &study.dwells_s)?;
+    let (responses, how, warnings) = dwells::responses(recording, channels, &study.dwells_s)?;
     Ok(Acquired {
         responses,
         how,
         hits: Vec::new(),
         spectra: None,
         nearest_hz: None,
-        warnings: Vec::new(),
+        warnings,
     })
 }
 

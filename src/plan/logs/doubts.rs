@@ -15,6 +15,9 @@ const LOW_COHERENCE: f64 = 0.8;
 /// A resonance narrower than so many lines is smeared by the block it was measured in.
 const LEAST_LINES: f64 = 3.0;
 
+/// A resonance that no block smears is told by its lines: a pole by two or three of them, whether it is one by some more.
+const FEW_LINES: f64 = 4.0;
+
 /// Fewer independent averages than this leave the variance itself in doubt.
 const FEW_AVERAGES: f64 = 5.0;
 
@@ -192,6 +195,7 @@ pub fn of_modes(
         );
         all.push(warning("leakage", message, hint));
     }
+    all.extend(of_lines(responses, acquired, modes));
     if let Some(n) = responses.averages.filter(|n| *n < FEW_AVERAGES && *n > 1.0) {
         let message = format!(
             "{n:.1} independent averages: the intervals rest on a variance known to a factor of two at best"
@@ -206,6 +210,43 @@ pub fn of_modes(
         all.extend(of_spectra(responses, spectra, modes));
     }
     all
+}
+
+/// Modes that few lines of a stepped sine, or of responses that were read, stand on. What rings out inside the block of a hit needs no
+/// more than it has.
+fn of_lines(
+    responses: &FrequencyResponses,
+    acquired: Option<&Acquired>,
+    modes: &[IdentifiedMode],
+) -> Option<Warning> {
+    if acquired.is_some_and(|a| a.spectra.is_some() || !a.hits.is_empty()) {
+        return None;
+    }
+    let lines = &responses.frequency_hz;
+    let in_half_power = |m: &IdentifiedMode| {
+        let f = m.frequency_hz();
+        let above = lines
+            .partition_point(|&line| line < f)
+            .clamp(1, lines.len().max(2) - 1);
+        let apart = lines.get(above)? - lines[above - 1];
+        Some(2.0 * m.damping_ratio() * f / apart)
+    };
+    let few: Vec<String> = (modes.iter())
+        .filter_map(|m| in_half_power(m).map(|n| (m, n)))
+        .filter(|(_, n)| *n < FEW_LINES)
+        .map(|(m, n)| format!("{:.4} Hz ({n:.1})", m.frequency_hz()))
+        .collect();
+    (!few.is_empty()).then(|| {
+        let message = format!(
+            "fewer than {FEW_LINES} lines lie within the half-power width at {}: the fit tells what stands between them, and a second mode there, leakage or a line that is off would not be seen",
+            few.join(", ")
+        );
+        warning(
+            "coarse-lines",
+            message,
+            "measure lines nearer to each other there: smaller steps, or a longer record",
+        )
+    })
 }
 
 /// Doubts about the spectra behind the responses: inputs first, then outputs.

@@ -2,11 +2,12 @@
 
 use super::blocks;
 use crate::base::code::Code;
-use crate::base::error::Error;
+use crate::base::error::{Error, Warning};
 use crate::base::words::counted;
 use crate::recording::responses::{FrequencyResponses, Terminal};
 use crate::recording::signals::{Channel, Recording};
-use crate::spectrum::stepped::{self, Dwell, dwell, dwells, hold};
+use crate::spectrum::settling::Dwell;
+use crate::spectrum::stepped::{self, Stepped, dwell, dwells, hold};
 
 /// So many dwells, over this share of what was looked at, make a stepped sine of an input that nobody calls one.
 const FEWEST: usize = 6;
@@ -35,7 +36,7 @@ pub fn responses(
     recording: &Recording,
     channels: &[&Channel],
     dwells_s: &[(f64, f64)],
-) -> Result<(FrequencyResponses, String), Error> {
+) -> Result<(FrequencyResponses, String, Vec<Warning>), Error> {
     let rate = recording.rate_hz;
     let all = blocks::whole(recording, channels, "a stepped sine")?;
     let found = match dwells_s.is_empty() {
@@ -51,7 +52,10 @@ pub fn responses(
     let outputs: Vec<(&Terminal, &[f64])> = (terminals[1..].iter())
         .zip(all[1..].iter().map(Vec::as_slice))
         .collect();
-    let responses = stepped::stepped(rate, (&terminals[0], &all[0]), &outputs, &found)?;
+    let Stepped {
+        responses,
+        unsettled_hz,
+    } = stepped::stepped(rate, (&terminals[0], &all[0]), &outputs, &found)?;
     let lines = &responses.frequency_hz;
     let ends = lines.first().zip(lines.last());
     let longest = found.iter().map(|d| d.range.len()).max().unwrap_or(0);
@@ -71,7 +75,25 @@ pub fn responses(
         line_independence: Some(1.0),
         ..responses
     };
-    Ok((responses, how))
+    Ok((
+        responses,
+        how,
+        unsettled(&unsettled_hz).into_iter().collect(),
+    ))
+}
+
+/// Says on which dwells the outputs had not settled.
+fn unsettled(places_hz: &[f64]) -> Option<Warning> {
+    let (low, high) = (places_hz.first()?, places_hz.last()?);
+    let message = format!(
+        "on {} from {low:.4} to {high:.4} Hz the response still rings at the end: its value is told from how it rings out, and as uncertain",
+        counted(places_hz.len(), "dwell"),
+    );
+    Some(Warning {
+        code: "unsettled",
+        message,
+        hint: Some("dwell longer there: several times the decay of the resonance".into()),
+    })
 }
 
 /// Dwells of every stretch without a gap.
