@@ -10,6 +10,7 @@ use super::elements::{
 use super::parts::{Brake, Grip, Machine, Motor};
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::scene::laws::{FaceMill, History};
 use crate::scene::model::{self, Axis, End, Model};
 
 /// Builds the machine of a model. No lateral freedom exists that no bearing or planetary stage gives.
@@ -185,11 +186,36 @@ fn place(builder: &mut Builder, model: &Model, numbers: &Numbers) -> Result<(), 
             .machine
             .histories
             .push((freedom, load.history.clone()));
+        if let History::FaceMill(mill) = &load.history {
+            push_head(builder, &load.at, mill)?;
+        }
     }
     excite(builder, model)?;
     for mean in &model.speeds {
         let freedom = builder.theta(&mean.at)?;
         builder.machine.speeds.push((freedom, mean.speed));
+    }
+    Ok(())
+}
+
+/// The forces of a face mill along and about the axes that bearings give its head.
+fn push_head(builder: &mut Builder, head: &model::Name, mill: &FaceMill) -> Result<(), Error> {
+    for axis in Axis::ALL.into_iter().filter(|axis| *axis != Axis::Theta) {
+        let Some(freedom) = builder.freedom(head, axis)? else {
+            continue;
+        };
+        if mill.slot.is_none() && axis != Axis::Z {
+            let message = format!(
+                "`{}` also moves along {}, and it is not said where its slot stands",
+                head.text,
+                axis.name()
+            );
+            return Err(Error::new(Code::Conflict, message)
+                .at(&head.place)
+                .hint("add `slot = \"0 deg\"`, the place of the slot round the head from x to y"));
+        }
+        let whole = History::FaceMill(mill.clone());
+        builder.machine.histories.push((freedom, whole));
     }
     Ok(())
 }

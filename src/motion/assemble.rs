@@ -85,11 +85,17 @@ pub fn assemble(
             }
         }
     }
+    let loads = site.loads()?;
+    let drives = loads.iter().map(|(freedom, signal)| Drive {
+        name: site.load_on(*freedom),
+        direction: site.row(*freedom),
+        signal: signal.clone(),
+    });
     let train = Train {
         coordinates,
         mass,
         branches,
-        drives: site.loads()?,
+        drives: drives.collect(),
         drag: machine.damping.mass,
         general,
     };
@@ -104,6 +110,7 @@ pub fn assemble(
         kept: (0..train.n()).collect(),
         train,
         springs: vec![None; of.len()],
+        loads,
         branches: of,
         rigid: site.linear.rigid.clone(),
         prescribed: None,
@@ -468,7 +475,7 @@ impl Site<'_> {
     fn locked(&self) -> Vec<Branch> {
         let load = |(freedom, history): &(usize, History)| match history {
             History::Orders { mean, orders } if self.phase == PhaseOf::Angle => Some(plain(
-                format!("load on {}", self.machine.freedom_name(*freedom)),
+                self.load_on(*freedom),
                 self.row(*freedom),
                 Law::Orders {
                     mean: *mean,
@@ -480,16 +487,20 @@ impl Site<'_> {
         self.machine.histories.iter().filter_map(load).collect()
     }
 
-    /// Loads as drives, orders where they turn at the mean speed.
-    fn loads(&self) -> Result<Vec<Drive>, Error> {
-        let mut drives = Vec::new();
+    /// What a load is called.
+    fn load_on(&self, freedom: usize) -> String {
+        format!("load on {}", self.machine.freedom_name(freedom))
+    }
+
+    /// Loads over time by freedom, orders where they turn at the mean speed.
+    fn loads(&self) -> Result<Vec<(usize, Signal)>, Error> {
+        let mut loads = Vec::new();
         // A motor takes the place of the constant torque that stood for it.
         let motors: Vec<usize> = self.machine.motors.iter().map(|m| m.freedom).collect();
         for (freedom, history) in &self.machine.histories {
             if matches!(history, History::Constant(_)) && motors.contains(freedom) {
                 continue;
             }
-            let name = format!("load on {}", self.machine.freedom_name(*freedom));
             let signal = match history {
                 History::Constant(torque) => Signal::constant(*torque),
                 History::Step { torque, time } => Signal::step(*torque, *time),
@@ -510,15 +521,17 @@ impl Site<'_> {
                         })
                 }
                 History::Table(points) => Signal::table(points)?,
-                History::FaceMill(mill) => cutting::torque(mill, self.speed(*freedom)?)?,
+                History::FaceMill(mill) => {
+                    let moved = &self.machine.freedoms[*freedom];
+                    // The first of a node's freedoms is its rotation.
+                    let mut all = self.machine.freedoms.iter();
+                    let head = all.position(|f| f.node == moved.node);
+                    cutting::force(mill, self.speed(head.unwrap_or(*freedom))?, moved.axis)?
+                }
             };
-            drives.push(Drive {
-                name,
-                direction: self.row(*freedom),
-                signal,
-            });
+            loads.push((*freedom, signal));
         }
-        Ok(drives)
+        Ok(loads)
     }
 
     /// The coordinate that a prescribed motion moves, and how far per unit.

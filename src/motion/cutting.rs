@@ -1,31 +1,33 @@
-//! The cutting torque of a face-mill head over time, at its mean speed.
+//! The cutting forces of a face-mill head over time, at its mean speed.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use super::signal::Signal;
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::scene::laws::FaceMill;
+use crate::scene::model::Axis;
 
-/// Points of the torque for each passage of a blade group.
-const POINTS: f64 = 48.0;
+/// Straight lines between one blade's entry or exit and the next; they crowd at both, where the chip is steep.
+const POINTS: usize = 24;
 
-/// The most points of a torque over time.
+/// The most points of a force over time.
 const MOST: f64 = 5e6;
 
-/// Torque on the head, N·m: straight lines through 48 points a blade passage.
+/// What a head at the speed `omega`, rad/s, receives along or about one of its axes, N or N·m: straight lines through points.
 ///
-/// Blade i stands at `ψ = Ωt + 2πi/z` and is in the slot for ψ in (0, arc). There its chip is
-/// `h = h_max sin²(π (t − t₀)/(t₁ − t₀)) sin(π ψ/arc) + run-out`: it enters thin, cuts thickest in the middle of the slot and
-/// leaves thin, while the generating roll from t₀ to t₁ carries the slot from nothing to its full depth and out again. Its
-/// force is Kienzle's, `F = k_c1 b h^(1−m)` with h in millimetres of chip (Kienzle, VDI-Z 94 (1952) 299).
+/// Blade i stands at `ψ = |Ω|t + 2πi/z` and is in the slot for ψ in (0, arc). There its chip is
+/// `h = (h_max s² + e s cos(2πi/z)) sin(πψ/arc)`, `s = sin(π (t − t₀)/(t₁ − t₀))`: it enters thin, cuts thickest in the middle
+/// of the slot and leaves thin, while the generating roll from t₀ to t₁ carries the slot from nothing to its full depth and
+/// out again; the run-out e lets the first blade cut more and the one opposite less. Its force along its path is Kienzle's,
+/// `F = k_c1 b h^(1−m)` with h in millimetres of chip (Kienzle, VDI-Z 94 (1952) 299); shares of F push it away from the axis
+/// and along it. The blade is at the radius r and the angle `β = slot + (ψ − arc/2) sign Ω`, from x to y.
 ///
 /// # Errors
 /// The head does not turn, or turns so often that the table would be absurd.
-pub fn torque(mill: &FaceMill, omega: f64) -> Result<Signal, Error> {
+pub fn force(mill: &FaceMill, omega: f64, axis: Axis) -> Result<Signal, Error> {
     let [start, end] = mill.roll;
-    let passages = (end - start) * omega.abs() * f64::from(mill.blades) / TAU;
-    if passages == 0.0 {
+    if omega == 0.0 {
         let hint = "state the speed of the cutter's node in [speed]";
         return Err(Error::new(
             Code::NoSpeed,
@@ -33,37 +35,76 @@ pub fn torque(mill: &FaceMill, omega: f64) -> Result<Signal, Error> {
         )
         .hint(hint));
     }
-    let count = (passages * POINTS).ceil();
-    if count > MOST {
+    let pitch = TAU / (omega.abs() * f64::from(mill.blades));
+    let passages = (end - start) / pitch;
+    if 2.0 * passages * POINTS as f64 > MOST {
         let message = format!("{passages:.0} blade passages in one roll are too many");
         return Err(Error::new(Code::Hopeless, message).hint("shorten the roll or slow the cutter"));
     }
-    let step = (end - start) / count;
+    let edges = edges(mill.roll, pitch, mill.arc / omega.abs());
     let mut points = vec![(start, 0.0)];
-    points.extend((1..count as usize).map(|k| {
-        let t = start + step * k as f64;
-        (t, mill.sense * at(mill, omega.abs(), t))
-    }));
-    points.push((end, 0.0));
+    for pair in edges.windows(2) {
+        let (from, long) = (pair[0], pair[1] - pair[0]);
+        points.extend((1..=POINTS).map(|k| {
+            let share = 0.5 - 0.5 * (PI * k as f64 / POINTS as f64).cos();
+            let t = from + long * share;
+            (t, at(mill, omega, axis, t))
+        }));
+    }
+    if let Some(last) = points.last_mut() {
+        *last = (end, 0.0);
+    }
     Signal::table(&points)
 }
 
-fn at(mill: &FaceMill, omega: f64, t: f64) -> f64 {
+/// Begin and end of the roll, and between them every instant at which a blade enters or leaves the slot.
+fn edges([start, end]: [f64; 2], pitch: f64, stay: f64) -> Vec<f64> {
+    let first = (start / pitch).floor();
+    let count = ((end - start) / pitch).ceil() as usize + 1;
+    let leave = stay.rem_euclid(pitch);
+    let mut all = vec![start];
+    for k in 0..=count {
+        let enter = (first + k as f64) * pitch;
+        all.extend([enter, enter + leave]);
+    }
+    all.push(end);
+    // What lies closer than rounding tells apart is one edge.
+    let apart = 1e-9 * pitch;
+    all.retain(|t| (*t == start || *t > start + apart) && (*t == end || *t < end - apart));
+    all.sort_by(f64::total_cmp);
+    all.dedup_by(|later, earlier| *later - *earlier <= apart);
+    all
+}
+
+/// The sum over the blades at one instant.
+fn at(mill: &FaceMill, omega: f64, axis: Axis, t: f64) -> f64 {
+    /// Kienzle's k is the force on a chip of 1 mm × 1 mm.
+    const MILLIMETRE: f64 = 1e-3;
     let [start, end] = mill.roll;
-    let depth = (TAU / 2.0 * (t - start) / (end - start)).sin().powi(2);
-    let force = |blade: u32| {
-        let psi = (omega * t + TAU * f64::from(blade) / f64::from(mill.blades)).rem_euclid(TAU);
+    let deep = (PI * (t - start) / (end - start)).sin();
+    let share = |blade: u32| {
+        let place = TAU * f64::from(blade) / f64::from(mill.blades);
+        let psi = (omega.abs() * t + place).rem_euclid(TAU);
         if psi >= mill.arc {
             return 0.0;
         }
-        let uneven = mill.runout * (TAU * f64::from(blade) / f64::from(mill.blades)).cos();
-        let chip = (mill.chip * depth + uneven * depth.sqrt()) * (TAU / 2.0 * psi / mill.arc).sin();
-        // Kienzle's k is the force on a chip of 1 mm × 1 mm.
-        const MILLIMETRE: f64 = 1e-3;
-        mill.specific_force
+        let chip = (mill.chip * deep * deep + mill.runout * deep * place.cos())
+            * (PI * psi / mill.arc).sin();
+        let force = mill.specific_force
             * mill.width
             * MILLIMETRE
-            * (chip.max(0.0) / MILLIMETRE).powf(1.0 - mill.exponent)
+            * (chip.max(0.0) / MILLIMETRE).powf(1.0 - mill.exponent);
+        let beta = mill.slot.unwrap_or(0.0) + (psi - 0.5 * mill.arc) * omega.signum();
+        let (sine, cosine) = beta.sin_cos();
+        force
+            * match axis {
+                Axis::Theta => mill.sense * mill.radius,
+                Axis::X => -mill.sense * sine + mill.radial * cosine,
+                Axis::Y => mill.sense * cosine + mill.radial * sine,
+                Axis::Z => mill.axial,
+                Axis::TiltX => mill.axial * mill.radius * sine,
+                Axis::TiltY => -mill.axial * mill.radius * cosine,
+            }
     };
-    mill.radius * (0..mill.blades).map(force).sum::<f64>()
+    (0..mill.blades).map(share).sum()
 }

@@ -19,6 +19,8 @@ pub struct Moving {
     pub branches: Vec<Vec<usize>>,
     /// Branches of the machine that became part of others or join known motions alone.
     pub springs: Vec<Option<Spring>>,
+    /// Loads over time as the file has them, each with its freedom, N·m or N; those that follow an angle are branches.
+    pub loads: Vec<(usize, Signal)>,
     /// The coordinates of the linear machine that the train's are.
     pub kept: Vec<usize>,
     /// Motions that strain nothing, over the train's coordinates.
@@ -153,6 +155,7 @@ impl Moving {
             freedoms: self.freedoms.iter().map(over).collect(),
             branches: branches.collect(),
             springs: springs.collect(),
+            loads: self.loads,
             kept: fewer.kept.iter().map(|&i| self.kept[i]).collect(),
             train: fewer.train,
             rigid,

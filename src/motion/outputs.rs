@@ -5,6 +5,7 @@ use std::cell::OnceCell;
 use super::combination::Combination;
 use super::prescribed::Prescribed;
 use super::problem::Problem;
+use super::signal::Signal;
 use super::train::{Regime, Train};
 
 /// One wanted quantity.
@@ -37,6 +38,8 @@ pub enum Quantity {
     },
     /// The torque that keeps up a prescribed motion, by its number.
     Drive(usize),
+    /// What loads exert on a freedom, by its number in [`Outputs::loads`].
+    Load(usize),
 }
 
 /// A named output.
@@ -61,6 +64,8 @@ pub struct Outputs {
     pub sums: Vec<Vec<(usize, f64)>>,
     /// What moves as prescribed, where its torque is wanted.
     pub prescribed: Option<Prescribed>,
+    /// Loads on freedoms: over time, and branches of the motion where they follow an angle.
+    pub loads: Vec<(Signal, Vec<usize>)>,
 }
 
 impl Outputs {
@@ -117,6 +122,11 @@ impl Outputs {
                         }
                         None => lost(train, stands(), y),
                     }
+                }
+                Quantity::Load(at) => {
+                    let (signal, followed) = &self.loads[at];
+                    let given = followed.iter().map(|&b| force(train, stands(), b, t, y));
+                    signal.value(t, signal.piece(t)) - given.sum::<f64>()
                 }
                 Quantity::Drive(at) => {
                     let known = self.prescribed.as_ref();

@@ -4,7 +4,8 @@ use std::collections::VecDeque;
 
 use super::logs::encoder_study::{EncoderStudy, Read};
 use super::logs::encoders::{EncoderRecord, encoders};
-use super::motion::scene::{MotionScene, outputs};
+use super::motion::scene::MotionScene;
+use super::motion::wanted::outputs;
 use super::prepared::Prepared;
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};

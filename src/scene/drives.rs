@@ -196,6 +196,9 @@ fn face_mill(f: &mut Fields) -> FaceMill {
             .unwrap_or(0.0),
         roll: between(f, "roll"),
         sense: forward.unwrap_or(1.0),
+        slot: f.optional_quantity("slot", Kind::Angle, Range::Any),
+        radial: f.optional_number("radial_share", Range::Any).unwrap_or(0.0),
+        axial: f.optional_number("axial_share", Range::Any).unwrap_or(0.0),
     }
 }
 

@@ -172,10 +172,11 @@ impl History {
     }
 }
 
-/// Cutting torque of a face-mill head that generates one tooth slot: blade groups enter and leave the slot one after
+/// Cutting forces of a face-mill head that generates one tooth slot: blade groups enter and leave the slot one after
 /// another, the chip thickens and thins again over the generating roll.
 ///
-/// One blade cuts `F = k_c1 b h^(1−m)` (Kienzle 1952; k_c1 for a chip of 1 mm × 1 mm).
+/// One blade cuts `F = k_c1 b h^(1−m)` along its path (Kienzle 1952; k_c1 for a chip of 1 mm × 1 mm), and is pushed across it
+/// by shares of F.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FaceMill {
     /// Blade groups round the head.
@@ -198,6 +199,12 @@ pub struct FaceMill {
     pub roll: [f64; 2],
     /// +1 or −1: the sense of its torque on the node.
     pub sense: f64,
+    /// Where the middle of the slot stands round the axis of the head, from x to y, rad; needed where the head moves across it.
+    pub slot: Option<f64>,
+    /// What pushes a blade away from the axis, as a share of F.
+    pub radial: f64,
+    /// What pushes it along z, as a share of F.
+    pub axial: f64,
 }
 
 /// What drives a node by its speed, or moves it as prescribed.

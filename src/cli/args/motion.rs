@@ -10,7 +10,7 @@ pub struct MotionArgs {
     /// How long (s where bare)
     #[arg(long, value_name = "TIME")]
     pub until: Option<String>,
-    /// Signals: motor.theta, motor.theta.speed, motor.theta.acceleration, belt.force, belt.deflection
+    /// Signals: motor.theta, motor.theta.speed, motor.theta.acceleration, motor.theta.load, belt.force, belt.deflection
     #[arg(long, value_name = "SIGNALS", value_delimiter = ',')]
     pub output: Vec<String>,
     /// Method of integration, chosen from the structure of the machine where left out: exact, switched, periodic; by --tolerance

@@ -1,5 +1,8 @@
 //! Motion of a machine: what is assembled, by which method it runs, what is kept.
 
+/// What is wanted of a motion, by name.
+pub mod wanted;
+
 /// A scene ready to move.
 pub mod scene;
 
