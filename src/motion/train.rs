@@ -309,29 +309,32 @@ impl Train {
 
     /// Linear between switches: contacts with play, stiffness in steps at imposed speed, Coulomb friction.
     pub fn is_piecewise_linear(&self) -> bool {
-        self.knows_lines_only()
-            && !self.has_light()
-            && self.branches.iter().all(|b| {
-                let linear = match &b.law {
-                    Law::Linear { .. } | Law::Maxwell { .. } | Law::Contact(_) => true,
-                    Law::Friction(friction) => {
-                        let swings = |e: &Signal| !e.harmonics.is_empty();
-                        friction.is_coulomb() && !b.imposed.as_ref().is_some_and(swings)
-                    }
-                    Law::Curve(curve) | Law::Lagged { curve, .. } => {
-                        matches!(curve, Curve::Straight { .. })
-                    }
-                    Law::Clutch { .. }
-                    | Law::Pressed(_)
-                    | Law::Orders { .. }
-                    | Law::Nonlinear { .. } => false,
-                };
-                let steps = b
-                    .variation
-                    .as_ref()
-                    .is_none_or(|w| w.shape.is_steps() && w.phase.angle().is_none());
-                linear && steps && b.followed.is_empty()
-            })
+        self.knows_lines_only() && !self.has_light() && self.bent().next().is_none()
+    }
+
+    /// Branches that are not linear between switches.
+    pub fn bent(&self) -> impl Iterator<Item = &Branch> {
+        self.branches.iter().filter(|b| {
+            let linear = match &b.law {
+                Law::Linear { .. } | Law::Maxwell { .. } | Law::Contact(_) => true,
+                Law::Friction(friction) => {
+                    let swings = |e: &Signal| !e.harmonics.is_empty();
+                    friction.is_coulomb() && !b.imposed.as_ref().is_some_and(swings)
+                }
+                Law::Curve(curve) | Law::Lagged { curve, .. } => {
+                    matches!(curve, Curve::Straight { .. })
+                }
+                Law::Clutch { .. }
+                | Law::Pressed(_)
+                | Law::Orders { .. }
+                | Law::Nonlinear { .. } => false,
+            };
+            let steps = b
+                .variation
+                .as_ref()
+                .is_none_or(|w| w.shape.is_steps() && w.phase.angle().is_none());
+            !(linear && steps && b.followed.is_empty())
+        })
     }
 
     /// Something can switch at an instant that the motion decides.

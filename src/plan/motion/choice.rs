@@ -11,6 +11,7 @@ use crate::plan::stages::Verdict;
 use crate::scene::study::SimulateStudy;
 
 use super::scene::MotionScene;
+use super::structure::{curved, structure};
 
 /// Local error per step where a study names none.
 pub const TOLERANCE: f64 = 1e-8;
@@ -39,8 +40,13 @@ const PREFERRED: &[&str] = &[
 /// Takes the place of [`STURDY`] where its steps, bound by stability, are few: a step costs a tenth.
 const EXPLICIT: &str = "dop853-events";
 
-/// Steps that are few: some seconds for forty freedoms.
+/// Steps that are few at [`TOLERANCE`]: some seconds for forty freedoms.
 const FEW_STEPS: f64 = 1e5;
+
+/// Steps of an explicit method below which it costs less than [`STURDY`], whose own steps go with `tolerance^(-1/5)`.
+fn few_steps(tolerance: f64) -> f64 {
+    FEW_STEPS * (TOLERANCE / tolerance).powf(0.2)
+}
 
 /// `h ω` on the imaginary axis up to which Dormand and Prince's method of order 8 does not grow (Hairer, Nørsett & Wanner,
 /// Solving Ordinary Differential Equations I, §II.5; what `stability` computes from its coefficients).
@@ -196,95 +202,47 @@ fn automatic(train: &Train, study: &SimulateStudy) -> Result<(&'static Method, S
             .collect();
         return Err(Error::new(Code::Hopeless, "no method takes this machine").hint(why.join("; ")));
     };
+    if method.name != STURDY {
+        return Ok((method, structural(method)));
+    }
+    let tolerance = study.tolerance.unwrap_or(TOLERANCE);
+    let few = few_steps(tolerance);
     let explicit = methods::find(EXPLICIT).filter(|m| (m.refuses)(train).is_none());
     let steps = study.until.and_then(|until| explicit_steps(train, until));
-    if let (Some(explicit), Some(steps)) = (explicit, steps)
-        && method.name == STURDY
-        && steps < FEW_STEPS
-    {
-        let reason = format!(
-            "{}; not stiff: {steps:.0} steps or fewer keep it stable",
-            explicit.title
-        );
-        return Ok((explicit, reason));
-    }
-    Ok((method, method.title.to_string()))
+    let (taken, cost) = match (explicit, steps) {
+        (Some(explicit), Some(steps)) if steps < few => (
+            explicit,
+            format!(
+                "not stiff: at most {steps:.0} steps keep it stable, and beyond {few:.0} `{STURDY}` would cost less at a tolerance of {tolerance:.0e}"
+            ),
+        ),
+        (Some(explicit), Some(steps)) => (
+            method,
+            format!(
+                "stiff: `{}` may need {steps:.1e} steps to stay stable, and beyond {few:.0} this one costs less at a tolerance of {tolerance:.0e}",
+                explicit.name
+            ),
+        ),
+        (Some(explicit), None) => (
+            method,
+            format!("no law tells how many steps `{}` would need", explicit.name),
+        ),
+        (None, _) => (
+            method,
+            "its nodes without inertia leave equations that explicit methods do not take"
+                .to_string(),
+        ),
+    };
+    Ok((taken, format!("{}; {cost}", curved(train))))
 }
 
-/// What kind of equations a machine has.
-pub fn structure(train: &Train) -> String {
-    if train.is_linear() {
-        return "linear and time-invariant".to_string();
-    }
-    let count =
-        |test: &dyn Fn(&Law) -> bool| train.branches.iter().filter(|b| test(&b.law)).count();
-    let mut parts = Vec::new();
-    let mut part = |n: usize, one: &str, many: &str| {
-        if n > 0 {
-            parts.push(format!("{n} {}", if n == 1 { one } else { many }));
-        }
-    };
-    part(
-        (0..train.n()).filter(|&i| train.is_light(i)).count(),
-        "coordinate without inertia",
-        "coordinates without inertia",
-    );
-    part(
-        count(&|l| matches!(l, Law::Contact(c) if c.half > 0.0)),
-        "contact with play",
-        "contacts with play",
-    );
-    let waves = train.branches.iter().filter(|b| b.variation.is_some());
-    let (steps, smooth): (Vec<_>, Vec<_>) =
-        waves.partition(|b| b.variation.as_ref().is_some_and(|w| w.shape.is_steps()));
-    part(steps.len(), "stiffness in steps", "stiffnesses in steps");
-    part(
-        smooth.len(),
-        "smooth stiffness wave",
-        "smooth stiffness waves",
-    );
-    part(
-        count(&|l| matches!(l, Law::Friction(_))),
-        "friction pair",
-        "friction pairs",
-    );
-    part(
-        count(&|l| matches!(l, Law::Clutch { .. })),
-        "clutch pressed over time",
-        "clutches pressed over time",
-    );
-    part(
-        count(&|l| matches!(l, Law::Pressed(_))),
-        "friction pair pressed by forces",
-        "friction pairs pressed by forces",
-    );
-    part(
-        count(&|l| matches!(l, Law::Orders { .. })),
-        "load that follows an angle",
-        "loads that follow angles",
-    );
-    part(
-        count(&|l| matches!(l, Law::Curve(_) | Law::Lagged { .. })),
-        "motor",
-        "motors",
-    );
-    part(
-        train
-            .branches
-            .iter()
-            .filter(|b| !b.followed.is_empty())
-            .count(),
-        "error that follows an angle",
-        "errors that follow angles",
-    );
-    part(
-        count(&|l| matches!(l, Law::Nonlinear { .. })),
-        "nonlinear spring",
-        "nonlinear springs",
-    );
-    match train.is_piecewise_linear() {
-        true => format!("piecewise linear ({})", parts.join(", ")),
-        false => format!("nonlinear or time-varying ({})", parts.join(", ")),
+/// Why a method that the structure asks for is right.
+fn structural(method: &Method) -> String {
+    match method.name {
+        "exact" => "linear and time-invariant, so exact at every instant whatever error is asked".to_string(),
+        "switched" => "linear between switches, so exact up to each, and each is located; whatever error is asked".to_string(),
+        "periodic" => "stiffness and loads repeat in time, so that one period is tabulated and combined; whatever error is asked".to_string(),
+        _ => format!("a step is given, and {} goes by one", method.title),
     }
 }
 

@@ -6,6 +6,9 @@ pub mod wanted;
 /// A scene ready to move.
 pub mod scene;
 
+/// What kind of equations a machine has.
+pub mod structure;
+
 /// Which method, and why.
 pub mod choice;
 
