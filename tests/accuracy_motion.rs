@@ -74,7 +74,7 @@ fn law_linear_references_are_confirmed_by_strangers() {
     assert_eq!(reference.method, "exact");
     for witness in &reference.witnesses {
         assert!(kin(witness.method) != Kin::Propagation && !witness.related);
-        assert!(witness.tolerance.is_some() && witness.distance > 0.0);
+        assert!(witness.wanted.is_some() && witness.distance > 0.0);
     }
     let known = reference.agreement().unwrap();
     assert!(known < 1e-11, "{known}");

@@ -370,6 +370,11 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "The mean torques do not balance, so the train speeds up under them.",
     ),
     (
+        "step-for-exact",
+        Warning,
+        "A step was asked for, and the method that would be exact for the machine takes none, so that one with an error took the motion. Leave the step out, or let `geardyn accuracy` show how large the error is.",
+    ),
+    (
         "handed-over",
         Warning,
         "The method that suits the structure of the machine did not converge, as where contacts chatter, and the one named took the motion from its start: its local errors keep to the tolerance, and it locates no switches. Give the contact named some damping, or name a --method.",

@@ -1,4 +1,4 @@
-//! When work is to end before its time: somebody asks for it, or patience runs out.
+//! When work is to end before its time: somebody asks for it, patience runs out, or it is seen that the whole would take too long.
 
 use std::cell::Cell;
 use std::sync::Arc;
@@ -13,7 +13,49 @@ pub struct Stop {
     until: Option<Instant>,
     /// How often it was asked.
     asked: Cell<u32>,
+    /// What the whole may take.
+    allowance: Option<Allowance>,
 }
+
+/// What the whole may take, and the progress made when it was last looked at.
+#[derive(Debug, Clone)]
+struct Allowance {
+    seconds: f64,
+    since: Instant,
+    last: Cell<Progress>,
+}
+
+/// Progress at a look.
+#[derive(Debug, Clone, Copy, Default)]
+struct Progress {
+    /// After so many seconds.
+    seconds: f64,
+    /// So much of the whole was done.
+    share: f64,
+    /// In the time before, so much in a second.
+    pace: f64,
+}
+
+/// What work that would take too long has cost, and would.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Foreseen {
+    /// So far, s.
+    pub spent: f64,
+    /// The whole at the pace of late, s; ∞ where it stands still.
+    pub whole: f64,
+    /// What it may take, s.
+    pub allowed: f64,
+}
+
+/// The first look comes after this share of what is allowed; each later one after twice the time of the one before.
+const FIRST_LOOK: f64 = 1e-3;
+
+/// After this share of what is allowed a pace is believed that has fallen since the last look, and after that one that has
+/// risen: a start may be dear.
+const BELIEVED: (f64, f64) = (1.0 / 30.0, 1.0 / 10.0);
+
+/// A pace that has changed by less than this factor since the last look is believed at once.
+const STEADY: f64 = 1.25;
 
 /// The clock is read once in so many questions: work of a microsecond does not feel it.
 const SELDOM: u32 = 8;
@@ -48,7 +90,56 @@ impl Stop {
             raised: Arc::clone(&self.raised),
             until: Some(Instant::now() + Duration::from_secs_f64(seconds)),
             asked: Cell::default(),
+            allowance: None,
         }
+    }
+
+    /// The same wish, and from now on so many seconds for the whole of some work; nothing ends where they are over, but
+    /// [`Stop::foresees`] tells before.
+    #[must_use]
+    pub fn allowing(&self, seconds: f64) -> Stop {
+        let allowance = Allowance {
+            seconds,
+            since: Instant::now(),
+            last: Cell::default(),
+        };
+        Stop {
+            allowance: Some(allowance),
+            ..self.clone()
+        }
+    }
+
+    /// What the whole would cost, `share` of it being done, where that is more than is allowed.
+    pub fn foresees(&self, share: f64) -> Option<Foreseen> {
+        let allowance = self.allowance.as_ref()?;
+        allowance.foresees(share, allowance.since.elapsed().as_secs_f64())
+    }
+}
+
+impl Allowance {
+    fn foresees(&self, share: f64, spent: f64) -> Option<Foreseen> {
+        let last = self.last.get();
+        let allowed = self.seconds;
+        if spent < (2.0 * last.seconds).max(FIRST_LOOK * allowed) || share < last.share {
+            return None;
+        }
+        let pace = (share - last.share) / (spent - last.seconds);
+        self.last.set(Progress {
+            seconds: spent,
+            share,
+            pace,
+        });
+        let whole = spent + (1.0 - share) / pace;
+        let believed = match pace / last.pace {
+            change if (1.0 / STEADY..STEADY).contains(&change) => 0.0,
+            change if change < 1.0 => BELIEVED.0,
+            _ => BELIEVED.1,
+        };
+        (spent >= believed * allowed && whole > allowed).then_some(Foreseen {
+            spent,
+            whole,
+            allowed,
+        })
     }
 }
 
@@ -65,5 +156,41 @@ mod tests {
         assert!(!patient.is_due() && !stop.is_due());
         assert!(!patient.raise() && stop.raise());
         assert!(stop.is_due() && hasty.is_raised());
+    }
+
+    fn allowance(seconds: f64) -> Allowance {
+        Allowance {
+            seconds,
+            since: Instant::now(),
+            last: Cell::default(),
+        }
+    }
+
+    /// A pace that holds is believed after two looks, whatever it says of the whole; one that allows enough is no reason to end.
+    #[test]
+    fn law_a_steady_pace_is_believed() {
+        let slow = allowance(1000.0);
+        let seen: Vec<bool> = [0.5, 1.0, 1.5, 2.0, 2.5]
+            .map(|s| slow.foresees(s * 1e-4, s).is_some())
+            .to_vec();
+        assert_eq!(seen, [false, false, false, true, false]);
+        let enough = allowance(1000.0);
+        for k in 0..1000 {
+            let spent = f64::from(k);
+            assert_eq!(enough.foresees(spent / 990.0, spent), None);
+        }
+    }
+
+    /// A dear start is no reason to end: early, and where the pace has changed, ten times too long is not believed.
+    #[test]
+    fn law_a_dear_start_is_forgiven() {
+        let begun = allowance(1000.0);
+        assert_eq!(begun.foresees(1e-6, 1.0), None);
+        assert_eq!(begun.foresees(1e-4, 2.5), None);
+        assert_eq!(begun.foresees(0.01, 10.0), None);
+        let standing = allowance(1000.0);
+        assert_eq!(standing.foresees(0.0, 1.0), None);
+        let found = standing.foresees(0.0, 200.0).unwrap();
+        assert!(found.whole.is_infinite() && found.spent == 200.0);
     }
 }

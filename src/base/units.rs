@@ -38,6 +38,7 @@ pub fn of_unit(unit: &str) -> Option<(f64, Dimension)> {
 /// A time in the unit people would say it in, three digits: `2.35 ms`.
 pub fn seconds(time_s: f64) -> String {
     let (factor, unit) = match time_s.abs() {
+        t if t >= 1e6 => return format!("{time_s:.1e} s"),
         t if t >= 1.0 || t == 0.0 => (1.0, "s"),
         t if t >= 1e-3 => (1e3, "ms"),
         t if t >= 1e-6 => (1e6, "µs"),
@@ -46,6 +47,27 @@ pub fn seconds(time_s: f64) -> String {
     let scaled = time_s * factor;
     let digits = 2usize.saturating_sub(scaled.abs().max(1.0).log10() as usize);
     format!("{scaled:.digits$} {unit}")
+}
+
+/// How long something takes, in the unit people would say it in.
+pub fn duration(time_s: f64) -> String {
+    const MINUTE: f64 = 60.0;
+    const HOUR: f64 = 60.0 * MINUTE;
+    const DAY: f64 = 24.0 * HOUR;
+    const YEAR: f64 = 365.25 * DAY;
+    let about = |size: f64, unit: &str| match size {
+        size if size < 10.0 => format!("{size:.1} {unit}"),
+        size => format!("{size:.0} {unit}"),
+    };
+    match time_s {
+        t if t < 2.0 * MINUTE => seconds(t),
+        t if t < 2.0 * HOUR => about(t / MINUTE, "min"),
+        t if t < 2.0 * DAY => about(t / HOUR, "h"),
+        t if t < 2.0 * YEAR => about(t / DAY, "days"),
+        t if t < 1e5 * YEAR => about(t / YEAR, "years"),
+        t if t.is_finite() => format!("{:.0e} years", t / YEAR),
+        _ => "for ever".to_string(),
+    }
 }
 
 /// A bare number in the SI unit of `kind`.

@@ -26,11 +26,12 @@ pub fn listed<'k>(words: impl Iterator<Item = &'k str>) -> String {
     }
 }
 
-/// So many of a thing: `1 gap`, `2 gaps`, `2 frequencies`.
+/// So many of a thing: `1 gap`, `2 gaps`, `2 frequencies`, `2 switches`.
 pub fn counted(count: usize, thing: &str) -> String {
     match (count, thing.strip_suffix("cy")) {
         (1, _) => format!("1 {thing}"),
         (n, Some(stem)) => format!("{n} {stem}cies"),
+        (n, None) if thing.ends_with("ch") => format!("{n} {thing}es"),
         (n, None) => format!("{n} {thing}s"),
     }
 }
@@ -94,5 +95,6 @@ mod tests {
         let said = [0, 1, 2].map(|n| counted(n, "frequency"));
         assert_eq!(said, ["0 frequencies", "1 frequency", "2 frequencies"]);
         assert_eq!(counted(3, "gap"), "3 gaps");
+        assert_eq!(counted(2, "switch"), "2 switches");
     }
 }

@@ -33,10 +33,12 @@ pub fn study(args: &MotionArgs, listed: SimulateStudy) -> Result<SimulateStudy, 
             .map(|t| units::parse_or_bare(t, Kind::Time, "s", flag))
             .transpose()?;
         match value {
-            Some(value) if !(value > 0.0 && value.is_finite()) => Err(Error::new(
-                Code::OutOfRange,
-                format!("{flag} takes a time above zero"),
-            )),
+            Some(value) if !(value > 0.0 && value.is_finite()) => {
+                let given = text.as_deref().unwrap_or_default();
+                let message = format!("{flag} takes a time above zero, and {given} is none");
+                let hint = format!("write {flag} \"2 s\", or a bare number of seconds");
+                Err(Error::new(Code::OutOfRange, message).hint(hint))
+            }
             value => Ok(value),
         }
     };

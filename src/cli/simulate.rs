@@ -138,8 +138,8 @@ pub fn epilogue(moved: &Moved) -> String {
     }
     text += &epilogue::warnings(&moved.warnings);
     if moved.motion.interrupted {
-        let end = moved.motion.reached;
-        text += &format!("interrupted at {end} s: what is shown ends there\n");
+        let end = crate::base::units::seconds(moved.motion.reached);
+        text += &format!("interrupted at t = {end}: what is shown ends there\n");
     }
     text
 }

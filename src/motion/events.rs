@@ -10,6 +10,7 @@ use super::problem::{Ask, Effort, Problem, Sink};
 use super::progress::{Samples, check, next_stop, within_budget};
 use super::stepper::Stepper;
 use super::train::{BranchStand, Frozen, Law, Regime, Train};
+use super::trouble;
 use super::wave::Phase;
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -40,6 +41,8 @@ struct Way<'a> {
     spans: Vec<Span>,
     /// Branches that have switched at the present instant.
     entered: Vec<bool>,
+    /// How often each branch has switched.
+    switches: Vec<u64>,
     effort: Effort,
     t: f64,
     y: Vec<f64>,
@@ -62,6 +65,7 @@ where
         spans: spans(train, ask.from, &y),
         regime,
         entered: vec![false; train.branches.len()],
+        switches: vec![0; train.branches.len()],
         effort: Effort::default(),
         t: ask.from,
         y,
@@ -76,7 +80,8 @@ where
         while way.t < stop && samples.due().is_some() {
             let (t, y) = (way.t, way.y.clone());
             let switched = way.step(stop, stepper)?;
-            within_budget(ask, &way.effort, way.t)?;
+            within_budget(ask, &way.effort, way.t)
+                .map_err(|e| trouble::busiest(e, train, &way.switches))?;
             if way.t > t {
                 let (before, span) = (way.t.next_down(), way.t - t);
                 samples.give_until(before, &mut sample, Some(&way.regime), |due, into| {
@@ -250,6 +255,7 @@ impl Way<'_> {
         let n = self.train.n();
         let branch = border.branch(&self.spans);
         self.entered[branch] = true;
+        self.switches[branch] += 1;
         self.effort.events += 1;
         match border {
             Border::Contact(_, which) => {
@@ -276,6 +282,7 @@ impl Way<'_> {
             }
             Border::Piece(span, up) => {
                 self.effort.events -= 1;
+                self.switches[branch] -= 1;
                 self.spans[span].step(self.train, up);
                 let span = self.spans[span];
                 match (span.of, self.regime.stands[branch]) {

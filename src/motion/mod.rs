@@ -42,6 +42,9 @@ pub mod prescribed;
 /// How far a run has come.
 pub mod progress;
 
+/// Which branch is nearest to trouble.
+pub mod trouble;
+
 /// Exact motion from switch to switch.
 pub mod segment;
 
@@ -59,9 +62,6 @@ pub mod bernstein;
 
 /// Where a regime ends.
 pub mod borders;
-
-/// Which branch made a step fail.
-pub mod trouble;
 
 /// First roots of polynomials, none skipped.
 pub mod bracket;

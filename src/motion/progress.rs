@@ -4,6 +4,8 @@ use super::problem::{Ask, Effort, Sink, Wanted};
 use super::regime::Regime;
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::base::stop::Foreseen;
+use crate::base::units::{duration, seconds};
 
 /// Hands over samples, each once and in order.
 pub struct Samples<'a, 's> {
@@ -104,18 +106,45 @@ const PACE_TOLD: u64 = 200_000;
 /// A run whose pace would take so many times its budget is refused at once: no start is that much dearer than what follows.
 const HOPELESS: f64 = 1000.0;
 
-/// Refuses to go on beyond the budget, or at a pace that would take a thousand of it.
+/// Refuses to go on beyond the budget, at a pace that would take a thousand of it, or where the whole would take longer than is
+/// allowed.
 ///
 /// # Errors
 /// `Hopeless`, with the time reached and what the whole would cost at this pace.
 pub fn within_budget(ask: &Ask, effort: &Effort, t: f64) -> Result<(), Error> {
     let spent = effort.evaluations.max(effort.steps);
     let share = (t - ask.from) / (ask.to - ask.from);
+    if let Some(foreseen) = ask.stop.foresees(share) {
+        return Err(too_long(ask, foreseen, t));
+    }
     let hopeless = spent > PACE_TOLD && spent as f64 > HOPELESS * share * ask.budget as f64;
     match spent > ask.budget || hopeless {
         false => Ok(()),
         true => Err(too_dear(ask, spent, t)),
     }
+}
+
+/// The refusal of a run that has come to `t` and would take too long.
+pub fn too_long(ask: &Ask, foreseen: Foreseen, t: f64) -> Error {
+    let Foreseen {
+        spent,
+        whole,
+        allowed,
+    } = foreseen;
+    let message = format!(
+        "{} of work brought the motion to t = {} of {}; at this pace the whole would take {}, and {} are allowed",
+        duration(spent),
+        seconds(t - ask.from),
+        seconds(ask.to - ask.from),
+        duration(whole),
+        duration(allowed)
+    );
+    let left = (t - ask.from) * allowed / spent;
+    Error::new(Code::Hopeless, message).hint(format!(
+        "ask for a shorter time (so far, {} would reach about t = {}), a coarser tolerance or step, or another method",
+        duration(allowed),
+        seconds(left.min(ask.to - ask.from))
+    ))
 }
 
 /// The refusal of a run that has cost `spent` evaluations by `t`.

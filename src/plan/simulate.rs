@@ -2,6 +2,7 @@
 //! gives it up.
 
 use super::motion::choice::{self, Choice};
+use super::motion::cost;
 use super::motion::run::{self, Motion, Watch};
 use super::motion::scene::MotionScene;
 use super::on_the_fly::{Found, OnTheFly};
@@ -51,6 +52,7 @@ impl Moved {
             Ok::<_, Error>((motion, found))
         };
         let first = choice::choose(&ready.moving.train, study)?;
+        cost::refuse(&ready, &first, study)?;
         let (choice, motion, found, handed_over) = match carry_out(&first) {
             Ok((motion, found)) => (first, motion, found, None),
             Err(error) => {
@@ -64,6 +66,7 @@ impl Moved {
         let warnings = (prepared.warnings().into_iter())
             .filter(|w| !OF_LINEAR_STUDIES.contains(&w.code))
             .chain(handed_over)
+            .chain(choice.passed_over.map(|exact| not_exact(&choice, exact)))
             .chain(found.warnings.clone())
             .collect();
         Ok(Moved {
@@ -75,6 +78,18 @@ impl Moved {
             found,
             warnings,
         })
+    }
+}
+
+/// A step was asked for where a method without one would be exact.
+fn not_exact(choice: &Choice, exact: &str) -> Warning {
+    Warning {
+        code: "step-for-exact",
+        message: format!(
+            "a step was asked for, so that {} took the motion, which {exact} would give without an error of steps",
+            choice.method.name
+        ),
+        hint: Some("leave the step out; `geardyn accuracy` shows what its error is".to_string()),
     }
 }
 

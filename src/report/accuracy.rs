@@ -4,13 +4,12 @@ use std::sync::Arc;
 
 use serde_json::{Value, json};
 
-use super::accuracy_words::{NORM, advice};
+use super::accuracy_words::{NORM, advice, asked};
 use super::csv::quoted;
 use super::json::header;
 use super::motion::effort;
 use super::work_precision::{self, Point};
 use crate::base::place::Source;
-use crate::motion::problem::Wanted;
 use crate::study::accuracy::{Accuracy, Advice, Outcome, Run};
 use crate::study::reference::Witness;
 
@@ -23,7 +22,11 @@ pub fn json(
 ) -> Value {
     let reference = &accuracy.reference;
     let near = reference.witnesses.first();
-    let witness = |w: &Witness| json!({ "method": w.method, "tolerance": w.tolerance, "related": w.related, "distance": w.distance });
+    let witness = |w: &Witness| {
+        let (tolerance, step) = asked(w.wanted);
+        json!({ "method": w.method, "tolerance": tolerance, "step_s": step, "related": w.related, "distance": w.distance })
+    };
+    let (tolerance, step) = asked(reference.wanted);
     let silent = |(method, why): &(&str, String)| json!({ "method": method, "reason": why });
     json!({
         "geardyn": header(sources, &["equations", "start", "reference", "ladder"]),
@@ -31,7 +34,7 @@ pub fn json(
         "norm": NORM,
         "outputs": outputs,
         "reference": {
-            "method": reference.method, "tolerance": reference.tolerance, "beside": near.map(|w| w.method),
+            "method": reference.method, "tolerance": tolerance, "step_s": step, "beside": near.map(|w| w.method),
             "error": near.map(|w| w.distance), "amplification": reference.amplification,
             "witnesses": reference.witnesses.iter().map(witness).collect::<Vec<_>>(),
             "silent": reference.silent.iter().map(silent).collect::<Vec<_>>(),
@@ -49,7 +52,7 @@ fn row(run: &Run) -> Value {
         } => effort(e, *seconds),
         _ => json!({ "run_time_s": null }),
     };
-    let (tolerance, step) = asked(run);
+    let (tolerance, step) = asked(run.wanted);
     if let Some(row) = row.as_object_mut() {
         row.insert("method".into(), json!(run.method));
         row.insert("tolerance".into(), json!(tolerance));
@@ -66,21 +69,12 @@ fn recommendation(accuracy: &Accuracy, wanted: f64) -> Value {
         Advice::Nearest(run) => (Some(run), false),
         Advice::Nothing => (None, false),
     };
-    let (tolerance, step) = run.map_or((None, None), asked);
+    let (tolerance, step) = asked(run.and_then(|r| r.wanted));
     json!({
         "error": wanted, "reached": reached, "method": run.map(|r| r.method), "tolerance": tolerance, "step_s": step,
         "run_time_s": run.and_then(Run::seconds), "error_reached": run.and_then(Run::error),
         "text": advice(accuracy, wanted),
     })
-}
-
-/// Tolerance and step: the one that was asked.
-fn asked(run: &Run) -> (Option<f64>, Option<f64>) {
-    match run.wanted {
-        Some(Wanted::Tolerance(x)) => (Some(x), None),
-        Some(Wanted::Step(h)) => (None, Some(h)),
-        None => (None, None),
-    }
 }
 
 /// One row a rung.
@@ -90,7 +84,7 @@ pub fn csv(accuracy: &Accuracy) -> String {
     );
     let power = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x:e}"));
     for run in &accuracy.runs {
-        let (tolerance, step) = asked(run);
+        let (tolerance, step) = asked(run.wanted);
         let cost = match &run.outcome {
             Outcome::Ended {
                 seconds, effort: e, ..

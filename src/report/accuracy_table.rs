@@ -1,6 +1,6 @@
 //! Error against run time as a table for a terminal.
 
-use super::accuracy_words::{NORM, advice, at, off, time};
+use super::accuracy_words::{NORM, advice, at, named, off, time};
 use super::number::brief;
 use super::table::{finish, plain, right_but_first};
 use crate::study::accuracy::{Accuracy, Outcome, Run};
@@ -44,7 +44,7 @@ pub fn table(outputs: &[String], accuracy: &Accuracy, wanted: f64) -> String {
         };
         table.add_row([
             run.method.to_string(),
-            at(run),
+            at(run.wanted),
             format!("{sign}{}", off(*error)),
             time(*seconds),
             count(e.steps),
@@ -62,14 +62,14 @@ pub fn table(outputs: &[String], accuracy: &Accuracy, wanted: f64) -> String {
 
 /// What the errors are against, and how well that is known.
 fn reference(reference: &Reference) -> String {
-    let own = at_tolerance(reference.method, reference.tolerance);
-    let other = |w: &Witness| at_tolerance(w.method, w.tolerance);
+    let own = named(reference.method, reference.wanted);
+    let other = |w: &Witness| named(w.method, w.wanted);
     let mut text = match &reference.witnesses[..] {
         [] => format!("reference: {own} alone; nothing could check it\n"),
         [near, ..] if near.related => format!(
             "reference: {own}, {} from itself at {}; no unrelated method could check it\n",
             off(near.distance),
-            near.tolerance.map_or(String::new(), |x| format!("{x:.0e}")),
+            at(near.wanted),
         ),
         [near, rest @ ..] => {
             let mut text = format!(
@@ -115,20 +115,13 @@ fn without_error(runs: &[Run]) -> String {
             .take_while(|(r, other)| (r.method, *other) == (run.method, why))
             .count();
         let rungs = match more {
-            0 => at(run),
-            _ => format!("{} and finer", at(run)),
+            0 => at(run.wanted),
+            _ => format!("{} and finer", at(run.wanted)),
         };
         table.add_row([run.method.to_string(), rungs, why.to_string()]);
     }
     match table.row_count() {
         0 => String::new(),
         _ => format!("\nleft out or failed\n{}", finish(&table)),
-    }
-}
-
-fn at_tolerance(method: &str, tolerance: Option<f64>) -> String {
-    match tolerance {
-        Some(x) => format!("{method} at {x:.0e}"),
-        None => method.to_string(),
     }
 }

@@ -12,7 +12,7 @@ pub const NORM: &str =
 pub fn advice(accuracy: &Accuracy, wanted: f64) -> String {
     let of = |run: &Run| {
         let time = run.seconds().map_or(String::new(), time);
-        format!("{} ({time})", named(run))
+        format!("{} ({time})", named(run.method, run.wanted))
     };
     let ratio = |best: &Run, next: &Run| match (best.seconds(), next.seconds()) {
         (Some(best), Some(next)) => brief_ratio(next / best),
@@ -23,7 +23,7 @@ pub fn advice(accuracy: &Accuracy, wanted: f64) -> String {
             "for {wanted:e} the cheapest is {}, {} × before {}",
             of(best),
             ratio(best, next),
-            named(next)
+            named(next.method, next.wanted)
         ),
         Advice::Cheapest(best, None) => format!("for {wanted:e} only {} suffices", of(best)),
         Advice::Nearest(run) => {
@@ -41,19 +41,29 @@ pub fn advice(accuracy: &Accuracy, wanted: f64) -> String {
     }
 }
 
-fn named(run: &Run) -> String {
-    match run.wanted {
-        None => run.method.to_string(),
-        Some(_) => format!("{} at {}", run.method, at(run)),
+/// A method with what it was asked.
+pub fn named(method: &str, wanted: Option<Wanted>) -> String {
+    match wanted {
+        None => method.to_string(),
+        Some(_) => format!("{method} at {}", at(wanted)),
     }
 }
 
 /// What a rung was asked.
-pub fn at(run: &Run) -> String {
-    match run.wanted {
+pub fn at(wanted: Option<Wanted>) -> String {
+    match wanted {
         Some(Wanted::Tolerance(x)) => format!("{x:.0e}"),
         Some(Wanted::Step(h)) => time(h),
         None => "–".to_string(),
+    }
+}
+
+/// Tolerance and step: the one that was asked.
+pub fn asked(wanted: Option<Wanted>) -> (Option<f64>, Option<f64>) {
+    match wanted {
+        Some(Wanted::Tolerance(x)) => (Some(x), None),
+        Some(Wanted::Step(h)) => (None, Some(h)),
+        None => (None, None),
     }
 }
 

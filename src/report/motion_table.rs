@@ -2,6 +2,7 @@
 
 use super::number::{brief, percent};
 use super::table::{finish, plain, right_but_first};
+use crate::base::words::counted;
 use crate::motion::energy::Balance;
 use crate::plan::motion::reading::step;
 use crate::plan::motion::run::Motion;
@@ -93,19 +94,21 @@ pub fn steps(scene: &MotionScene, motion: &Motion, at: f64) -> String {
 pub fn effort(motion: &Motion) -> String {
     let e = &motion.effort;
     let counts = [
-        (e.steps, "steps"),
-        (e.rejected, "rejected"),
-        (e.evaluations, "evaluations"),
-        (e.jacobians, "Jacobians"),
-        (e.factorisations, "factorisations"),
-        (e.machines, "linear machines"),
-        (e.events, "events"),
-        (e.grazed, "grazed"),
+        (e.steps, "step"),
+        (e.evaluations, "evaluation"),
+        (e.jacobians, "Jacobian"),
+        (e.factorisations, "factorisation"),
+        (e.machines, "linear machine"),
+        (e.events, "event"),
     ];
-    let told: Vec<String> = counts
-        .iter()
+    let things = counts.map(|(n, thing)| (n, counted(n as usize, thing)));
+    let done = [(e.rejected, "rejected"), (e.grazed, "grazed")];
+    let done = done.map(|(n, what)| (n, format!("{n} {what}")));
+    let told: Vec<String> = things
+        .into_iter()
+        .chain(done)
         .filter(|c| c.0 > 0)
-        .map(|c| format!("{} {}", c.0, c.1))
+        .map(|c| c.1)
         .collect();
     let told = if told.is_empty() {
         String::new()

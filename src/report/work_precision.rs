@@ -55,6 +55,11 @@ pub fn draw(title: &str, points: &[Point], (floor, called): (f64, &str)) -> Stri
             );
             return;
         };
+        // At least one decade is ruled.
+        let x = match x.0.ceil() > x.1 {
+            true => (x.0.floor(), x.1.ceil()),
+            false => x,
+        };
         let panel = Panel {
             across: (LEFT, WIDTH - RIGHT),
             down: (TOP, TOP + HIGH),
@@ -91,10 +96,11 @@ pub fn draw(title: &str, points: &[Point], (floor, called): (f64, &str)) -> Stri
                 0.8,
                 Stroke::Dotted,
             );
+            // Beside the axis: on the line it would meet the runs that reach it.
             canvas.text(
-                called,
-                (panel.across.1 - 4.0, height - 7.0),
-                9.0,
+                &format!("dotted: {called}, {floor:.1e}"),
+                (panel.across.1, TOP + HIGH + 30.0),
+                SMALL,
                 GREY,
                 Anchor::End,
             );

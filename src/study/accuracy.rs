@@ -6,15 +6,16 @@
 
 use super::reference::Reference;
 use super::timing::least;
-use super::trial::{TIGHTEST, distance, growth, integrate};
+use super::trial::{TIGHTEST, distance, growth, integrate, ladder};
 use super::watch::Watch;
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::stop::Stop;
 use crate::base::units;
-use crate::motion::methods::{Ladder, METHODS, Method};
+use crate::motion::methods::{METHODS, Method};
 use crate::motion::problem::{Effort, Wanted};
 use crate::plan::motion::choice::named;
+use crate::plan::motion::cost::Cost;
 use crate::plan::motion::scene::MotionScene;
 
 /// Error against run time of one scene.
@@ -64,12 +65,6 @@ pub enum Advice<'a> {
     Nothing,
 }
 
-/// Tolerances of the ladder.
-const TOLERANCES: [f64; 6] = [1e-3, 1e-5, 1e-7, 1e-9, 1e-11, TIGHTEST];
-
-/// Divisions of the time by fixed-step methods.
-const STEPS: [f64; 4] = [1e3, 1e4, 1e5, 1e6];
-
 /// Seconds a rung may take, and all runs of one method for the reference.
 pub const PATIENCE: f64 = 10.0;
 
@@ -91,7 +86,13 @@ pub fn study(
             .map(|name| named(name))
             .collect::<Result<_, Error>>()?,
     };
-    let reference = Reference::find(scene, patience, watch)?;
+    let cost = Cost::new(scene);
+    let reference = Reference::find(scene, (&cost, patience), watch)?;
+    let judge = Judge {
+        reference: &reference,
+        cost,
+        patience,
+    };
     let mut runs = Vec::new();
     for method in chosen {
         match (method.refuses)(&scene.moving.train) {
@@ -100,7 +101,7 @@ pub fn study(
                 wanted: None,
                 outcome: Outcome::NotRun(why),
             }),
-            None => climb(scene, method, (&reference, patience), watch, &mut runs),
+            None => climb(scene, method, &judge, watch, &mut runs),
         }
         if watch.stop.is_raised() {
             break;
@@ -113,25 +114,36 @@ pub fn study(
     })
 }
 
+/// What rungs are judged by.
+struct Judge<'a> {
+    reference: &'a Reference,
+    cost: Cost<'a>,
+    /// Seconds a rung may take.
+    patience: f64,
+}
+
 /// Every rung of a method, the coarsest first; those that would take too long are listed and not begun.
 fn climb(
     scene: &MotionScene,
     method: &'static Method,
-    (reference, patience): (&Reference, f64),
+    judge: &Judge,
     watch: &mut Watch,
     runs: &mut Vec<Run>,
 ) {
     let mut dear = None;
     for rung in ladder(scene, method) {
+        let least = rung.and_then(|wanted| judge.cost.least(method, wanted));
+        let least = least.filter(|least| least.seconds > judge.patience);
+        dear = dear.or(least.map(|least| format!("not run: {}", least.told())));
         let outcome = match &dear {
             Some(why) => Outcome::NotRun(String::clone(why)),
             None => {
                 let on = watch.goes_on(method.name);
-                let outcome = run(scene, method, rung, reference, (watch.stop, patience));
+                let outcome = run(scene, method, rung, judge, watch.stop);
                 if !on || watch.stop.is_raised() {
                     return;
                 }
-                dear = outcome.too_dear(method, patience);
+                dear = outcome.too_dear(method, judge.patience);
                 outcome
             }
         };
@@ -148,11 +160,7 @@ impl Outcome {
     fn too_dear(&self, method: &Method, patience: f64) -> Option<String> {
         match self {
             Outcome::Ended { seconds, .. } => {
-                let times = match method.ladder {
-                    Ladder::Step => 10.0,
-                    _ => growth(method),
-                };
-                let next = times * seconds;
+                let next = growth(method) * seconds;
                 (next > patience).then(|| {
                     format!(
                         "not run: the last took {}, the next would take about {}",
@@ -216,26 +224,18 @@ impl Accuracy {
     }
 }
 
-fn ladder(scene: &MotionScene, method: &Method) -> Vec<Option<Wanted>> {
-    match method.ladder {
-        Ladder::Exact => vec![None],
-        Ladder::Tolerance => TOLERANCES.map(|t| Some(Wanted::Tolerance(t))).to_vec(),
-        Ladder::Step => STEPS.map(|n| Some(Wanted::Step(scene.until / n))).to_vec(),
-    }
-}
-
 fn run(
     scene: &MotionScene,
     method: &'static Method,
     rung: Option<Wanted>,
-    reference: &Reference,
-    patience: (&Stop, f64),
+    judge: &Judge,
+    stop: &Stop,
 ) -> Outcome {
     let wanted = rung.unwrap_or(Wanted::Tolerance(TIGHTEST));
     let (outcome, seconds) = least(|| {
-        let trial = integrate(scene, method, wanted, &scene.start, patience)?;
-        let error = distance(&trial.values, &reference.values);
-        let error = error.max(reference.agreement().unwrap_or(0.0));
+        let trial = integrate(scene, method, wanted, &scene.start, (stop, judge.patience))?;
+        let error = distance(&trial.values, &judge.reference.values);
+        let error = error.max(judge.reference.agreement().unwrap_or(0.0));
         match error.is_finite() {
             true => Ok((error, trial.effort)),
             false => Err(Error::new(

@@ -1,19 +1,20 @@
 //! What errors are measured against: the agreement of two unrelated methods, each as tight as patience allows.
 
-use super::trial::{Trial, distance, growth, integrate};
+use super::trial::{TIGHTEST, Trial, distance, growth, integrate, ladder};
 use super::watch::{Watch, interrupted};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::motion::methods::{Ladder, METHODS, Method};
 use crate::motion::problem::Wanted;
+use crate::plan::motion::cost::Cost;
 use crate::plan::motion::scene::MotionScene;
 
 /// What the errors are against.
 pub struct Reference {
     /// Its method.
     pub method: &'static str,
-    /// How exact it was asked; absent for what is exact to rounding.
-    pub tolerance: Option<f64>,
+    /// How exact or how fine it was asked; absent for what is exact to rounding.
+    pub wanted: Option<Wanted>,
     /// What it was held against, the closest first.
     pub witnesses: Vec<Witness>,
     /// Methods that could have witnessed and did not, with the reason.
@@ -29,19 +30,19 @@ pub struct Reference {
 pub struct Witness {
     /// Its method.
     pub method: &'static str,
-    /// How exact it was asked; absent for what is exact to rounding.
-    pub tolerance: Option<f64>,
+    /// How exact or how fine it was asked; absent for what is exact to rounding.
+    pub wanted: Option<Wanted>,
     /// It descends from the same method: what both get wrong it cannot show.
     pub related: bool,
     /// How far it is from the reference.
     pub distance: f64,
 }
 
-/// Tolerances a reference is asked with, until one would take too long.
-const CLIMB: [f64; 4] = [1e-7, 1e-9, 1e-11, super::trial::TIGHTEST];
-
 /// Two that agree so far need no third.
 const CLOSE: f64 = 1e-11;
+
+/// Two that agree so far need none that does not locate switches.
+const FAIR: f64 = 1e-9;
 
 /// The part of the time in which a change of the start is first seen.
 const FIRST: usize = 10;
@@ -55,7 +56,7 @@ const BEYOND: f64 = 1e3;
 /// The tightest run of a method, and the one before.
 struct Climbed {
     method: &'static Method,
-    trials: Vec<(Option<f64>, Trial)>,
+    trials: Vec<(Option<Wanted>, Trial)>,
 }
 
 impl Climbed {
@@ -75,11 +76,15 @@ impl Reference {
         self.witnesses.first().map(|w| w.distance)
     }
 
-    /// Finds it, no method for longer than `patience`, s: of all pairs of unrelated methods the closest, and of this pair the one that is trusted more.
+    /// Finds it, no method for longer than a patience, s: of all pairs of unrelated methods the closest, and of this pair the one that is trusted more.
     ///
     /// # Errors
     /// No method that could serve; `Interrupted` before there is one.
-    pub fn find(scene: &MotionScene, patience: f64, watch: &mut Watch) -> Result<Reference, Error> {
+    pub fn find(
+        scene: &MotionScene,
+        patience: (&Cost, f64),
+        watch: &mut Watch,
+    ) -> Result<Reference, Error> {
         let (found, silent) = gather(scene, patience, watch)?;
         let Some((at, mut witnesses)) = closest(&found) else {
             let error = Error::new(Code::Hopeless, "no method gives a reference for this scene");
@@ -93,14 +98,14 @@ impl Reference {
         if witnesses.is_empty() {
             witnesses.extend(itself(own));
         }
-        let tolerance = own.trials.last().and_then(|t| t.0);
+        let wanted = own.trials.last().and_then(|t| t.0);
         let known = witnesses.first().map_or(0.0, |w| w.distance);
         let amplification = amplification(scene, own, known, watch);
         let method = own.method.name;
         let values = own.values().to_vec();
         Ok(Reference {
             method,
-            tolerance,
+            wanted,
             witnesses,
             silent,
             amplification,
@@ -109,13 +114,14 @@ impl Reference {
     }
 }
 
-/// How much a method is trusted to be a reference: exact ones first, then those that take switches as they come.
-fn trust(method: &Method) -> u32 {
+/// How little a method is trusted to be a reference: exact ones most, then those that take switches as they come, then by order.
+fn doubt(method: &Method) -> u32 {
     match (method.ladder, method.locates_events) {
         (Ladder::Exact, _) => 0,
         (Ladder::Tolerance, true) => 1,
-        (Ladder::Tolerance, false) => 2,
+        (Ladder::Tolerance, false) if method.order != Some(2) => 2,
         (Ladder::Step, _) => 3,
+        (Ladder::Tolerance, false) => 4,
     }
 }
 
@@ -123,22 +129,24 @@ fn trust(method: &Method) -> u32 {
 #[allow(clippy::type_complexity, reason = "both halves are named above")]
 fn gather(
     scene: &MotionScene,
-    patience: f64,
+    patience: (&Cost, f64),
     watch: &mut Watch,
 ) -> Result<(Vec<Climbed>, Vec<(&'static str, String)>), Error> {
     let train = &scene.moving.train;
     let mut able: Vec<&'static Method> = METHODS
         .iter()
-        .filter(|m| trust(m) < 3 && (m.refuses)(train).is_none())
+        .filter(|m| (m.refuses)(train).is_none())
         .collect();
-    able.sort_by_key(|m| trust(m));
+    able.sort_by_key(|m| doubt(m));
     let (mut found, mut silent) = (Vec::<Climbed>::new(), Vec::new());
+    let mut silent_kin = Vec::new();
     for method in able {
-        let enough = found.len() > 1 && (trust(method) > 1 || nearest_pair(&found) <= CLOSE);
-        if enough {
+        let enough = if doubt(method) > 1 { FAIR } else { CLOSE };
+        if nearest_pair(&found) <= enough {
             break;
         }
-        if found.iter().any(|c| c.method.kin == method.kin) {
+        let known = found.iter().any(|c| c.method.kin == method.kin);
+        if known || silent_kin.contains(&method.kin) {
             continue;
         }
         if !watch.goes_on(&format!("reference by {}", method.name)) {
@@ -147,7 +155,11 @@ fn gather(
         match climb(scene, method, patience, watch) {
             Ok(climbed) => found.push(climbed),
             Err(error) if error.code == Code::Interrupted => return Err(error),
-            Err(error) => silent.push((method.name, error.message)),
+            Err(error) => {
+                // Explicit methods are all bound alike.
+                silent_kin.extend(method.bound.map(|_| method.kin));
+                silent.push((method.name, error.message));
+            }
         }
     }
     Ok((found, silent))
@@ -157,24 +169,29 @@ fn gather(
 fn climb(
     scene: &MotionScene,
     method: &'static Method,
-    patience: f64,
+    (cost, patience): (&Cost, f64),
     watch: &mut Watch,
 ) -> Result<Climbed, Error> {
-    let exact = method.ladder == Ladder::Exact;
-    let rungs: &[f64] = if exact { &CLIMB[3..] } else { &CLIMB };
-    let mut trials: Vec<(Option<f64>, Trial)> = Vec::new();
+    let mut trials: Vec<(Option<Wanted>, Trial)> = Vec::new();
     let mut left = patience;
-    for &tolerance in rungs {
+    for rung in ladder(scene, method) {
+        let wanted = rung.unwrap_or(Wanted::Tolerance(TIGHTEST));
         let next = trials.last().map_or(0.0, |t| t.1.seconds * growth(method));
         if next > left {
             break;
         }
+        let least = cost.least(method, wanted);
+        if let Some(least) = least.filter(|least| least.seconds > left) {
+            match trials.is_empty() {
+                true => return Err(Error::new(Code::Hopeless, least.told())),
+                false => break,
+            }
+        }
         let patience = (watch.stop, left);
-        let wanted = Wanted::Tolerance(tolerance);
         match integrate(scene, method, wanted, &scene.start, patience) {
             Ok(trial) if distance(&trial.values, &trial.values).is_finite() => {
                 left -= trial.seconds;
-                trials.push(((!exact).then_some(tolerance), trial));
+                trials.push((rung, trial));
             }
             Ok(_) => {
                 let message = "the motion grew beyond all numbers";
@@ -206,7 +223,7 @@ fn closest(found: &[Climbed]) -> Option<(usize, Vec<Witness>)> {
         let mut all: Vec<Witness> = others
             .map(|(_, other)| Witness {
                 method: other.method.name,
-                tolerance: other.trials.last().and_then(|t| t.0),
+                wanted: other.trials.last().and_then(|t| t.0),
                 related: false,
                 distance: distance(other.values(), found[at].values()),
             })
@@ -221,12 +238,12 @@ fn closest(found: &[Climbed]) -> Option<(usize, Vec<Witness>)> {
 
 /// The same method asked less tightly, where no other can witness.
 fn itself(own: &Climbed) -> Option<Witness> {
-    let [.., (tolerance, before), (_, best)] = &own.trials[..] else {
+    let [.., (wanted, before), (_, best)] = &own.trials[..] else {
         return None;
     };
     Some(Witness {
         method: own.method.name,
-        tolerance: *tolerance,
+        wanted: *wanted,
         related: true,
         distance: distance(&before.values, &best.values),
     })
@@ -234,7 +251,7 @@ fn itself(own: &Climbed) -> Option<Witness> {
 
 /// Runs once more from a start changed by a small share of the size each state reaches.
 fn amplification(scene: &MotionScene, own: &Climbed, known: f64, watch: &mut Watch) -> Option<f64> {
-    let (tolerance, best) = own.trials.last()?;
+    let (wanted, best) = own.trials.last()?;
     let nudge = (BEYOND * known).clamp(NUDGE.0, NUDGE.1);
     if best.sizes.iter().all(|s| *s == 0.0) {
         return None;
@@ -245,7 +262,7 @@ fn amplification(scene: &MotionScene, own: &Climbed, known: f64, watch: &mut Wat
         .zip(&best.sizes)
         .map(|(x, size)| x + nudge * size)
         .collect();
-    let wanted = Wanted::Tolerance(tolerance.unwrap_or(super::trial::TIGHTEST));
+    let wanted = wanted.unwrap_or(Wanted::Tolerance(TIGHTEST));
     let patience = (watch.stop, 2.0 * best.seconds + 1.0);
     let moved = integrate(scene, own.method, wanted, &start, patience).ok()?;
     let of = |(x, r): (&Vec<f64>, &Vec<f64>)| {

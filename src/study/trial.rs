@@ -8,15 +8,18 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::stop::Stop;
 use crate::base::units;
-use crate::motion::methods::{Kin, Method};
+use crate::motion::methods::{Ladder, Method};
 use crate::motion::problem::{Ask, Effort, Wanted};
 use crate::plan::motion::scene::MotionScene;
 
 /// The tightest tolerance a method is asked for: below, rounding decides.
 pub const TIGHTEST: f64 = 1e-13;
 
-/// Evaluations after which a run is given up.
-const BUDGET: u64 = 20_000_000;
+/// Tolerances of the ladder.
+const TOLERANCES: [f64; 6] = [1e-3, 1e-5, 1e-7, 1e-9, 1e-11, TIGHTEST];
+
+/// Divisions of the time by fixed-step methods.
+const STEPS: [f64; 4] = [1e3, 1e4, 1e5, 1e6];
 
 /// A run that came to its end.
 pub struct Trial {
@@ -30,7 +33,7 @@ pub struct Trial {
     pub seconds: f64,
 }
 
-/// Runs a method, for so many seconds at most.
+/// Runs a method, for so many seconds at most; what is seen to take longer is not begun, or given up.
 ///
 /// # Errors
 /// Those of the method; `Hopeless` where patience runs out, `Interrupted` where somebody asks for the end.
@@ -48,8 +51,8 @@ pub fn integrate(
         start: start.to_vec(),
         samples: scene.samples,
         effort: wanted,
-        budget: BUDGET,
-        stop: stop.within(patience),
+        budget: u64::MAX,
+        stop: stop.within(patience).allowing(patience),
     };
     let mut values = vec![Vec::with_capacity(scene.samples + 1); scene.outputs.list.len()];
     let mut sizes = vec![0.0f64; start.len()];
@@ -84,14 +87,22 @@ pub fn integrate(
     })
 }
 
-/// How many times as much a tolerance a hundred times tighter costs at most: steps go by its root of order, errors are estimated
-/// with one order less, and from order five on the estimate is of order four or more.
+/// What a method is asked, the coarsest first.
+pub fn ladder(scene: &MotionScene, method: &Method) -> Vec<Option<Wanted>> {
+    match method.ladder {
+        Ladder::Exact => vec![None],
+        Ladder::Tolerance => TOLERANCES.map(|t| Some(Wanted::Tolerance(t))).to_vec(),
+        Ladder::Step => STEPS.map(|n| Some(Wanted::Step(scene.until / n))).to_vec(),
+    }
+}
+
+/// How many times as much the next rung of the ladder costs at most. Steps go by a root of the tolerance: that of the order, but
+/// no more than the fourth, since errors are estimated with less.
 pub fn growth(method: &Method) -> f64 {
-    let order = match method.kin {
-        Kin::Newmark => 2,
-        _ => 4,
-    };
-    100.0f64.powf(1.0 / f64::from(order))
+    match method.ladder {
+        Ladder::Step => 10.0,
+        _ => 100.0f64.powf(1.0 / f64::from(method.order.unwrap_or(4).min(4))),
+    }
 }
 
 /// The worst output's largest difference over all samples, each by its own largest size in the reference.

@@ -8,7 +8,7 @@ use clap::{Args, ValueEnum};
 #[derive(Debug, Args)]
 pub struct MotionArgs {
     /// How long (s where bare)
-    #[arg(long, value_name = "TIME")]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     pub until: Option<String>,
     /// Signals: motor.theta, motor.theta.speed, motor.theta.acceleration, motor.theta.load, belt.force, belt.deflection
     #[arg(long, value_name = "SIGNALS", value_delimiter = ',')]
@@ -18,13 +18,18 @@ pub struct MotionArgs {
     #[arg(long, value_name = "METHOD")]
     pub method: Option<String>,
     /// Local error of a step, relative to the size of each state; 1e-8 where left out
-    #[arg(long, value_name = "X")]
+    #[arg(long, value_name = "X", allow_negative_numbers = true)]
     pub tolerance: Option<f64>,
     /// Fixed step (s where bare), for methods that go by one
-    #[arg(long, value_name = "TIME", conflicts_with = "tolerance")]
+    #[arg(
+        long,
+        value_name = "TIME",
+        conflicts_with = "tolerance",
+        allow_hyphen_values = true
+    )]
     pub step: Option<String>,
     /// Into how many equal parts the outputs divide the time; 1000 where left out
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub samples: Option<u32>,
 }
 
@@ -106,7 +111,7 @@ pub struct AccuracyArgs {
     #[arg(long, value_name = "METHODS", value_delimiter = ',')]
     pub methods: Vec<String>,
     /// The error wanted, for which a method is recommended; 1e-6 where left out
-    #[arg(long, value_name = "X")]
+    #[arg(long, value_name = "X", allow_negative_numbers = true)]
     pub error: Option<f64>,
     /// One JSON document on standard output, nothing else there
     #[arg(long)]

@@ -14,6 +14,7 @@ pub const METHOD: Method = Method {
     ladder: Ladder::Exact,
     order: None,
     kin: Kin::Propagation,
+    bound: None,
     locates_events: true,
     refuses,
     run,

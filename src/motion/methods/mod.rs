@@ -50,6 +50,8 @@ pub struct Method {
     pub order: Option<u32>,
     /// What it descends from: methods of one kin share their faults, so that they cannot confirm each other.
     pub kin: Kin,
+    /// What its steps are bound by; absent where none is too long to be stable.
+    pub bound: Option<Bound>,
     /// It takes switches at the instants they happen, so that they cost no order.
     pub locates_events: bool,
     /// Why it cannot take a machine; absent where it can.
@@ -57,6 +59,29 @@ pub struct Method {
     /// Integrates.
     pub run: Run<Train>,
 }
+
+/// What keeps an explicit method stable.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bound {
+    /// Evaluations of f in a step.
+    pub stages: u32,
+    /// The largest |hλ| in the left half-plane with which a step does not grow; along the imaginary axis it is less.
+    pub radius: f64,
+}
+
+// Radii of the regions of the stability polynomials that `stability` draws.
+const ORDER_4: Bound = Bound {
+    stages: 4,
+    radius: 2.97,
+};
+const ORDER_5: Bound = Bound {
+    stages: 6,
+    radius: 3.40,
+};
+const ORDER_8: Bound = Bound {
+    stages: 12,
+    radius: 6.80,
+};
 
 /// What a method descends from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -96,6 +121,7 @@ pub const METHODS: &[Method] = &[
         ladder: Ladder::Tolerance,
         order: Some(8),
         kin: Kin::Explicit,
+        bound: Some(ORDER_8),
         locates_events: true,
         refuses: light::refused,
         run: stepping::dop853,
@@ -106,6 +132,7 @@ pub const METHODS: &[Method] = &[
         ladder: Ladder::Tolerance,
         order: Some(5),
         kin: Kin::Collocation,
+        bound: None,
         locates_events: true,
         refuses: |_| None,
         run: stepping::radau5,
@@ -116,6 +143,7 @@ pub const METHODS: &[Method] = &[
         ladder: Ladder::Tolerance,
         order: Some(4),
         kin: Kin::Propagation,
+        bound: None,
         locates_events: true,
         refuses: exponential::refuses,
         run: exponential::exponential,
@@ -126,6 +154,7 @@ pub const METHODS: &[Method] = &[
         ladder: Ladder::Tolerance,
         order: Some(8),
         kin: Kin::Explicit,
+        bound: Some(ORDER_8),
         locates_events: false,
         refuses: light::refused,
         run: explicit::dop853,
@@ -136,6 +165,7 @@ pub const METHODS: &[Method] = &[
         ladder: Ladder::Tolerance,
         order: Some(5),
         kin: Kin::Explicit,
+        bound: Some(ORDER_5),
         locates_events: false,
         refuses: light::refused,
         run: explicit::dopri5,
@@ -146,6 +176,7 @@ pub const METHODS: &[Method] = &[
         ladder: Ladder::Step,
         order: Some(4),
         kin: Kin::Explicit,
+        bound: Some(ORDER_4),
         locates_events: false,
         refuses: light::refused,
         run: explicit::rk4,
@@ -157,6 +188,7 @@ pub const METHODS: &[Method] = &[
         ladder: Ladder::Tolerance,
         order: None,
         kin: Kin::Multistep,
+        bound: None,
         locates_events: false,
         refuses: light::refused,
         run: bdf::machine,
@@ -167,6 +199,7 @@ pub const METHODS: &[Method] = &[
         ladder: Ladder::Tolerance,
         order: Some(2),
         kin: Kin::Newmark,
+        bound: None,
         locates_events: false,
         refuses: alpha::refuses,
         run: alpha::generalized,
@@ -177,6 +210,7 @@ pub const METHODS: &[Method] = &[
         ladder: Ladder::Step,
         order: Some(2),
         kin: Kin::Newmark,
+        bound: None,
         locates_events: false,
         refuses: alpha::refuses,
         run: alpha::generalized,
@@ -187,6 +221,7 @@ pub const METHODS: &[Method] = &[
         ladder: Ladder::Step,
         order: Some(2),
         kin: Kin::Newmark,
+        bound: None,
         locates_events: false,
         refuses: alpha::refuses,
         run: alpha::hht,
@@ -197,6 +232,7 @@ pub const METHODS: &[Method] = &[
         ladder: Ladder::Step,
         order: Some(2),
         kin: Kin::Newmark,
+        bound: None,
         locates_events: false,
         refuses: alpha::refuses,
         run: alpha::newmark,

@@ -13,11 +13,13 @@ use super::search::{Outcome, Reached, Search};
 use super::shared::Shared;
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::base::words::counted;
 use crate::motion::contact::Stand;
 use crate::motion::friction::Slip;
 use crate::motion::problem::{Ask, Effort, Sink};
 use crate::motion::progress::within_budget;
 use crate::motion::train::{BranchStand, Law, Regime, Train};
+use crate::motion::trouble;
 
 /// Switches within a few rounding errors of one instant beyond which they will not end.
 const CHATTER: u32 = 200;
@@ -65,7 +67,8 @@ pub fn run(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
             if ask.stop.is_due() {
                 return Ok(journey.effort);
             }
-            within_budget(ask, &journey.effort, journey.now.high)?;
+            within_budget(ask, &journey.effort, journey.now.high)
+                .map_err(|e| trouble::busiest(e, train, &journey.busy))?;
         }
         let place = met.place(&shared, &journey.regime.stands)?;
         journey.effort.machines = met.machines.len() as u64;
@@ -388,18 +391,14 @@ impl Journey<'_> {
     }
 
     fn spent(&self, t: f64) -> Error {
-        let most = (0..self.busy.len()).max_by_key(|&at| self.busy[at]);
-        let busiest = match most {
-            Some(at) if self.busy[at] > 0 => {
-                let name = &self.shared.train.branches[at].name;
-                format!("; `{name}` switched most, {} times", self.busy[at])
-            }
-            _ => String::new(),
-        };
         let message = format!(
-            "the budget of {} evaluations was spent at t = {t:.6e} s of {:.6e} s, after {} switches{busiest}",
-            self.ask.budget, self.ask.to, self.effort.events
+            "the budget of {} evaluations was spent at t = {t:.6e} s of {:.6e} s, after {}",
+            self.ask.budget,
+            self.ask.to,
+            counted(self.effort.events as usize, "switch")
         );
-        Error::new(Code::Hopeless, message).hint("ask for a shorter time or a larger budget")
+        let error =
+            Error::new(Code::Hopeless, message).hint("ask for a shorter time or a larger budget");
+        trouble::busiest(error, self.shared.train, &self.busy)
     }
 }

@@ -25,6 +25,8 @@ pub struct Choice {
     pub wanted: Wanted,
     /// Why this one.
     pub reason: String,
+    /// The method that would be exact here, and takes no step: one was asked for.
+    pub passed_over: Option<&'static str>,
 }
 
 /// The order in which methods are taken: exact ones first, then those that keep their order across events and stiffness.
@@ -98,7 +100,7 @@ fn explicit_steps(train: &Train, until: f64) -> Option<f64> {
 /// # Errors
 /// An unknown word; a method that cannot take the machine; a step for a method that chooses its own.
 pub fn choose(train: &Train, study: &SimulateStudy) -> Result<Choice, Error> {
-    let (method, reason) = match &study.method {
+    let (method, mut reason) = match &study.method {
         Some(name) => (named(name)?, "asked for".to_string()),
         None => automatic(train, study)?,
     };
@@ -138,11 +140,27 @@ pub fn choose(train: &Train, study: &SimulateStudy) -> Result<Choice, Error> {
         }
         (_, None, tolerance) => Wanted::Tolerance(tolerance.unwrap_or(TOLERANCE)),
     };
+    let passed_over = match study.method {
+        None if method.ladder == Ladder::Step => exact(train),
+        _ => None,
+    };
+    if let Some(exact) = passed_over {
+        reason += &format!(
+            "; the method {exact} would have no error here, but takes no step, and one is asked for"
+        );
+    }
     Ok(Choice {
         method,
         wanted,
         reason,
+        passed_over,
     })
+}
+
+/// The method that is exact for a machine.
+fn exact(train: &Train) -> Option<&'static str> {
+    let able = |m: &&Method| m.ladder == Ladder::Exact && (m.refuses)(train).is_none();
+    METHODS.iter().find(able).map(|m| m.name)
 }
 
 /// Takes over where the method that the structure suggests does not converge: it locates no switches, so that contacts which
@@ -165,6 +183,7 @@ pub fn successor(
         method,
         wanted: Wanted::Tolerance(study.tolerance.unwrap_or(TOLERANCE)),
         reason: format!("{} did not converge", failed.method.name),
+        passed_over: None,
     })
 }
 

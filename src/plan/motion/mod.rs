@@ -12,6 +12,9 @@ pub mod structure;
 /// Which method, and why.
 pub mod choice;
 
+/// What it costs at least.
+pub mod cost;
+
 /// What can be read off an output.
 pub mod reading;
 

@@ -4,13 +4,16 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 use super::choice::Choice;
+use super::cost::ALLOWED;
 use super::reading::{Reader, Reading};
 use super::scene::MotionScene;
 use crate::base::error::Error;
 use crate::base::stop::Stop;
 use crate::motion::energy::{Balance, Meter};
 use crate::motion::problem::{Ask, Effort};
+use crate::motion::progress::too_long;
 use crate::motion::regime::Regime;
+use crate::motion::trouble;
 
 /// The answer to a study of motion.
 #[derive(Debug, Clone)]
@@ -33,9 +36,6 @@ pub struct Motion {
     pub interrupted: bool,
 }
 
-/// Evaluations after which a run is refused as hopeless: some minutes for twenty freedoms.
-pub const BUDGET: u64 = 400_000_000;
-
 /// What a scene asks of a method.
 pub fn ask(scene: &MotionScene, choice: &Choice, samples: usize, stop: &Stop) -> Ask {
     Ask {
@@ -44,8 +44,8 @@ pub fn ask(scene: &MotionScene, choice: &Choice, samples: usize, stop: &Stop) ->
         start: scene.start.clone(),
         samples,
         effort: choice.wanted,
-        budget: BUDGET,
-        stop: stop.clone(),
+        budget: u64::MAX,
+        stop: stop.allowing(ALLOWED),
     }
 }
 
@@ -109,14 +109,19 @@ pub fn watched(
             refused = watch((t, y), &now).err();
         }
         count += 1;
+        // Where nothing switches, samples alone take time.
+        if count % LOOK == 0 && refused.is_none() {
+            let foreseen = ask.stop.foresees(t / ask.to);
+            refused = foreseen.map(|foreseen| too_long(&ask, foreseen, t));
+        }
         match refused {
             None => ControlFlow::Continue(()),
             Some(_) => ControlFlow::Break(()),
         }
-    })?;
-    if let Some(error) = refused {
-        return Err(error);
-    }
+    });
+    let effort = refused
+        .map_or(effort, Err)
+        .map_err(|e| trouble::swiftest(e, train))?;
     let seconds = start.elapsed().as_secs_f64();
     let balance = energy.then(|| meters.map(Meter::balance));
     Ok(Motion {
@@ -130,6 +135,9 @@ pub fn watched(
         interrupted: count <= ask.samples,
     })
 }
+
+/// Samples between two looks at how long the whole would take.
+const LOOK: usize = 1024;
 
 /// Samples of powers for each sample shown.
 const FINER: usize = 4;

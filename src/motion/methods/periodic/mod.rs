@@ -41,6 +41,7 @@ pub const METHOD: Method = Method {
     ladder: Ladder::Exact,
     order: None,
     kin: Kin::Propagation,
+    bound: None,
     locates_events: true,
     refuses,
     run,

@@ -1,0 +1,143 @@
+//! What a motion costs at least, known before any work: steps that stability or the study bounds, and the room of its history.
+
+use std::time::Instant;
+
+use super::choice::{Choice, choose};
+use super::scene::MotionScene;
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::base::units::{duration, seconds};
+use crate::motion::methods::Method;
+use crate::motion::problem::{Problem, Wanted};
+use crate::motion::trouble::{Fastest, fastest};
+use crate::scene::study::SimulateStudy;
+
+/// Seconds that a motion may take.
+pub const ALLOWED: f64 = 3600.0;
+
+/// Numbers that a history may hold: 2 GB.
+const NUMBERS: f64 = 2.5e8;
+
+/// What steps of a scene cost.
+pub struct Cost<'s> {
+    until: f64,
+    /// Seconds of one evaluation of f.
+    evaluation: f64,
+    fastest: Option<Fastest<'s>>,
+}
+
+/// A run costs at least this.
+pub struct Least<'s> {
+    /// Steps.
+    pub steps: f64,
+    /// Seconds.
+    pub seconds: f64,
+    /// What bounds the steps; absent where the study gives them.
+    pub by: Option<Fastest<'s>>,
+}
+
+impl<'s> Cost<'s> {
+    /// Times an evaluation of f, in a millisecond.
+    pub fn new(scene: &'s MotionScene) -> Cost<'s> {
+        let train = &scene.moving.train;
+        let mut slope = vec![0.0; train.len()];
+        let begin = Instant::now();
+        let mut least = f64::INFINITY;
+        while begin.elapsed().as_secs_f64() < 1e-3 {
+            const MANY: u32 = 16;
+            let some = Instant::now();
+            (0..MANY).for_each(|_| train.slope(0.0, &scene.start, &mut slope));
+            least = least.min(some.elapsed().as_secs_f64() / f64::from(MANY));
+        }
+        Cost {
+            until: scene.until,
+            evaluation: least,
+            fastest: fastest(train),
+        }
+    }
+
+    /// What a run by a method costs at least; absent where nothing tells before.
+    pub fn least(&self, method: &Method, wanted: Wanted) -> Option<Least<'s>> {
+        let stages = method.bound.map_or(1.0, |b| f64::from(b.stages));
+        let (steps, by) = match (wanted, method.bound, self.fastest) {
+            (Wanted::Step(h), ..) => (self.until / h, None),
+            (Wanted::Tolerance(_), Some(bound), Some(fastest)) => {
+                (self.until * fastest.rate / bound.radius, Some(fastest))
+            }
+            _ => return None,
+        };
+        Some(Least {
+            steps,
+            seconds: steps * stages * self.evaluation,
+            by,
+        })
+    }
+}
+
+impl Least<'_> {
+    /// In words.
+    pub fn told(&self) -> String {
+        let steps = match self.steps {
+            n if n < 1e4 => format!("{n:.0}"),
+            n => format!("{n:.1e}"),
+        };
+        let text = format!(
+            "it would take {steps} steps and {} at least",
+            duration(self.seconds)
+        );
+        match self.by {
+            Some(by) => format!("{text}, for steps bound by stability: {}", by.told()),
+            None => text,
+        }
+    }
+}
+
+/// Refuses a motion that would take longer than is allowed, or whose history would take more room.
+///
+/// # Errors
+/// `Hopeless`, with the estimate and what to try.
+pub fn refuse(scene: &MotionScene, choice: &Choice, study: &SimulateStudy) -> Result<(), Error> {
+    let signals = scene.outputs.list.len() + 1;
+    let numbers = signals as f64 * (scene.samples as f64 + 1.0);
+    if study.running.history && numbers > NUMBERS {
+        let message = format!(
+            "the history of {signals} columns at {} instants would take {:.0} GB, and {:.0} are allowed",
+            scene.samples + 1,
+            8e-9 * numbers,
+            8e-9 * NUMBERS
+        );
+        return Err(Error::new(Code::Hopeless, message)
+            .hint("ask for fewer --samples, or keep none with --no-history"));
+    }
+    let least = Cost::new(scene).least(choice.method, choice.wanted);
+    let Some(least) = least.filter(|least| least.seconds > ALLOWED) else {
+        return Ok(());
+    };
+    let message = format!(
+        "{} is hopeless here: {}, and {} are allowed",
+        choice.method.name,
+        least.told(),
+        duration(ALLOWED)
+    );
+    let free = SimulateStudy {
+        method: None,
+        step: None,
+        ..study.clone()
+    };
+    let other = choose(&scene.moving.train, &free).ok();
+    let other = other.filter(|other| other.method.name != choice.method.name);
+    let other = other.map_or(String::new(), |other| {
+        format!(
+            ", or leave method and step out: the plan takes {}",
+            other.method.name
+        )
+    });
+    let step = match choice.wanted {
+        Wanted::Step(_) => ", take a longer step",
+        Wanted::Tolerance(_) => "",
+    };
+    Err(Error::new(Code::Hopeless, message).hint(format!(
+        "ask for a shorter time (an hour reaches t = {} at most){step}{other}",
+        seconds(scene.until * ALLOWED / least.seconds)
+    )))
+}

@@ -1,0 +1,229 @@
+//! Requests that are hopeless: refused before the work where their cost is known, while it runs where it is seen.
+
+use std::f64::consts::PI;
+use std::ops::ControlFlow;
+use std::process::Command;
+
+use geardyn::base::code::Code;
+use geardyn::base::stop::Stop;
+use geardyn::motion::methods::{METHODS, find};
+use geardyn::motion::problem::{Ask, Wanted};
+use geardyn::motion::trouble::fastest;
+use geardyn::numeric::Complex;
+use geardyn::plan::motion::cost::Cost;
+use geardyn::plan::motion::scene::MotionScene;
+use geardyn::plan::prepared::Prepared;
+use geardyn::scene;
+use geardyn::scene::study::SimulateStudy;
+use geardyn::study::accuracy::{self, Outcome};
+use geardyn::study::stability::{amplification, polynomial};
+use geardyn::study::watch::Watch;
+
+fn geardyn(arguments: &[&str]) -> (Option<i32>, String, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_geardyn"))
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .args(arguments)
+        .output()
+        .unwrap();
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (
+        output.status.code(),
+        text(&output.stdout),
+        text(&output.stderr),
+    )
+}
+
+fn ready(example: &str, until: f64, output: &str) -> MotionScene {
+    let text = std::fs::read_to_string(format!("examples/{example}.toml")).unwrap();
+    let text = text.replace("../models/", "models/");
+    let scene = scene::read_text("x.toml", &text).unwrap();
+    let study = SimulateStudy {
+        until: Some(until),
+        outputs: vec![output.to_string()],
+        samples: Some(50),
+        ..SimulateStudy::default()
+    };
+    MotionScene::new(&Prepared::new(&scene.model).unwrap(), &scene.start, &study).unwrap()
+}
+
+/// No hλ in the left half-plane beyond the radius of a method is stable along its ray, and some just within is.
+#[test]
+fn law_bounds_are_the_radii_of_stability() {
+    for method in METHODS {
+        let Some(coefficients) = polynomial(method.name) else {
+            continue;
+        };
+        let bound = method.bound.unwrap();
+        let ends = (0..=400).map(|k| {
+            let angle = PI * (0.5 + 0.5 * f64::from(k) / 400.0);
+            let stable = |r: f64| {
+                let z = Complex::new(r * angle.cos(), r * angle.sin());
+                amplification(&coefficients, z) <= 1.0 + 1e-6
+            };
+            let ray = (1..=1000).map(|k| 0.01 * f64::from(k));
+            ray.take_while(|&r| stable(r)).last().unwrap_or(0.0)
+        });
+        let farthest = ends.fold(0.0, f64::max);
+        let ratio = bound.radius / farthest;
+        assert!((1.0..1.02).contains(&ratio), "{}: {farthest}", method.name);
+    }
+}
+
+/// Twenty equal discs on equal shafts, the first held: `ω = 2 √(k/J) sin(39π/82)`.
+#[test]
+fn case_fastest_motion_of_a_chain() {
+    let scene = ready("linear_chain", 1.0, "chain.20.theta");
+    let omega = 2.0 * (8000.0f64 / 0.02).sqrt() * (39.0 * PI / 82.0).sin();
+    let found = fastest(&scene.moving.train).unwrap();
+    let ratio = found.rate / omega;
+    assert!((0.98..=1.0 + 1e-12).contains(&ratio), "{ratio}");
+    // Steps at the edge of stability: `ω T` over the radius.
+    let method = find("dop853-events").unwrap();
+    let least = Cost::new(&scene)
+        .least(method, Wanted::Tolerance(1e-3))
+        .unwrap();
+    assert!((least.steps * 6.8 / found.rate - 1.0).abs() < 1e-12 && least.seconds > 0.0);
+    let mut seen = 0;
+    let ask = Ask {
+        from: 0.0,
+        to: 1.0,
+        start: scene.start.clone(),
+        samples: 1,
+        effort: Wanted::Tolerance(1e-3),
+        budget: u64::MAX,
+        stop: Stop::default(),
+    };
+    let effort = (method.run)(&scene.moving.train, &ask, &mut |_, _, _| {
+        seen += 1;
+        ControlFlow::Continue(())
+    })
+    .unwrap();
+    assert!(effort.steps as f64 >= least.steps, "{effort:?}");
+}
+
+/// Known before any work: said with the estimate, the element that costs, and what to try.
+#[test]
+fn refused_before_the_work() {
+    let chain = "examples/stiff_chain.toml";
+    let cases: &[(&[&str], &[&str])] = &[
+        (
+            &["--method", "dop853-events", "--until", "1e6"],
+            &["steps", "years", "MHz", "`shaft_6`", "the plan takes exact"],
+        ),
+        (
+            &["--method", "newmark", "--step", "1e-15"],
+            &["1.0e15 steps", "take a longer step"],
+        ),
+        (&["--samples", "1000000000"], &["40 GB", "--no-history"]),
+    ];
+    for (flags, words) in cases {
+        let (code, _, said) = geardyn(&[&["simulate", chain], *flags].concat());
+        assert_eq!(code, Some(3), "{said}");
+        for word in *words {
+            assert!(said.contains(word), "{word}: {said}");
+        }
+    }
+}
+
+/// Seen while it runs: switches bring it on, so that the pace tells, and the contact that switched most is named.
+#[test]
+fn refused_by_the_pace() {
+    let scene = ready("backlash_pair", 1e9, "pair.deflection");
+    for method in ["switched", "dop853-events"] {
+        let ask = Ask {
+            from: 0.0,
+            to: 1e9,
+            start: scene.start.clone(),
+            samples: 2,
+            effort: Wanted::Tolerance(1e-6),
+            budget: u64::MAX,
+            stop: Stop::default().allowing(10.0),
+        };
+        let run = find(method).unwrap().run;
+        let error = run(&scene.moving.train, &ask, &mut |_, _, _| {
+            ControlFlow::Continue(())
+        });
+        let error = error.unwrap_err();
+        assert_eq!(error.code, Code::Hopeless);
+        for word in [
+            "of 1.0e9 s",
+            "would take",
+            "10.0 s are allowed",
+            "`pair` switched most",
+        ] {
+            assert!(error.message.contains(word), "{method}: {word}: {error}");
+        }
+    }
+}
+
+/// A stiff machine: explicit methods are listed with what they would cost, and the closed form is confirmed as tightly as an
+/// unrelated method can in the time.
+#[test]
+fn law_accuracy_refuses_what_cannot() {
+    let scene = ready("stiff_chain", 100.0, "body_20.theta");
+    let methods = ["exact", "dop853-events", "dopri5"].map(String::from);
+    let mut watch = Watch {
+        stop: &Stop::default(),
+        hear: &mut |_| {},
+    };
+    let found = accuracy::study(&scene, &methods, 2.0, &mut watch).unwrap();
+    for run in found.runs.iter().filter(|r| r.method != "exact") {
+        let Outcome::NotRun(why) = &run.outcome else {
+            panic!("{} ran", run.method)
+        };
+        assert!(
+            why.contains("stability") && why.contains("`shaft_6`"),
+            "{why}"
+        );
+    }
+    assert_eq!(found.reference.method, "exact");
+    let kin = |name: &str| find(name).unwrap().kin;
+    let witness = &found.reference.witnesses[0];
+    assert!(kin(witness.method) != kin("exact") && witness.distance > 0.0);
+}
+
+/// What makes no sense ends with 2 and says what would.
+#[test]
+fn refused_senseless_flags() {
+    let chain = "examples/linear_chain.toml";
+    for (flags, word) in [
+        (
+            &["--until", "-1"][..],
+            "--until takes a time above zero, and -1 is none",
+        ),
+        (
+            &["--until", "-1 s"],
+            "--until takes a time above zero, and -1 s is none",
+        ),
+        (&["--step", "-1"], "--step takes a time above zero"),
+        (&["--tolerance", "-1"], "above 0 and below 1"),
+    ] {
+        let (code, _, said) = geardyn(&[&["simulate", chain], flags].concat());
+        assert_eq!(code, Some(2), "{said}");
+        assert!(said.contains(word), "{said}");
+    }
+    let (code, _, said) = geardyn(&["accuracy", chain, "--error", "-1"]);
+    assert!(
+        code == Some(2) && said.contains("--error takes a number above zero"),
+        "{said}"
+    );
+}
+
+/// A step where a method without one would be exact: said in the plan and as a warning; one of a thing is one.
+#[test]
+fn law_steps_for_exact_are_told() {
+    let chain = ["simulate", "examples/linear_chain.toml", "--until", "0.01"];
+    let (code, _, said) = geardyn(&[&chain[..], &["--step", "1 ms"]].concat());
+    assert_eq!(code, Some(0), "{said}");
+    for word in [
+        "the method exact would have no error here",
+        "[step-for-exact]",
+        "1 factorisation,",
+    ] {
+        assert!(said.contains(word), "{word}: {said}");
+    }
+    let (_, _, said) = geardyn(&[&chain[..], &["--method", "newmark", "--step", "1 ms"]].concat());
+    assert!(!said.contains("step-for-exact"), "{said}");
+    let (_, _, said) = geardyn(&chain);
+    assert!(said.contains("effort: 1 step, "), "{said}");
+}
