@@ -87,6 +87,26 @@ fn exact_step_of_one_freedom() {
             && answer.settling_s > envelope - std::f64::consts::PI / damped,
         "{answer:?}"
     );
+    // Fifteen samples a period give the same, and where the step lies between two samples.
+    for (samples, time) in [(192, 0.5), (187, 0.511)] {
+        let scene = scene_of(&format!(
+            "{ONE}\nload = [{{ at = \"disc\", kind = \"step\", torque = 5.0, time = {time} }}]"
+        ));
+        let rough = SimulateStudy {
+            samples: Some(samples),
+            ..study.clone()
+        };
+        let (_, motion) = moved(&scene, &rough);
+        let found = reading::step(&motion.time, &motion.values[0], time).unwrap();
+        let off = [
+            found.overshoot.0 / answer.overshoot.0 - 1.0,
+            found.overshoot.1 / answer.overshoot.1 - 1.0,
+            found.settling_s / answer.settling_s - 1.0,
+            found.rise_s / answer.rise_s - 1.0,
+        ];
+        assert!(off.iter().all(|x| x.abs() < 0.02), "{off:?}");
+        assert_eq!(found.oscillations, answer.oscillations);
+    }
     // Every value in closed form.
     for (t, x) in motion.time.iter().zip(&motion.values[0]) {
         let s = t - 0.5;
@@ -419,6 +439,26 @@ roll = [0.0, 1.0]
     assert!(without.message.contains("slot"), "{}", without.message);
     let idle = ready(&scene("", "k_z = 1e8"), &study(1.0, &["head.x.load"]));
     assert!(idle.is_err());
+}
+
+/// The tolerance decides with the limit of stability which method is taken, and the plan says so by name.
+#[test]
+fn law_tolerance_decides() {
+    let scene = shipped("y2250_step.toml");
+    let chosen = |tolerance: f64| {
+        let study = SimulateStudy {
+            tolerance: Some(tolerance),
+            ..study(4.0, &[])
+        };
+        let ready = ready(&scene, &study).unwrap();
+        choice::choose(&ready.moving.train, &study).unwrap()
+    };
+    let (tight, loose) = (chosen(1e-9), chosen(1e-4));
+    assert_eq!(tight.method.name, "dop853-events", "{}", tight.reason);
+    assert_eq!(loose.method.name, "radau5", "{}", loose.reason);
+    for choice in [tight, loose] {
+        assert!(choice.reason.contains("`drive`"), "{}", choice.reason);
+    }
 }
 
 /// What loads exert is an output, of orders that follow the angle as well.

@@ -96,9 +96,10 @@ pub struct StepAnswer {
 /// The band in which an answer counts as settled, as a share of the change.
 const BAND: f64 = 0.02;
 
-/// Reads the answer to a step at `at`; absent where the output does not come to rest: its last tenth still leaves the band.
+/// Reads the answer to a step at `at` off equally spaced samples; absent where the output does not come to rest: its last tenth
+/// still leaves the band. Peaks are those of parabolas through the samples, crossings lie on lines between two.
 pub fn step(time: &[f64], values: &[f64], at: f64) -> Option<StepAnswer> {
-    let first = time.partition_point(|&t| t < at);
+    let first = time.partition_point(|&t| t <= at).checked_sub(1)?;
     let tail = first + (time.len().saturating_sub(first)) * 9 / 10;
     let last = values.get(tail..).filter(|v| v.len() > 2)?;
     let after = last.iter().sum::<f64>() / last.len() as f64;
@@ -120,14 +121,24 @@ pub fn step(time: &[f64], values: &[f64], at: f64) -> Option<StepAnswer> {
         let (a, b) = (share(course[i - 1]), share(course[i]));
         Some(times[i - 1] + (times[i] - times[i - 1]) * (level - a) / (b - a))
     };
-    let mut overshoot = (0.0f64, 0.0);
-    for (&x, &t) in course.iter().zip(times) {
-        if share(x) - 1.0 > overshoot.0 {
-            overshoot = (share(x) - 1.0, t - at);
+    let beyond: Vec<f64> = course.iter().map(|&x| share(x) - 1.0).collect();
+    let largest = (0..beyond.len()).fold(0, |at, i| if beyond[i] > beyond[at] { i } else { at });
+    let overshoot = match beyond[largest] > 0.0 {
+        false => (0.0, 0.0),
+        true => {
+            let (shift, peak) = vertex(&beyond, largest);
+            let spacing = times.get(1).map_or(0.0, |second| second - times[0]);
+            (peak, times[largest] + shift * spacing - at)
         }
-    }
-    let outside = course.iter().rposition(|&x| (share(x) - 1.0).abs() > BAND);
-    let settling_s = outside.map_or(0.0, |i| times[(i + 1).min(times.len() - 1)] - at);
+    };
+    let outside = beyond.iter().rposition(|e| e.abs() > BAND);
+    let settling_s = outside.map_or(0.0, |i| {
+        let Some(next) = beyond.get(i + 1) else {
+            return times[i] - at;
+        };
+        let share = (beyond[i].abs() - BAND) / (beyond[i] - next).abs();
+        times[i] + share.min(1.0) * (times[i + 1] - times[i]) - at
+    });
     // Half swings: changes of side with more than the band between them.
     let mut side = 0.0;
     let mut halves = 0;
@@ -148,4 +159,20 @@ pub fn step(time: &[f64], values: &[f64], at: f64) -> Option<StepAnswer> {
         settling_s,
         oscillations: f64::from(halves) / 2.0,
     })
+}
+
+/// The vertex of the parabola through a largest sample and its neighbours, in samples from it, and its value; the sample itself
+/// where the curve about it is none: at an end, or where second differences jump.
+fn vertex(values: &[f64], at: usize) -> (f64, f64) {
+    let bend = |i: usize| values[i + 1] - 2.0 * values[i] + values[i - 1];
+    let smooth = at >= 2 && at + 2 < values.len() && {
+        let c = bend(at);
+        c < 0.0 && [bend(at - 1), bend(at + 1)].iter().all(|b| *b < 0.5 * c)
+    };
+    if !smooth {
+        return (0.0, values[at]);
+    }
+    let slope = 0.5 * (values[at + 1] - values[at - 1]);
+    let shift = -slope / bend(at);
+    (shift, values[at] + 0.5 * slope * shift)
 }
