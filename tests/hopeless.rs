@@ -125,6 +125,18 @@ fn refused_before_the_work() {
     }
 }
 
+/// A study that holds several histories at a time allows each less.
+#[test]
+fn refused_histories_of_accuracy() {
+    let chain = ["accuracy", "examples/linear_chain.toml"];
+    let (code, _, said) = geardyn(&[&chain[..], &["--samples", "100000000"]].concat());
+    assert_eq!(code, Some(3), "{said}");
+    assert!(
+        said.contains("are allowed") && said.contains("fewer --samples"),
+        "{said}"
+    );
+}
+
 /// Seen while it runs: switches bring it on, so that the pace tells, and the contact that switched most is named.
 #[test]
 fn refused_by_the_pace() {

@@ -15,7 +15,7 @@ use crate::base::units;
 use crate::motion::methods::{METHODS, Method};
 use crate::motion::problem::{Effort, Wanted};
 use crate::plan::motion::choice::named;
-use crate::plan::motion::cost::Cost;
+use crate::plan::motion::cost::{Cost, room};
 use crate::plan::motion::scene::MotionScene;
 
 /// Error against run time of one scene.
@@ -68,6 +68,9 @@ pub enum Advice<'a> {
 /// Seconds a rung may take, and all runs of one method for the reference.
 pub const PATIENCE: f64 = 10.0;
 
+/// Histories held at a time: those of the methods that may be the reference, and of the rung compared with it.
+const KEPT: usize = 16;
+
 /// Runs every method. A rung that would take longer than `patience`, s, is not begun or given up. Ended early, it gives the runs
 /// that were finished.
 ///
@@ -86,6 +89,7 @@ pub fn study(
             .map(|name| named(name))
             .collect::<Result<_, Error>>()?,
     };
+    room(scene, KEPT)?;
     let cost = Cost::new(scene);
     let reference = Reference::find(scene, (&cost, patience), watch)?;
     let judge = Judge {

@@ -7,6 +7,7 @@ use super::scene::MotionScene;
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::units::{duration, seconds};
+use crate::base::words::counted;
 use crate::motion::methods::Method;
 use crate::motion::problem::{Problem, Wanted};
 use crate::motion::trouble::{Fastest, fastest};
@@ -92,22 +93,34 @@ impl Least<'_> {
     }
 }
 
+/// Refuses histories of all outputs, so many at a time, that would take more room than is allowed.
+///
+/// # Errors
+/// `Hopeless`, with what they would take.
+pub fn room(scene: &MotionScene, histories: usize) -> Result<(), Error> {
+    let columns = histories * (scene.outputs.list.len() + 1);
+    let numbers = columns as f64 * (scene.samples as f64 + 1.0);
+    if numbers <= NUMBERS {
+        return Ok(());
+    }
+    let message = format!(
+        "{} at {} instants would take {:.0} GB, and {:.0} are allowed",
+        counted(columns, "column"),
+        scene.samples + 1,
+        8e-9 * numbers,
+        8e-9 * NUMBERS
+    );
+    Err(Error::new(Code::Hopeless, message).hint("ask for fewer --samples"))
+}
+
 /// Refuses a motion that would take longer than is allowed, or whose history would take more room.
 ///
 /// # Errors
 /// `Hopeless`, with the estimate and what to try.
 pub fn refuse(scene: &MotionScene, choice: &Choice, study: &SimulateStudy) -> Result<(), Error> {
-    let signals = scene.outputs.list.len() + 1;
-    let numbers = signals as f64 * (scene.samples as f64 + 1.0);
-    if study.running.history && numbers > NUMBERS {
-        let message = format!(
-            "the history of {signals} columns at {} instants would take {:.0} GB, and {:.0} are allowed",
-            scene.samples + 1,
-            8e-9 * numbers,
-            8e-9 * NUMBERS
-        );
-        return Err(Error::new(Code::Hopeless, message)
-            .hint("ask for fewer --samples, or keep none with --no-history"));
+    if study.running.history {
+        room(scene, 1)
+            .map_err(|e| e.hint("ask for fewer --samples, or keep none with --no-history"))?;
     }
     let least = Cost::new(scene).least(choice.method, choice.wanted);
     let Some(least) = least.filter(|least| least.seconds > ALLOWED) else {
