@@ -9,6 +9,7 @@ use geardyn::numeric::Complex;
 use geardyn::plan::logs::acquire::EstimateStudy;
 use geardyn::plan::logs::found::Identification;
 use geardyn::plan::logs::identification::{Source, identify};
+use geardyn::plan::logs::method::Method;
 use geardyn::plan::logs::study::IdentifyStudy;
 use geardyn::recording::column::Column;
 use geardyn::recording::responses::{FrequencyResponse, FrequencyResponses, Terminal};
@@ -501,5 +502,35 @@ fn law_coarse_lines_are_said() {
         assert_eq!(found.modes.len(), 1, "{:?}", found.modes);
         let said = found.warnings.iter().any(|w| w.code == "coarse-lines");
         assert_eq!(said, is_coarse, "{:?}", found.warnings);
+    }
+}
+
+/// A mode on an order of the speed, its sine taken out, is a mode, and said to lie there; peaks of noise are none.
+#[test]
+fn law_a_mode_on_an_order_is_kept() {
+    let log = running(2, &[(60.0, 0.5), (120.0, 0.4), (180.0, 0.6)]);
+    for method in [Method::Fdd, Method::Efdd] {
+        let study = IdentifyStudy {
+            outputs: ["x1", "x2"].map(str::to_string).to_vec(),
+            method: Some(method),
+            speed_hz: Some(60.0),
+            ..IdentifyStudy::default()
+        };
+        let found = identify(Source::Signals(&log), &study).unwrap();
+        let on: Vec<f64> = found.modes.iter().filter_map(|m| m.on_order).collect();
+        assert_eq!(on, [3.0], "{:?}", found.modes);
+        assert!(found.warnings.iter().any(|w| w.code == "mode-on-order"));
+        let orders: Vec<_> = found.harmonics.iter().map(|h| h.order).collect();
+        assert_eq!(orders, [Some(1.0), Some(2.0), Some(3.0)]);
+        let frequencies: Vec<f64> = found.modes.iter().map(|m| m.frequency_hz()).collect();
+        let near = |f: f64| move |found: &&f64| (*found / f - 1.0).abs() < 0.015;
+        for f in [40.0, 180.0] {
+            assert_eq!(
+                frequencies.iter().filter(near(f)).count(),
+                1,
+                "{frequencies:?}"
+            );
+        }
+        assert!(frequencies.len() <= MODES.len(), "{frequencies:?}");
     }
 }

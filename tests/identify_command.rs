@@ -499,6 +499,7 @@ fn law_left_out_poles() {
 /// A fit that misses a response by half its size is said to be poor, whatever the method.
 #[test]
 fn exact_poor_fit() {
+    use geardyn::numeric::Complex;
     use geardyn::plan::logs::doubts::of_fit;
     use geardyn::recording::responses::{FrequencyResponse, FrequencyResponses, Terminal};
     let function = |name: &str| FrequencyResponse {
@@ -506,16 +507,29 @@ fn exact_poor_fit() {
             name: name.into(),
             unit: String::new(),
         },
+        value: [1.0, 1.0, 50.0].map(Complex::from).to_vec(),
+        // Nothing drives the last line.
+        variance: Some(vec![0.01, 0.01, 2500.0]),
         ..FrequencyResponse::default()
     };
     let responses = FrequencyResponses {
+        frequency_hz: vec![10.0, 20.0, 30.0],
         functions: vec![function("ax"), function("ay")],
         ..FrequencyResponses::default()
     };
-    assert!(of_fit(&responses, &[0.2, 0.49]).is_none());
-    let found = of_fit(&responses, &[0.2, 17.0]).unwrap();
+    let fit = |ay: f64| {
+        of_fit(&responses, (1.0, 100.0), move |_| {
+            [1.2, ay].map(Complex::from).to_vec()
+        })
+    };
+    assert!(fit(1.49).is_none());
+    let found = fit(18.0).unwrap();
     assert_eq!(found.code, "poor-fit");
-    assert!(found.message.contains("ay by 1700 %"), "{}", found.message);
+    assert!(
+        found.message.contains("ay by 1700 %") && !found.message.contains("ax"),
+        "{}",
+        found.message
+    );
 }
 
 /// Gaps shorten no block as long as the stretches between them hold enough blocks together.

@@ -595,9 +595,10 @@ fn exact_exponential_window() {
     let force = blows(9000, &[(500, 1.0)]);
     let y = system.run(&force);
     let whole = 0..force.len();
-    let run = |block| {
+    let run = |block, end| {
         let options = ImpactOptions {
             block,
+            end,
             ..ImpactOptions::default()
         };
         analyse(
@@ -609,7 +610,11 @@ fn exact_exponential_window() {
         )
         .unwrap()
     };
-    let found = run(Some(4000));
+    // As asked: a thousandth at the end of a second; none.
+    let asked = run(Some(4000), Some(1e-3)).estimate.window_decay;
+    assert!((asked - 1e3f64.ln()).abs() < 1e-12, "{asked}");
+    assert_eq!(run(Some(4000), Some(1.0)).estimate.window_decay, 0.0);
+    let found = run(Some(4000), None);
     let sigma = found.estimate.window_decay;
     assert!(sigma > 3.0, "{sigma}");
     for (line, &hz) in found.estimate.frequency_hz.iter().enumerate() {

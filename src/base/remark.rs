@@ -339,6 +339,11 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "A mode lies on an order of the speed, or is distributed like a sine: it is the machine's running, not its structure. Repeat at another speed.",
     ),
     (
+        "mode-on-order",
+        Warning,
+        "A mode lies on an order of the running speed. The sine there was taken out of the record before modes were looked for, which a constant speed allows, and what is left is much wider than a line of the record, as a structure that noise drives is. The order may still have driven it: repeat at another speed, where the mode stays.",
+    ),
+    (
         "few-block-rows",
         Warning,
         "The covariances reach over too few periods of the lowest frequency of the band.",

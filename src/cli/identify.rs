@@ -192,9 +192,14 @@ const HERTZ: Bare = (Kind::Frequency, "Hz", std::f64::consts::TAU);
 const SPEED: Bare = (Kind::Speed, "rpm", std::f64::consts::TAU);
 const SECONDS: Bare = (Kind::Time, "s", 1.0);
 
+/// A number to the fifteen digits that 2π there and back leaves: 700, not 699.999 999 999 999 9.
+fn without_rounding(x: f64) -> f64 {
+    format!("{x:.14e}").parse().unwrap_or(x)
+}
+
 /// What a flag takes, above zero; `what` it is in words.
 fn above_zero(text: &str, (kind, unit, size): Bare, flag: &str, what: &str) -> Result<f64, Error> {
-    let value = units::parse_or_bare(text, kind, unit, flag)? / size;
+    let value = without_rounding(units::parse_or_bare(text, kind, unit, flag)? / size);
     match value > 0.0 {
         true => Ok(value),
         false => Err(Error::new(
@@ -255,7 +260,8 @@ fn range(
         Error::new(Code::OutOfRange, message).hint(hint)
     };
     let (low, high) = text.split_once(':').ok_or_else(wrong)?;
-    let value = |t: &str| units::parse_or_bare(t, kind, unit, flag).map(|x| x / size);
+    let value =
+        |t: &str| units::parse_or_bare(t, kind, unit, flag).map(|x| without_rounding(x / size));
     let (low, high) = (value(low)?, value(high)?);
     match low >= 0.0 && low < high {
         true => Ok((low, high)),

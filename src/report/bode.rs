@@ -18,6 +18,8 @@ pub struct Curve {
     pub measured: Vec<Complex>,
     /// They were computed on lines that follow the curve: drawn as a line.
     pub computed: bool,
+    /// Fitted values on as many places between the lines as its path in the plane needs; empty without a fit.
+    pub traced: Vec<Complex>,
     /// Fitted values by line.
     pub fitted: Option<Vec<Complex>>,
     /// Coherence by line.
@@ -218,7 +220,11 @@ pub fn nyquist(shown: &Bode) -> String {
     let top = 52.0;
     picture(WIDTH, top + SIDE + 52.0, |canvas| {
         heading(canvas, &shown.title, curves, shown.curves.len());
-        let all = || curves.iter().flat_map(|c| &c.measured);
+        let all = || {
+            curves
+                .iter()
+                .flat_map(|c| c.measured.iter().chain(&c.traced))
+        };
         let (Some(re), Some(im)) = (span(all().map(|z| z.re)), span(all().map(|z| z.im))) else {
             canvas.text(
                 "no response",
@@ -244,14 +250,9 @@ pub fn nyquist(shown: &Bode) -> String {
         };
         grid(canvas, &panel);
         for (curve, ink) in curves.iter().zip(INKS) {
-            if let Some(fitted) = &curve.fitted {
-                let points: Vec<_> = fitted
-                    .iter()
-                    .filter(|z| z.re.is_finite() && z.im.is_finite())
-                    .map(|z| panel.at(z.re, z.im))
-                    .collect();
-                canvas.path(&points, ink, 1.0, Stroke::Solid);
-            }
+            let known = curve.traced.iter().filter(|z| z.is_finite());
+            let points: Vec<_> = known.map(|z| panel.at(z.re, z.im)).collect();
+            canvas.path(&points, ink, 1.0, Stroke::Solid);
             if curve.computed {
                 let known = curve.measured.iter().filter(|z| z.is_finite());
                 let points: Vec<_> = known.map(|z| panel.at(z.re, z.im)).collect();

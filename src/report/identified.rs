@@ -92,6 +92,7 @@ fn mode(found: &Identification, k: usize, mode: &FoundMode) -> Value {
         "presence": mode.presence,
         "scatter_hz": mode.scatter_hz,
         "envelope_kurtosis": kurtosis,
+        "on_order": mode.on_order,
         "phase_collinearity": shaped.then(|| compare::phase_collinearity(shape)),
         "mean_phase_rad": shaped.then(|| compare::mean_phase(shape)),
         "mean_phase_deviation_rad": shaped.then(|| compare::mean_phase_deviation(shape)),
@@ -231,11 +232,17 @@ pub fn curves(found: &Identification, title: &str) -> Option<Bode> {
         .filter(|&k| (low..=high).contains(&responses.frequency_hz[k]))
         .collect();
     let at = |&k: &usize| responses.frequency_hz[k];
-    let synthesised: Vec<Vec<Complex>> = lines.iter().map(|k| fitted(found, at(k))).collect();
+    let synthesised: Vec<Vec<Complex>> = lines.iter().map(|k| found.fitted(at(k))).collect();
     let fitted = |i: usize| -> Option<Vec<Complex>> {
         synthesised.iter().map(|all| all.get(i).copied()).collect()
     };
+    let path: Vec<Vec<Complex>> = (along(found, &lines.iter().map(at).collect::<Vec<f64>>()))
+        .into_iter()
+        .map(|f| found.fitted(f))
+        .collect();
+    let traced = |i: usize| path.iter().filter_map(|all| all.get(i).copied()).collect();
     let curve = |(i, f): (usize, &FrequencyResponse)| Curve {
+        traced: traced(i),
         label: label(f),
         unit: unit(f),
         measured: lines.iter().map(|&k| f.value[k]).collect(),
@@ -254,15 +261,25 @@ pub fn curves(found: &Identification, title: &str) -> Option<Bode> {
     })
 }
 
-/// Fitted responses at a frequency, with the exponential window that lay on the measured ones; empty without a fit.
-fn fitted(found: &Identification, frequency_hz: f64) -> Vec<Complex> {
-    match found.fit() {
-        Some(fit) => fit.synthesise(frequency_hz),
-        None => {
-            let s = Complex::new(found.window_decay(), TAU * frequency_hz);
-            found.functions.iter().map(|f| f.value(s)).collect()
-        }
-    }
+/// Lines, and between the first and the last as many places about every mode as its circle needs to look round: with `f − f₀` as the
+/// tangent of equal angles.
+fn along(found: &Identification, lines: &[f64]) -> Vec<f64> {
+    const ANGLES: i32 = 60;
+    let (Some(&low), Some(&high)) = (lines.first(), lines.last()) else {
+        return Vec::new();
+    };
+    let about = |m: &FoundMode| {
+        let (f, half) = (m.mode.damped_frequency_hz(), m.mode.pole.re.abs() / TAU);
+        let turn = std::f64::consts::PI / f64::from(2 * ANGLES);
+        (1 - ANGLES..ANGLES).map(move |k| f + half * (f64::from(k) * turn).tan())
+    };
+    let mut all: Vec<f64> = (found.modes.iter().filter(|m| m.has_damping))
+        .flat_map(about)
+        .filter(|f| (low..=high).contains(f))
+        .chain(lines.iter().copied())
+        .collect();
+    all.sort_by(f64::total_cmp);
+    all
 }
 
 /// Poles over the orders, where the method looked over orders.

@@ -347,7 +347,7 @@ fn peak(peak: &Peak) -> Option<String> {
 /// Orders near the chosen one, and what the residuals tell.
 fn order_table(orders: &Orders) -> String {
     let mut table = plain();
-    table.add_row(vec!["model", "BIC", "AIC", "note"]);
+    table.add_row(vec!["model", "BIC", "AIC", "MDL", "note"]);
     let chosen = orders
         .candidates
         .iter()
@@ -365,6 +365,7 @@ fn order_table(orders: &Orders) -> String {
             family(candidate.family),
             format!("{:.1}", candidate.bic),
             format!("{:.1}", candidate.aic),
+            format!("{:.1}", candidate.mdl),
             note.to_string(),
         ]);
     }
@@ -394,14 +395,19 @@ const NEIGHBOURS: usize = 3;
 fn note_of(found: &Identification, mode: &FoundMode) -> String {
     let near = |f: f64| (f - mode.frequency_hz()).abs() < 1e-3 * mode.frequency_hz();
     let spread = found.fit().map_or(&[][..], |f| &f.spread);
+    let mut notes = Vec::new();
     match (spread.iter().find(|s| near(s.frequency_hz)), mode.presence) {
-        (Some(s), _) => format!(
+        (Some(s), _) => notes.push(format!(
             "95 % of the responses lie within ± {} Hz",
             brief(HALF_INTERVAL * s.frequency_spread_hz)
-        ),
-        (None, Some(presence)) => format!("in {:.0} % of the orders", 100.0 * presence),
-        (None, None) => String::new(),
+        )),
+        (None, Some(presence)) => notes.push(format!("in {:.0} % of the orders", 100.0 * presence)),
+        (None, None) => {}
     }
+    if let Some(order) = mode.on_order {
+        notes.push(format!("on order {order} of the running speed"));
+    }
+    notes.join("; ")
 }
 
 /// Facts of a header shown at once.

@@ -144,6 +144,7 @@ fn drawn(answer: &Answer) -> impl Iterator<Item = &Pair> {
 /// Magnitude and phase over frequency, and the complex plane; of the responses in the unit of the first.
 pub fn pictures(title: &str, answer: &Answer) -> (String, String) {
     let curve = |pair: &Pair| Curve {
+        traced: Vec::new(),
         label: format!("{} by {}", pair.output, pair.input),
         unit: pair.unit.clone(),
         measured: pair.drawn.clone(),

@@ -23,6 +23,10 @@ pub struct ImpactOptions {
     pub block: Option<usize>,
     /// Pulses closer than this are one stroke that bounced, s.
     pub double_within_s: f64,
+    /// Share of the block over which the force is kept; `None`: the pulse and some widths behind it.
+    pub force_share: Option<f64>,
+    /// What an exponential window on force and responses falls to at the end of the block, 1 for none; `None`: as the responses want it.
+    pub end: Option<f64>,
     /// Levels at which channels overload, force first; where `None` or missing, flat tops are looked for.
     pub overload: Vec<Option<f64>>,
 }
@@ -33,6 +37,8 @@ impl Default for ImpactOptions {
         ImpactOptions {
             block: None,
             double_within_s: 0.1,
+            force_share: None,
+            end: None,
             overload: Vec::new(),
         }
     }
@@ -150,6 +156,7 @@ pub fn analyse(
         channels: std::iter::once(force)
             .chain(responses.iter().copied())
             .collect(),
+        force_share: options.force_share,
         cuts: Vec::new(),
     };
     for stretch in stretches {
@@ -194,6 +201,7 @@ struct Cut {
 struct Record<'a> {
     rate_hz: f64,
     channels: Vec<&'a [f64]>,
+    force_share: Option<f64>,
     cuts: Vec<Cut>,
 }
 
@@ -313,6 +321,9 @@ impl Record<'_> {
         if self.sound().next().is_none() {
             return Err(self.none_left());
         }
+        if let Some(end) = options.end {
+            return Ok((block, -end.ln() * self.rate_hz / block as f64));
+        }
         let mut left: f64 = 0.0;
         for cut in self.sound() {
             for channel in 1..self.channels.len() {
@@ -397,7 +408,7 @@ impl Record<'_> {
             window: None,
         };
         for cut in self.sound() {
-            let fade = force_window(cut, block);
+            let fade = force_window(cut, block, self.force_share);
             for (channel, lines) in lines.iter_mut().enumerate() {
                 let mut samples = self.response(channel, cut, cut.start..cut.start + block);
                 for j in 0..block {
@@ -455,7 +466,7 @@ impl Record<'_> {
         welch.push(&samples);
         let noise_psd = welch.finish()?;
         let energy: f64 = window.iter().map(|w| w * w).sum();
-        let fade = force_window(cut, window.len());
+        let fade = force_window(cut, window.len(), self.force_share);
         let weights = window.iter().zip(&fade);
         let force_energy: f64 = weights.map(|(w, f)| (w * f).powi(2)).sum();
         let noise = |channel: usize, energy: f64, f: f64| {
@@ -477,10 +488,13 @@ impl Record<'_> {
     }
 }
 
-/// One over the pulse and some widths behind it, then a quarter of a cosine down to zero.
-fn force_window(cut: &Cut, block: usize) -> Vec<f64> {
+/// One over the share asked for, or over the pulse and some widths behind it, then a quarter of a cosine down to zero.
+fn force_window(cut: &Cut, block: usize, share: Option<f64>) -> Vec<f64> {
     let width = cut.pulse.above.len();
-    let kept = cut.pulse.above.end - cut.start + KEPT_WIDTHS * width;
+    let kept = match share {
+        Some(share) => (share * block as f64) as usize,
+        None => cut.pulse.above.end - cut.start + KEPT_WIDTHS * width,
+    };
     let fade = 2 * width;
     (0..block)
         .map(|j| {

@@ -29,7 +29,8 @@ pub struct IdentifyArgs {
     /// Where the noise is: on the outputs (h1), on the input (h2), on both (hv)
     #[arg(long, value_enum, default_value_t = EstimatorWord::H1)]
     pub estimator: EstimatorWord,
-    /// Window on each block: rectangular, hann, hamming, flat-top, blackman-harris, kaiser:BETA; hann where left out
+    /// Window on each block: rectangular, hann, hamming, flat-top, blackman-harris, kaiser:BETA; hann where left out. On hits: force:SHARE
+    /// of the block, exponential:END value, rectangular (neither); both chosen from the data where left out
     #[arg(long, value_name = "WINDOW")]
     pub window: Option<String>,
     /// Between lines (Hz where bare); chosen from the length of the record where left out

@@ -10,6 +10,7 @@ use std::f64::consts::TAU;
 
 use super::channels::Channels;
 use super::harmonics::{Bands, Harmonic, Running};
+use super::significant::{Found, significant};
 use super::spectral_matrix::SpectralMatrix;
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -32,7 +33,7 @@ pub struct Settings {
 pub struct Peak {
     /// Where it stands, Hz: a parabola through the logarithms of three lines.
     pub frequency_hz: f64,
-    /// Its density over that of the higher of the valleys beside it.
+    /// Its density over that of the higher of the valleys beside it, both averaged over the width in which it stands out.
     pub prominence: f64,
     /// Shape over the channels, the largest component 1.
     pub shape: Vec<Complex>,
@@ -65,12 +66,6 @@ pub struct Decomposition {
     /// Peaks by rising frequency.
     pub peaks: Vec<Peak>,
 }
-
-/// A peak is one where it stands above its valleys by this many standard deviations of an averaged density…
-const BEYOND_CHANCE: f64 = 5.0;
-
-/// … and by half of its own power at least.
-const LEAST_PROMINENCE: f64 = 2.0;
 
 /// Vectors of the bell agree with that of the peak by this MAC (Brincker et al.'s rule).
 const SAME_SHAPE: f64 = 0.8;
@@ -129,12 +124,6 @@ struct Bells<'a> {
     rate_hz: f64,
 }
 
-/// Line and prominence of a peak.
-struct Found {
-    line: usize,
-    prominence: f64,
-}
-
 impl Bells<'_> {
     fn peaks(&self, band_hz: Option<(f64, f64)>) -> Result<Vec<Found>, Error> {
         let s = self.first;
@@ -158,17 +147,9 @@ impl Bells<'_> {
             )
             .hint("widen the band, or take longer segments"));
         }
-        let needed = (BEYOND_CHANCE * self.scatter(from, to))
-            .exp()
-            .max(LEAST_PROMINENCE);
-        Ok((from..=to)
-            .filter(|&k| k > 0 && k + 1 < s.len() && s[k] > s[k - 1] && s[k] >= s[k + 1])
-            .map(|line| Found {
-                line,
-                prominence: self.prominence(line),
-            })
-            .filter(|f| f.prominence >= needed)
-            .collect())
+        let scatter = self.scatter(from, to);
+        let found = significant(s, from..to + 1, 2.0 / (scatter * scatter));
+        Ok(found)
     }
 
     /// Standard deviation of the logarithm of a density: `1/√averages` by count, more by the median difference of lines that are two
@@ -187,24 +168,6 @@ impl Bells<'_> {
             .copied()
             .unwrap_or(0.0);
         counted.max(median / NORMAL)
-    }
-
-    /// The peak over the higher of its valleys, each the lowest line on the way to a higher peak.
-    fn prominence(&self, line: usize) -> f64 {
-        let s = self.first;
-        let valley = |lines: &mut dyn Iterator<Item = usize>| {
-            let mut lowest = s[line];
-            for k in lines {
-                if s[k] > s[line] {
-                    break;
-                }
-                lowest = lowest.min(s[k]);
-            }
-            lowest
-        };
-        let left = valley(&mut (0..line).rev());
-        let right = valley(&mut (line + 1..s.len()));
-        s[line] / left.max(right)
     }
 
     fn describe(&self, found: &[Found], k: usize, bands: &Bands, settings: &Settings) -> Peak {

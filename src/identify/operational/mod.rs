@@ -27,5 +27,8 @@ pub mod selection;
 /// Spectral matrices of responses.
 pub mod spectral_matrix;
 
+/// Peaks of a density that noise does not make.
+pub mod significant;
+
 /// Frequency-domain decomposition.
 pub mod decomposition;

@@ -2,6 +2,7 @@
 
 use crate::identify::mode::IdentifiedMode;
 use crate::numeric::Complex;
+use crate::numeric::statistics::HALF_INTERVAL;
 
 /// What is known of a pole when it is judged.
 pub(super) struct Candidate<'a> {
@@ -43,6 +44,15 @@ pub(super) fn objection(candidate: &Candidate) -> Option<&'static str> {
     if mode.damping_std().is_none_or(|s| !(s < damping.abs())) {
         return Some("its damping is uncertain by more than itself");
     }
+    if candidate.model_error
+        && mode
+            .damping_std()
+            .is_none_or(|s| !(HALF_INTERVAL * s < damping.abs()))
+    {
+        return Some(
+            "its damping is not known to be above zero, where the misfit exceeds the noise",
+        );
+    }
     if mode.shape.len() < 3 && candidate.visibility > CANCELS {
         return Some("cancelled by its neighbours");
     }
@@ -68,4 +78,31 @@ fn collinearity(shape: &[Complex]) -> f64 {
         return 0.0;
     }
     ((xx - yy) / total).powi(2) + (2.0 * xy / total).powi(2)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A damping of 1.1 ± 1.7 % is no damping where more than noise is left; of 1.1 ± 0.8 % it is, as either is where only noise is left.
+    #[test]
+    fn law_damping_is_above_zero() {
+        let (omega, damping) = (1000.0, 0.011);
+        let is_mode = |std: f64, model_error: bool| {
+            let mode = IdentifiedMode {
+                pole: Complex::new(-damping * omega, omega),
+                pole_covariance: Some([(std * omega).powi(2), 1.0, 0.0]),
+                shape: vec![Complex::new(1.0, 0.0)],
+            };
+            objection(&Candidate {
+                mode: &mode,
+                band_hz: (1.0, 1000.0),
+                visibility: 0.5,
+                model_error,
+            })
+            .is_none()
+        };
+        assert!(is_mode(0.004, true) && !is_mode(0.0087, true));
+        assert!(is_mode(0.0087, false));
+    }
 }

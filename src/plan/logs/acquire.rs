@@ -152,13 +152,21 @@ fn struck(
     channels: &[&Channel],
     study: &EstimateStudy,
 ) -> Result<Acquired, Error> {
-    if let Some(window) = study.window {
-        let message = format!(
-            "an impact test takes no {} window: force and exponential windows are chosen from the data",
-            window.name()
-        );
-        return Err(Error::new(Code::Usage, message).hint("leave --window out, or say --no-impact"));
-    }
+    let (force_share, end) = match study.window {
+        None => (None, None),
+        Some(Window::Force(share)) => (Some(share), None),
+        Some(Window::Exponential(end)) => (None, Some(end)),
+        Some(Window::Rectangular) => (Some(1.0), Some(1.0)),
+        Some(window) => {
+            let message = format!(
+                "an impact test takes no {} window: it would weigh the hit against its decay",
+                window.name()
+            );
+            return Err(Error::new(Code::Usage, message).hint(
+                "leave --window out: force and exponential windows are chosen from the data; or say force:SHARE, exponential:END, rectangular, or --no-impact",
+            ));
+        }
+    };
     if study.estimator != Estimator::H1 {
         let message = "an impact test is estimated by H1: its few hits are windowed until noise on the hammer is small";
         return Err(Error::new(Code::Usage, message)
@@ -171,6 +179,8 @@ fn struck(
             .resolution_hz
             .map(|df| (recording.rate_hz / df).round() as usize),
         overload: channels.iter().map(|c| c.overload_level).collect(),
+        force_share,
+        end,
         ..ImpactOptions::default()
     };
     let found = impact::analyse(
@@ -202,10 +212,16 @@ fn struck(
         found.block as f64 / recording.rate_hz,
         recording.rate_hz / found.block as f64
     );
+    if let Some(window) = study.window {
+        how += &format!(", {} window as asked", window.name());
+    }
     let usable_hz = driven_band(&found.force_power, &found.estimate.frequency_hz);
+    // What the exponential window falls to makes neighbouring lines go together.
+    let end = (-found.estimate.window_decay * found.block as f64 / recording.rate_hz).exp();
     Ok(Acquired {
         responses: FrequencyResponses {
             usable_hz,
+            line_independence: (end < 1.0).then(|| independence(Window::Exponential(end))),
             ..found.estimate.responses(&terminals(channels))
         },
         how,

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use super::acquire::Acquired;
 use crate::base::error::Warning;
 use crate::identify::mode::IdentifiedMode;
+use crate::numeric::Complex;
 use crate::recording::quantity::ResponseKind;
 use crate::recording::responses::{FrequencyResponse, FrequencyResponses, Terminal};
 use crate::spectrum::spectra::Spectra;
@@ -104,12 +105,32 @@ pub fn of_stated_kind(responses: &FrequencyResponses, stated: Option<u8>) -> Opt
     }
 }
 
-/// Doubts about a fit that misses a response by half its size.
-pub fn of_fit(responses: &FrequencyResponses, fit_error: &[f64]) -> Option<Warning> {
+/// Doubts about a fit that misses a response by half its size, on the lines where the response stands out of its own variance: where
+/// nothing drives there is none to miss. `fitted` is what the fit has on a line, Hz, by response.
+pub fn of_fit(
+    responses: &FrequencyResponses,
+    band_hz: (f64, f64),
+    fitted: impl Fn(f64) -> Vec<Complex>,
+) -> Option<Warning> {
     const HALF: f64 = 0.5;
-    let missed = responses.functions.iter().zip(fit_error);
-    let missed: Vec<String> = missed
-        .filter(|(_, error)| !(**error <= HALF))
+    /// |H|² over its variance.
+    const STANDS_OUT: f64 = 3.0;
+    let mut sums = vec![(0.0, 0.0); responses.functions.len()];
+    for (k, &f) in responses.frequency_hz.iter().enumerate() {
+        if !(band_hz.0..=band_hz.1).contains(&f) || !responses.is_known(k) {
+            continue;
+        }
+        let fitted = fitted(f);
+        for ((sum, function), fitted) in sums.iter_mut().zip(&responses.functions).zip(&fitted) {
+            let (h, variance) = (function.value[k], function.variance.as_ref().map(|v| v[k]));
+            if variance.is_none_or(|v| h.norm_sqr() > STANDS_OUT * v) {
+                *sum = (sum.0 + (h - fitted).norm_sqr(), sum.1 + h.norm_sqr());
+            }
+        }
+    }
+    let missed: Vec<String> = (responses.functions.iter().zip(sums))
+        .map(|(f, (off, size))| (f, if size > 0.0 { (off / size).sqrt() } else { 0.0 }))
+        .filter(|(_, error)| !(*error <= HALF))
         .map(|(f, error)| format!("{} by {:.0} %", f.output.name, 100.0 * error))
         .collect();
     (!missed.is_empty()).then(|| {

@@ -64,6 +64,17 @@ impl Identification {
         }
     }
 
+    /// Fitted responses at a frequency, Hz, with the exponential window that lay on the measured ones; empty without a fit.
+    pub fn fitted(&self, frequency_hz: f64) -> Vec<Complex> {
+        match self.fit() {
+            Some(fit) => fit.synthesise(frequency_hz),
+            None => {
+                let s = Complex::new(self.window_decay(), std::f64::consts::TAU * frequency_hz);
+                self.functions.iter().map(|f| f.value(s)).collect()
+            }
+        }
+    }
+
     /// Poles that are no modes, rad/s, and why.
     pub fn omitted(&self) -> Vec<(Complex, &'static str)> {
         match &self.evidence {
@@ -114,6 +125,8 @@ pub struct FoundMode {
     pub scatter_hz: Option<f64>,
     /// What it shows of being a line of running speed.
     pub harmonic: Option<Harmonic>,
+    /// The order of the running speed it lies on without being it.
+    pub on_order: Option<f64>,
     /// Modal mass, the largest component of the shape one, by the driving point; in its unit.
     pub modal_mass: Option<Complex>,
 }
@@ -127,6 +140,7 @@ impl From<IdentifiedMode> for FoundMode {
             presence: None,
             scatter_hz: None,
             harmonic: None,
+            on_order: None,
             modal_mass: None,
         }
     }

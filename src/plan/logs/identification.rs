@@ -343,7 +343,6 @@ fn from_responses(
     }
     trace.push((method.word(), start.elapsed().as_secs_f64()));
     warnings.extend(found.warnings);
-    warnings.extend(doubts::of_fit(&responses, &found.fit_error));
     // Doubts go by the bandwidth as measured, an exponential window on it.
     let on_record = |m: &FoundMode| without_window(&m.mode, -responses.window_decay);
     let as_measured: Vec<_> = found.modes.iter().map(on_record).collect();
@@ -389,6 +388,10 @@ fn from_responses(
         warnings,
     };
     scaling::scale(&mut found, study.driving_point.as_deref())?;
+    if let Some(responses) = &found.responses {
+        let poor = doubts::of_fit(responses, band_hz, |f| found.fitted(f));
+        found.warnings.extend(poor);
+    }
     Ok(found)
 }
 

@@ -17,6 +17,7 @@ use crate::identify::modal::responses::{Quantity, Responses};
 use crate::identify::modal::selection::{SelectionRule, select};
 use crate::identify::modal::stabilisation::{Tolerances, stabilisation};
 use crate::identify::modal::{lsce, rfp, single};
+use crate::identify::mode::IdentifiedMode;
 use crate::identify::rational::refined::refined;
 use crate::identify::rational::{Measured, RationalOptions};
 use crate::identify::transfer::function::TransferFunction;
@@ -213,7 +214,10 @@ fn circles(
                 100.0 * mode.damping_ratio()
             ),
             Ok(mode) if !within(mode.pole, ends) => "its circle lies outside the band".to_string(),
-            Ok(_) => String::new(),
+            Ok(mode) => half_power
+                .as_ref()
+                .and_then(|half| clash(mode, half))
+                .unwrap_or_default(),
         };
         let is_mode = reason.is_empty();
         looked_at.push(Peak {
@@ -237,6 +241,29 @@ fn circles(
     };
     modes.sort_by(|a, b| a.frequency_hz().total_cmp(&b.frequency_hz()));
     (modes, rule, Evidence::Peaks(peaks))
+}
+
+/// What circle and half power disagree about beyond what a neighbour's skirt makes of one of them.
+fn clash(circle: &IdentifiedMode, half_power: &IdentifiedMode) -> Option<String> {
+    /// Half-bandwidths of the wider, and times the damping.
+    const APART: f64 = 1.0;
+    const TIMES: f64 = 2.0;
+    let width = |m: &IdentifiedMode| m.frequency_hz() * m.damping_ratio();
+    let apart = (circle.frequency_hz() - half_power.frequency_hz()).abs();
+    let ratio = circle.damping_ratio() / half_power.damping_ratio();
+    let agree = apart < APART * width(circle).max(width(half_power))
+        && (1.0 / TIMES..=TIMES).contains(&ratio);
+    (!agree).then(|| {
+        let words = |m: &IdentifiedMode| {
+            let (f, d) = (m.frequency_hz(), 100.0 * m.damping_ratio());
+            format!("{f:.4} Hz and {d:.2} %")
+        };
+        format!(
+            "its circle tells {}, half power {}: no single resonance",
+            words(circle),
+            words(half_power)
+        )
+    })
 }
 
 /// Peaks with the lines within half power, by rising frequency; those inside the lines of a higher one are left out.

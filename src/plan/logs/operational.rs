@@ -1,5 +1,7 @@
 //! Modes from responses alone: subspace identification with an automatic choice, or peaks of a decomposition.
 
+use std::f64::consts::TAU;
+
 use super::found::{Diagram, Evidence, FoundHarmonic, FoundMode, FromSignals, Peak, Peaks, apart};
 use super::method::Method;
 use super::modal::within;
@@ -11,7 +13,7 @@ use crate::identify::modal::stabilisation::{Tolerances, stabilisation};
 use crate::identify::mode::IdentifiedMode;
 use crate::identify::operational::channels::Channels;
 use crate::identify::operational::decomposition::{self, Decomposition, decompose};
-use crate::identify::operational::harmonics::Running;
+use crate::identify::operational::harmonics::{Harmonic, Running};
 use crate::identify::operational::selection::{OperationalMode, default_rule, physical};
 use crate::identify::operational::subspace::{self, Subspace, from_covariances, from_data};
 use crate::identify::series::residuals::ljung_box;
@@ -48,8 +50,13 @@ pub fn identify(
         band_hz: study.band_hz,
         running: running.clone(),
     };
+    let orders = Orders {
+        running: running.as_ref(),
+        tones: &tones,
+        line_hz: record.rate_hz / channels.length() as f64,
+    };
     let mut found = match method {
-        Method::Fdd | Method::Efdd => of_peaks(method, decompose(&channels, &settings)?),
+        Method::Fdd | Method::Efdd => of_peaks(method, decompose(&channels, &settings)?, &orders),
         _ => {
             let settings = subspace::Settings {
                 lowest_hz: study.band_hz.map(|b| b.0).filter(|low| *low > 0.0),
@@ -61,13 +68,13 @@ pub fn identify(
             };
             // Behind the diagram only; a record too short for it still has poles.
             let level = decompose(&channels, &decomposition::Settings::default()).ok();
-            of_subspace(&channels, poles, running.as_ref(), level, band_hz)
+            of_subspace(&channels, poles, &orders, level, band_hz)
         }
     };
     found.warnings.extend(record.warnings.iter().cloned());
     found.rule += &match study.speed_hz {
         Some(speed) => format!(
-            "; sines are taken out before; what is within {} % of an order 1 to {ORDERS} of {speed:.4} Hz, or distributed like a sine, is no mode",
+            "; sines are taken out before; what is within {} % of an order 1 to {ORDERS} of {speed:.4} Hz and not damped beside a sine taken out there, or distributed like a sine, is no mode",
             100.0 * STRAYS
         ),
         None => {
@@ -113,7 +120,54 @@ pub fn identify(
         });
     }
     found.warnings.extend(of_harmonics(&found.harmonics));
+    found.warnings.extend(of_orders(&found.modes));
     Ok(found)
+}
+
+/// What is known of the running speed once sines are taken out.
+struct Orders<'a> {
+    running: Option<&'a Running>,
+    tones: &'a [Tone],
+    /// Distance of the lines of the whole record, Hz.
+    line_hz: f64,
+}
+
+impl Orders<'_> {
+    /// The order that a mode lies on without being it, no longer said of it: a sine on that order was taken out, so that the speed was
+    /// constant, and what is left is much wider than a line.
+    fn beneath(&self, harmonic: &mut Harmonic, half_width_hz: f64) -> Option<f64> {
+        /// Lines of the record.
+        const STRUCTURE: f64 = 10.0;
+        let order = harmonic.order?;
+        let is_on_it = |t: &Tone| self.running.and_then(|r| r.order(t.frequency_hz)) == Some(order);
+        let is_structure = half_width_hz > STRUCTURE * self.line_hz;
+        match is_structure && self.tones.iter().any(is_on_it) {
+            true => harmonic.order.take(),
+            false => None,
+        }
+    }
+
+    /// Whether a sine within two lines was taken out.
+    fn is_beside_a_sine(&self, frequency_hz: f64, line_hz: f64) -> bool {
+        let near = |t: &Tone| (t.frequency_hz - frequency_hz).abs() < 2.0 * line_hz;
+        self.tones.iter().any(near)
+    }
+}
+
+/// Says which modes lie on orders of the running speed.
+fn of_orders(modes: &[FoundMode]) -> Option<Warning> {
+    let on = modes
+        .iter()
+        .filter_map(|m| m.on_order.map(|o| (m.frequency_hz(), o)));
+    let places: Vec<String> = on.map(|(f, o)| format!("{f:.4} Hz (order {o})")).collect();
+    (!places.is_empty()).then(|| Warning {
+        code: "mode-on-order",
+        message: format!(
+            "{}: on an order of the running speed, and a mode all the same: the sine there was taken out, and what is left is damped as a structure is",
+            places.join(", ")
+        ),
+        hint: Some("repeat at another speed: a mode stays where it is".to_string()),
+    })
 }
 
 /// Says that there are lines of running speed.
@@ -165,16 +219,17 @@ fn is_white(samples: &[&[f64]]) -> Result<bool, Error> {
 fn of_subspace(
     channels: &Channels,
     poles: Subspace,
-    running: Option<&Running>,
+    orders_known: &Orders,
     level: Option<Decomposition>,
     band_hz: (f64, f64),
 ) -> FromSignals {
     let rule = default_rule(&poles);
-    let chosen = physical(&poles, channels, &rule, running);
+    let chosen = physical(&poles, channels, &rule, orders_known.running);
     let inside = |m: &OperationalMode| within(m.mode.pole, band_hz);
-    let modes = chosen.into_iter().filter(inside).map(|m| FoundMode {
+    let modes = chosen.into_iter().filter(inside).map(|mut m| FoundMode {
         presence: Some(m.presence),
         scatter_hz: Some(m.scatter_hz),
+        on_order: orders_known.beneath(&mut m.harmonic, m.mode.pole.re.abs() / TAU),
         harmonic: Some(m.harmonic),
         ..FoundMode::from(m.mode)
     });
@@ -219,35 +274,52 @@ fn lower_values(found: &Decomposition) -> Vec<Vec<f64>> {
         .collect()
 }
 
-fn of_peaks(method: Method, found: Decomposition) -> FromSignals {
+fn of_peaks(method: Method, found: Decomposition, orders: &Orders) -> FromSignals {
     let mut modes = Vec::new();
     let mut peaks = Vec::new();
+    let line_hz = found.frequency_hz.get(1).copied().unwrap_or(0.0);
     for peak in &found.peaks {
+        let half_width_hz = peak.mode.as_ref().map_or(0.0, |m| m.pole.re.abs() / TAU);
+        let reason = match () {
+            () if peak.bell.is_none() => "fewer than four lines beside it share its shape",
+            () if half_width_hz < line_hz
+                && orders.is_beside_a_sine(peak.frequency_hz, line_hz) =>
+            {
+                "beside a sine that was taken out, and no wider than a line"
+            }
+            () => "",
+        };
         let bell = peak.mode.clone().filter(|_| method == Method::Efdd);
         peaks.push(Peak {
             frequency_hz: peak.frequency_hz,
             prominence: Some(peak.prominence),
             half_power: None,
             bell: peak.bell.clone().filter(|_| method == Method::Efdd),
-            reason: String::new(),
+            reason: reason.to_string(),
         });
+        if !reason.is_empty() {
+            continue;
+        }
+        let mut harmonic = peak.harmonic.clone();
+        let on_order = orders.beneath(&mut harmonic, half_width_hz);
         let undamped = || IdentifiedMode {
-            pole: Complex::new(0.0, std::f64::consts::TAU * peak.frequency_hz),
+            pole: Complex::new(0.0, TAU * peak.frequency_hz),
             pole_covariance: None,
             shape: peak.shape.clone(),
         };
         modes.push(FoundMode {
             has_damping: bell.is_some(),
-            harmonic: Some(peak.harmonic.clone()),
+            harmonic: Some(harmonic),
+            on_order,
             ..FoundMode::from(bell.unwrap_or_else(undamped))
         });
     }
     let rule = match method {
         Method::Efdd => {
-            "peaks of the largest singular value that stand out of their valleys beyond chance; damping from the decay of each peak's bell"
+            "peaks of the largest singular value that stand out of their valleys, over a width of their own, beyond chance, with lines of one shape about them; damping from the decay of each peak's bell"
         }
         _ => {
-            "peaks of the largest singular value that stand out of their valleys beyond chance; it tells no damping"
+            "peaks of the largest singular value that stand out of their valleys, over a width of their own, beyond chance, with lines of one shape about them; it tells no damping"
         }
     };
     FromSignals {

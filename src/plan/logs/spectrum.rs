@@ -517,8 +517,10 @@ fn cepstrum(
     Ok(Spectrum {
         trace: Vec::new(),
         how: format!(
-            "real cepstrum of {}; families sought between {low_s:.6} and {high_s:.6} s",
+            "real cepstrum of {}; families sought of lines {:.4} to {:.4} Hz apart, {low_s:.6} to {high_s:.6} s",
             found.how,
+            1.0 / high_s,
+            1.0 / low_s,
         ),
         kind: study.kind,
         across: Across::Quefrency,
