@@ -101,7 +101,7 @@ fn assert_modes(found: &Value, what: &str, share: f64) {
     }
 }
 
-const KEYS: [&str; 19] = [
+const KEYS: [&str; 20] = [
     "mode",
     "frequency_hz",
     "frequency_std_hz",
@@ -114,6 +114,7 @@ const KEYS: [&str; 19] = [
     "presence",
     "scatter_hz",
     "envelope_kurtosis",
+    "on_order",
     "phase_collinearity",
     "mean_phase_rad",
     "mean_phase_deviation_rad",
