@@ -81,6 +81,29 @@ fn exact_kernels() {
     }
 }
 
+/// Of a linear machine the stages see no difference whatever the torque does: the tolerance still holds the error.
+#[test]
+fn law_tolerance_holds_linear_machines() {
+    let mut train = inertias(&[1.0, 0.5, 2.0]);
+    for (a, b, k) in [(0, 1, 3e4), (1, 2, 1e4)] {
+        train
+            .branches
+            .push(branch("shaft", &[(a, -1.0), (b, 1.0)], spring(k, 0.5)));
+    }
+    train
+        .drives
+        .push(push(2, Signal::harmonic(10.0, 345.0, 0.3)));
+    let start = [0.0; 6];
+    let (_, exact, _) = run("exact", &train, &start, 1.0, 40).unwrap();
+    for tolerance in [1e-4, 1e-6, 1e-8, 1e-10] {
+        let wanted = Wanted::Tolerance(tolerance);
+        let (_, found, effort) = run_with("exponential", &train, &start, 1.0, 40, wanted).unwrap();
+        let error = apart(&found, &exact);
+        eprintln!("{tolerance}: {error:e}, {effort:?}");
+        assert!(error < 30.0 * tolerance, "{tolerance}: {error:e}");
+    }
+}
+
 /// A linear chain, free to turn, under a steady torque is exact in one step, however long.
 #[test]
 fn exact_linear_in_one_step() {

@@ -3,8 +3,9 @@
 //! Between two known breaks `M q̈ + C q̇ + K q = N(t, q, q̇)`, K the tangents where it began, C what of the dampers modes of K share. In
 //! these modes each stage is the exact answer to a forcing that is a polynomial of time. Source: Hochbruck and Ostermann, Explicit
 //! exponential Runge–Kutta methods for semilinear parabolic problems, SIAM J. Numer. Anal. 43 (2005), pp. 1069–1090, eq. 5.19: five
-//! stages, of order 4 however stiff the linear part is. The error is estimated by the third stage in place of the fifth, of order 3.
-//! Inside a step the last polynomial acts up to any instant.
+//! stages, of order 4 however stiff the linear part is. The error is estimated by the third stage in place of the fifth, of order 3,
+//! which sees what the state does to the forces, and by the forces a quarter of the step on, beside the polynomial, which shows what
+//! time does to them. Inside a step the last polynomial acts up to any instant.
 
 use std::f64::consts::TAU;
 
@@ -18,7 +19,7 @@ use crate::motion::progress::{check, inside};
 use crate::motion::scale::{Scale, norm};
 use crate::motion::segment::phi::faded;
 use crate::motion::stepper::{Control, Stepper, equal_part};
-use crate::motion::train::{Frozen, Law, Train};
+use crate::motion::train::{Branch, Frozen, Law, Train};
 use crate::numeric::{Matrix, definite};
 
 use super::stepping::control;
@@ -47,11 +48,20 @@ pub fn refuses(train: &Train) -> Option<String> {
 pub fn exponential(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
     check(ask, train.len())?;
     let fastest = train.harmonics().fold(0.0, f64::max);
-    let mut stepper = Exponential::new(
-        control(ask),
-        Scale::of_train(train, ask),
-        SHARE * TAU / fastest,
-    );
+    let timed = |b: &Branch| {
+        let waves = b.variation.iter().chain(&b.followed);
+        waves.into_iter().any(|w| w.phase.angle().is_none())
+    };
+    let mut stepper = Exponential {
+        control: control(ask),
+        scale: Scale::of_train(train, ask),
+        next: 0.0,
+        longest: SHARE * TAU / fastest,
+        timed: fastest > 0.0 || train.branches.iter().any(timed),
+        modes: None,
+        since: f64::NEG_INFINITY,
+        last: None,
+    };
     events::run(train, ask, sink, &mut stepper)
 }
 
@@ -307,14 +317,56 @@ impl Modes {
     }
 }
 
+impl Modes {
+    /// What a step may be wrong by because its forcing, a parabola through three instants, is none: with r the difference a quarter
+    /// of the step on, a cubic that vanishes at the three has `⅔|r|` for the mean of its size.
+    fn missed(
+        &self,
+        problem: &Frozen,
+        clock: impl Fn(f64) -> f64,
+        (t, x): (f64, &[f64]),
+        h: f64,
+        stepped: &Stepped,
+        effort: &mut Effort,
+    ) -> Vec<f64> {
+        const ON: f64 = 0.25;
+        let state = self.along(x, h, &stepped.forcing, ON);
+        let there = self.forcing(problem, clock(t + ON * h), &state, effort);
+        let [first, slope, bend] = &stepped.forcing;
+        let r = sum(&[
+            (1.0, &there),
+            (-1.0, first),
+            (-ON, slope),
+            (-0.5 * ON * ON, bend),
+        ]);
+        let mut error = vec![0.0; x.len()];
+        push(&mut error, &self.kernels(h), (1, h), 2.0 / 3.0, &r);
+        error
+    }
+
+    /// The modal state at a share of a step from x, under its forcing.
+    fn along(&self, x: &[f64], h: f64, forcing: &[Vec<f64>; 3], theta: f64) -> Vec<f64> {
+        let tau = theta * h;
+        let kernels = self.kernels(tau);
+        let mut state = self.free(&kernels, x);
+        for (k, w) in forcing.iter().enumerate() {
+            // t^k/(h^k k!) pushes over θ h.
+            push(&mut state, &kernels, (k + 1, tau), theta.powi(k as i32), w);
+        }
+        state
+    }
+}
+
 /// The method between two steps.
 pub struct Exponential {
     control: Control,
     scale: Scale,
     /// The step to try next, s; zero where none is known.
     next: f64,
-    /// The longest step that follows what drives, s.
+    /// The longest step that follows what drives, s; by its tolerance it takes none that is longer.
     longest: f64,
+    /// Forces change with time itself, other than along lines.
+    timed: bool,
     /// Of the present regime; absent after a restart.
     modes: Option<Modes>,
     since: f64,
@@ -323,19 +375,6 @@ pub struct Exponential {
 }
 
 impl Exponential {
-    /// Before the first step; by its tolerance it takes none that is longer than `longest`, s.
-    pub fn new(control: Control, scale: Scale, longest: f64) -> Exponential {
-        Exponential {
-            control,
-            scale,
-            next: 0.0,
-            longest,
-            modes: None,
-            since: f64::NEG_INFINITY,
-            last: None,
-        }
-    }
-
     /// A first step: a hundredth of the time in which what is not linear would move the state, s.
     fn first(&self, y: &[f64], forcing: &[f64], left: f64) -> f64 {
         let sizes = self.scale.sizes(y, y, 1e-3 * left);
@@ -395,7 +434,12 @@ impl<'f> Stepper<Frozen<'f>> for Exponential {
                 Control::Fixed(_) => 0.0,
                 Control::Tolerance(tolerance) => {
                     let sizes = self.scale.sizes(y, &reached, h);
-                    norm(&Modes::through(&modes.shapes, &stepped.error), &sizes) / tolerance
+                    let size = |modal: &[f64]| norm(&Modes::through(&modes.shapes, modal), &sizes);
+                    let missed = match self.timed {
+                        true => size(&modes.missed(problem, clock, (t, &x), h, &stepped, effort)),
+                        false => 0.0,
+                    };
+                    size(&stepped.error).max(missed) / tolerance
                 }
             };
             let factor = 0.9 * error.powf(-0.25);
@@ -424,17 +468,11 @@ impl<'f> Stepper<Frozen<'f>> for Exponential {
         let (Some(modes), Some((h, x, forcing))) = (&self.modes, &self.last) else {
             return;
         };
-        let tau = theta * h;
-        if tau == 0.0 {
+        if theta * h == 0.0 {
             y.copy_from_slice(&Modes::through(&modes.shapes, x));
             return;
         }
-        let kernels = modes.kernels(tau);
-        let mut state = modes.free(&kernels, x);
-        for (k, w) in forcing.iter().enumerate() {
-            // t^k/(h^k k!) pushes over θ h.
-            push(&mut state, &kernels, (k + 1, tau), theta.powi(k as i32), w);
-        }
+        let state = modes.along(x, *h, forcing, theta);
         y.copy_from_slice(&Modes::through(&modes.shapes, &state));
     }
 }
