@@ -20,7 +20,7 @@ use geardyn::motion::combination::Combination;
 use geardyn::motion::contact::{Contact, Flanks, Losses};
 use geardyn::motion::methods::{self, Ladder, Method};
 use geardyn::motion::outputs::{Output, Outputs, Quantity};
-use geardyn::motion::problem::{Ask, Effort, Problem, Wanted};
+use geardyn::motion::problem::{Ask, Effort, Follower, Problem, Wanted};
 use geardyn::motion::signal::Signal;
 use geardyn::motion::train::{Branch, Drive, Law, Mass, Train};
 use geardyn::motion::wave::{Phase, Shape, Wave};
@@ -312,6 +312,7 @@ impl Moved {
             effort: wanted,
             budget: BUDGET,
             stop: Stop::default(),
+            follower: Follower::default(),
         };
         let mut states = Vec::with_capacity((self.samples + 1) * self.start.len());
         let run = (method.run)(&self.train, &ask, &mut |_, y, _| {

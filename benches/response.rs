@@ -18,7 +18,7 @@ use geardyn::motion::contact::{Contact, Flanks, Losses};
 use geardyn::motion::floquet::orbit::orbit;
 use geardyn::motion::methods;
 use geardyn::motion::outputs::Outputs;
-use geardyn::motion::problem::{Ask, Wanted};
+use geardyn::motion::problem::{Ask, Follower, Wanted};
 use geardyn::motion::regime::Regime;
 use geardyn::motion::signal::Signal;
 use geardyn::motion::train::{Branch, Drive, Law, Mass, Train};
@@ -280,6 +280,7 @@ fn settled(train: &Train, name: &str, effort: Wanted, omega: f64, exact: &[f64])
         effort,
         budget: 2_000_000_000,
         stop: Default::default(),
+        follower: Follower::default(),
     };
     let (mut error, mut periods) = (f64::INFINITY, 0);
     let mut sink = |_: f64, y: &[f64], _: Option<&Regime>| {

@@ -117,7 +117,7 @@ load = [{{ at = "b", kind = "harmonic", torque = 6.0, frequency = "1 Hz" }}]
             );
             assert!(loss[k].abs() < 1e-6, "{clutch} {t}: {}", loss[k]);
         }
-        if let Some([balance, _]) = motion.balance {
+        if let Some(balance) = motion.balance {
             let speed = |t: f64| 7.5 * t + 3.0 / (2.0 * PI) * (2.0 * PI * t).sin();
             for (k, found) in motion.values[0].iter().enumerate().take(400) {
                 assert!((found - speed(motion.time[k])).abs() < 1e-11);
@@ -192,7 +192,7 @@ fn law_spread_friction_shows_what_it_carries() {
     let mean = |list: &[f64]| list[1..48].iter().sum::<f64>() / 47.0;
     let (found, exact) = (mean(&motion.values[2]), mean(&expected));
     assert!((found / exact - 1.0).abs() < 0.05, "{found} {exact}");
-    let gap = motion.balance.unwrap()[0].gap().abs();
+    let gap = motion.balance.unwrap().gap().abs();
     assert!(gap < 1e-4, "{gap:e}");
 }
 
@@ -260,6 +260,6 @@ fn law_shipped_engagement() {
         (last.abs() / (12.0 * 26.0 / 50.0) - 1.0).abs() < 0.2,
         "{last}"
     );
-    let gap = motion.balance.unwrap()[0].gap().abs();
+    let gap = motion.balance.unwrap().gap().abs();
     assert!(gap < 1e-5, "{gap:e}");
 }

@@ -66,7 +66,7 @@ fn moved(
 }
 
 fn gap(motion: &Motion) -> f64 {
-    motion.balance.unwrap()[0].gap().abs()
+    motion.balance.unwrap().gap().abs()
 }
 
 /// The pair of the reference; positive turns of the two are opposite.
@@ -231,7 +231,7 @@ fn law_energy_closes() {
             &["a.speed", "mesh.loss"],
             None,
         );
-        let balance = motion.balance.unwrap()[0];
+        let balance = motion.balance.unwrap();
         let sum: f64 = motion.values[1].iter().sum::<f64>() * 0.02 / 500.0;
         assert!(sum > 0.0 && sum < balance.lost, "{sum} {balance:?}");
         assert!(gap(&motion) < bound, "{friction} {:e}", gap(&motion));

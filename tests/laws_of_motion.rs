@@ -80,7 +80,7 @@ fn agree(text: &str, until: f64, outputs: &[&str], name: &str) -> Motion {
 }
 
 fn gap(motion: &Motion) -> f64 {
-    motion.balance.unwrap()[0].gap().abs()
+    motion.balance.unwrap().gap().abs()
 }
 
 /// A shaft whose far end is turned at a constant speed at once: J b̈ = k (Ωt − b), T = J_a·0 + k (Ωt − b).
@@ -206,7 +206,7 @@ motor = [{ name = "m", at = "a", kind = "speed", speed = "4 rad/s" }]
             assert!(motion.values[2][k].abs() < 1e-12, "{t}");
         }
     }
-    let balance = motion.balance.unwrap()[0];
+    let balance = motion.balance.unwrap();
     assert!(
         (balance.lost - 0.5 * 3.0 * 16.0).abs() < 1e-3,
         "{balance:?}"
@@ -508,7 +508,7 @@ fn exact_clutch_synchronises() {
         assert!((motion.values[0][k] - a).abs() < 1e-12, "{t}");
         assert!((motion.values[1][k] - b).abs() < 1e-12, "{t}");
     }
-    let lost = motion.balance.unwrap()[0].lost;
+    let lost = motion.balance.unwrap().lost;
     assert!((lost / 60.0 - 1.0).abs() < 1e-4, "{lost}");
 
     // Pressed from nothing to 12 N·m within 2 s: Δω = 10 − 3t² /1.2, in step after 2 s exactly.

@@ -13,7 +13,7 @@ use geardyn::motion::contact::{Contact, Flanks, Losses};
 use geardyn::motion::curve::Curve;
 use geardyn::motion::friction::Friction;
 use geardyn::motion::methods;
-use geardyn::motion::problem::{Ask, Effort, Problem, Wanted};
+use geardyn::motion::problem::{Ask, Effort, Follower, Problem, Wanted};
 use geardyn::motion::signal::Signal;
 use geardyn::motion::train::{Branch, BranchStand, Drive, Law, Mass, Train};
 use geardyn::motion::wave::{Phase, Shape, Wave};
@@ -98,6 +98,7 @@ fn ask(start: &[f64], to: f64, samples: usize) -> Ask {
         effort: Wanted::Step(1.0),
         budget: 100_000_000,
         stop: Stop::default(),
+        follower: Follower::default(),
     }
 }
 

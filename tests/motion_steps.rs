@@ -13,7 +13,7 @@ use geardyn::motion::friction::Friction;
 use geardyn::motion::methods::alpha::{self, Alpha};
 use geardyn::motion::methods::explicit::{self, Explicit};
 use geardyn::motion::methods::{Ladder, METHODS, find, stepping};
-use geardyn::motion::problem::{Ask, Effort, Problem, Run, Wanted};
+use geardyn::motion::problem::{Ask, Effort, Follower, Problem, Run, Wanted};
 use geardyn::motion::signal::{Harmonic, Knot, Signal};
 use geardyn::motion::train::{Branch, Drive, Law, Mass, Train};
 use geardyn::motion::wave::{Phase, Shape, Wave};
@@ -49,6 +49,7 @@ fn ask(to: f64, start: &[f64], samples: usize, effort: Wanted) -> Ask {
         effort,
         budget: 5_000_000,
         stop: Stop::default(),
+        follower: Follower::default(),
     }
 }
 

@@ -17,7 +17,7 @@ use geardyn::motion::floquet::orbit::orbit;
 use geardyn::motion::friction::Friction;
 use geardyn::motion::methods;
 use geardyn::motion::outputs::{Output, Outputs, Quantity};
-use geardyn::motion::problem::{Ask, Wanted};
+use geardyn::motion::problem::{Ask, Follower, Wanted};
 use geardyn::motion::regime::Regime;
 use geardyn::motion::signal::Signal;
 use geardyn::motion::train::{Law, Train};
@@ -438,6 +438,7 @@ fn exact_motions_of_two_periods() {
             effort: Wanted::Tolerance(1e-11),
             budget: 100_000_000,
             stop: Stop::default(),
+            follower: Follower::default(),
         };
         let mut states: Vec<Vec<f64>> = Vec::new();
         let mut sink = |_: f64, y: &[f64], _: Option<&Regime>| {

@@ -509,7 +509,7 @@ fn law_energy_closes() {
             ..study(until, &[])
         };
         let (_, motion) = moved(&scene, &study);
-        let [fine, _] = motion.balance.unwrap();
+        let fine = motion.balance.unwrap();
         assert!(fine.put_in.abs() > 0.0, "{name}: something is put in");
         assert!(
             fine.gap().abs() < 2e-5,

@@ -14,7 +14,8 @@ use crate::report::stability::Stability;
 use crate::scene::study::{Over, SpeedRange, StabilityStudy, StudyKind};
 use crate::scene::{self, Scene};
 use crate::study::parametric;
-use crate::study::stability::{self, Verdict};
+use crate::study::stability::extremes::{self, Verdict};
+use crate::study::stability::{cases, facts};
 use crate::study::watch::Watch;
 
 /// Studies and prints; ends with 1 where a case failed.
@@ -139,15 +140,15 @@ pub fn study_of(
         hear: &mut |what| output::working(what, quiet),
     };
     let prepared = Prepared::new(&scene.model)?;
-    let facts = stability::facts(&prepared)?;
+    let facts = facts::facts(&prepared)?;
     let ready = MotionScene::new(&prepared, &scene.start, &study.motion)?;
     let floquet = parametric::study(&prepared, &ready, study, &mut watch)?;
-    let cases = stability::extremes(&ready, &study.motion, &study.methods, &mut watch)?;
+    let cases = extremes::extremes(&ready, &study.motion, &study.methods, &mut watch)?;
     Ok(Stability {
         facts,
         floquet,
         cases,
-        left_out: stability::left_out(&ready).collect(),
+        left_out: cases::left_out(&ready).collect(),
         interrupted: stop.is_raised(),
     })
 }

@@ -6,7 +6,7 @@
 use super::bernstein::{Basis, Course, Nine, course};
 use super::borders::{Border, Of, Span, borders, of_contact, spans};
 use super::friction::Slip;
-use super::problem::{Ask, Effort, Problem, Sink};
+use super::problem::{Ask, Effort, Problem, Sink, Stretch};
 use super::progress::{Samples, check, next_stop, within_budget};
 use super::stepper::Stepper;
 use super::train::{BranchStand, Frozen, Law, Regime, Train};
@@ -84,6 +84,16 @@ where
                 .map_err(|e| trouble::busiest(e, train, &way.switches))?;
             if way.t > t {
                 let (before, span) = (way.t.next_down(), way.t - t);
+                ask.follower.follow(Stretch {
+                    from: t,
+                    to: way.t,
+                    grain: span,
+                    regime: Some(&way.regime),
+                    state: &mut |at, into| match at == way.t {
+                        true => into.copy_from_slice(&way.y),
+                        false => stepper.inside((at - t) / span, into),
+                    },
+                });
                 samples.give_until(before, &mut sample, Some(&way.regime), |due, into| {
                     stepper.inside((due - t) / span, into);
                 })?;

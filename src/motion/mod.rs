@@ -81,8 +81,11 @@ pub mod floquet;
 /// What of a state is wanted.
 pub mod outputs;
 
-/// The energy balance.
+/// What is stored, put in and lost at an instant.
 pub mod energy;
+
+/// The energy balance of a run.
+pub mod meter;
 
 /// Cutting torque.
 mod cutting;

@@ -58,20 +58,12 @@ pub struct Rest {
 /// # Errors
 /// Nothing left to move; a speed that jumps where inertia couples the coordinate to others.
 pub fn take_out(
-    mut whole: Train,
+    whole: Train,
     rigid: &[Vec<f64>],
     known: Vec<(String, usize, Signal)>,
 ) -> Result<Rest, Error> {
-    let n = whole.n();
-    let coordinates: Vec<usize> = known.iter().map(|k| k.1).collect();
-    let kept: Vec<usize> = (0..n).filter(|j| !coordinates.contains(j)).collect();
-    if kept.is_empty() {
-        let message = "every body moves as prescribed: nothing is left to compute";
-        return Err(Error::new(Code::Conflict, message)
-            .hint("give a joint between the prescribed body and the others its k"));
-    }
-    let (shares, left) = shares(n, rigid, &known);
-    let motions: Vec<Motion> = known
+    let (shares, left) = shares(whole.n(), rigid, &known);
+    let motions = known
         .into_iter()
         .zip(shares)
         .map(|((name, coordinate, course), share)| Motion {
@@ -81,6 +73,28 @@ pub fn take_out(
             share,
         })
         .collect();
+    let (train, prescribed) = without(whole, motions)?;
+    let kept = &prescribed.kept;
+    let rigid = left.iter().map(|r| kept.iter().map(|&i| r[i]).collect());
+    Ok(Rest {
+        rigid: rigid.collect(),
+        train,
+        prescribed,
+    })
+}
+
+/// A machine without the coordinates that motions prescribe, and the way back.
+///
+/// # Errors
+/// Those of [`take_out`].
+pub fn without(mut whole: Train, motions: Vec<Motion>) -> Result<(Train, Prescribed), Error> {
+    let is_known = |j: &usize| motions.iter().any(|m| m.coordinate == *j);
+    let kept: Vec<usize> = (0..whole.n()).filter(|j| !is_known(j)).collect();
+    if kept.is_empty() {
+        let message = "every body moves as prescribed: nothing is left to compute";
+        return Err(Error::new(Code::Conflict, message)
+            .hint("give a joint between the prescribed body and the others its k"));
+    }
     for motion in motions.iter().filter(|m| m.course.has_kinks()) {
         let momentum = whole.momentum(&motion.share);
         if kept.iter().any(|&i| momentum[i] != 0.0) {
@@ -138,20 +152,13 @@ pub fn take_out(
             (of(k), of(c))
         }),
     };
-    let rigid = left
-        .iter()
-        .map(|r| kept.iter().map(|&i| r[i]).collect())
-        .collect();
-    Ok(Rest {
-        train,
-        rigid,
-        prescribed: Prescribed {
-            whole,
-            kept,
-            branches: numbers,
-            motions,
-        },
-    })
+    let prescribed = Prescribed {
+        whole,
+        kept,
+        branches: numbers,
+        motions,
+    };
+    Ok((train, prescribed))
 }
 
 impl Prescribed {

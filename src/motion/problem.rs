@@ -1,6 +1,9 @@
 //! What every method of integration takes and gives: a problem, what is asked of it, where samples go, what it cost.
 
+use std::cell::RefCell;
+use std::fmt;
 use std::ops::ControlFlow;
+use std::rc::Rc;
 
 use super::regime::Regime;
 use crate::base::error::Error;
@@ -60,6 +63,61 @@ pub struct Ask {
     pub budget: u64,
     /// The run ends between two steps once this is due; what was delivered is whole.
     pub stop: Stop,
+    /// Who goes along beside the samples.
+    pub follower: Follower,
+}
+
+/// A part of a run in which nothing switches that the method locates, and no known function jumps: a step, or all up to the next
+/// switch.
+pub struct Stretch<'a> {
+    /// From this instant, s.
+    pub from: f64,
+    /// To this one, s.
+    pub to: f64,
+    /// A time in which the motion cannot turn round and back, s: the whole stretch where it is one step.
+    pub grain: f64,
+    /// How everything stands, where the method holds to regimes.
+    pub regime: Option<&'a Regime>,
+    /// The state at an instant of it.
+    pub state: &'a mut dyn FnMut(f64, &mut [f64]),
+}
+
+/// What is done with every stretch.
+type Follow = dyn FnMut(Stretch);
+
+/// Goes along with a run, stretch by stretch in their order; nobody unless made.
+#[derive(Clone, Default)]
+pub struct Follower(Option<Rc<RefCell<Follow>>>);
+
+impl Follower {
+    /// One that is handed every stretch.
+    pub fn new(follow: impl FnMut(Stretch) + 'static) -> Follower {
+        Follower(Some(Rc::new(RefCell::new(follow))))
+    }
+
+    /// Somebody goes along.
+    pub fn is_there(&self) -> bool {
+        self.0.is_some()
+    }
+
+    /// Hands over a stretch, if time passes in it.
+    pub fn follow(&self, stretch: Stretch) {
+        if let Some(follow) = &self.0
+            && stretch.to > stretch.from
+        {
+            (follow.borrow_mut())(stretch);
+        }
+    }
+}
+
+impl fmt::Debug for Follower {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(if self.is_there() {
+            "Follower"
+        } else {
+            "nobody"
+        })
+    }
 }
 
 impl Ask {

@@ -9,7 +9,7 @@ use super::json::{header, warnings};
 use super::style::{Anchor, BLACK, BLUE, Panel, SMALL, Stroke, TITLE, WIDTH, picture, ticks};
 use crate::base::error::Warning;
 use crate::base::place::Source;
-use crate::motion::energy::Balance;
+use crate::motion::meter::Balance;
 use crate::motion::outputs::Output;
 use crate::motion::problem::Effort;
 use crate::plan::motion::choice::Choice;
@@ -69,7 +69,7 @@ pub fn json(
         "outputs": kept.then_some(outputs),
         "readings": readings,
         "effort": effort(&motion.effort, motion.seconds),
-        "energy_balance": motion.balance.as_ref().map(|[fine, coarse]| balance(fine, coarse)),
+        "energy_balance": motion.balance.as_ref().map(balance),
         "warnings": warnings(doubts),
     })
 }
@@ -83,10 +83,11 @@ pub fn effort(effort: &Effort, seconds: f64) -> Value {
     })
 }
 
-fn balance(fine: &Balance, coarse: &Balance) -> Value {
+fn balance(balance: &Balance) -> Value {
+    let told = |x: f64| balance.given_up.is_none().then_some(x);
     json!({
-        "stored_before_j": fine.before, "stored_after_j": fine.after, "put_in_j": fine.put_in, "lost_j": fine.lost,
-        "gap": fine.gap(), "gap_at_half_as_many_samples": coarse.gap(),
+        "stored_before_j": balance.before, "stored_after_j": told(balance.after), "put_in_j": told(balance.put_in),
+        "lost_j": told(balance.lost), "gap": told(balance.gap()), "gap_uncertainty": balance.doubt(), "readings": balance.readings,
     })
 }
 

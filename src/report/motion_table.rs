@@ -3,7 +3,7 @@
 use super::number::{brief, percent};
 use super::table::{finish, plain, right_but_first};
 use crate::base::words::counted;
-use crate::motion::energy::Balance;
+use crate::motion::meter::Balance;
 use crate::plan::motion::reading::step;
 use crate::plan::motion::run::Motion;
 use crate::plan::motion::scene::MotionScene;
@@ -119,14 +119,21 @@ pub fn effort(motion: &Motion) -> String {
 }
 
 /// The energy balance, J.
-pub fn balance([fine, coarse]: &[Balance; 2]) -> String {
+pub fn balance(balance: &Balance) -> String {
+    if let Some(share) = balance.given_up {
+        return format!(
+            "energy: not told, the powers change so fast that {} readings of them came through {} % of the time\n",
+            balance.readings,
+            brief(100.0 * share),
+        );
+    }
     format!(
-        "energy: stored {} J, put in {} J, lost {} J, stored at the end {} J; it closes to {} ({} with half as many samples)\n",
-        brief(fine.before),
-        brief(fine.put_in),
-        brief(fine.lost),
-        brief(fine.after),
-        brief(fine.gap().abs()),
-        brief(coarse.gap().abs()),
+        "energy: stored {} J, put in {} J, lost {} J, stored at the end {} J; it closes to {}, known to {}\n",
+        brief(balance.before),
+        brief(balance.put_in),
+        brief(balance.lost),
+        brief(balance.after),
+        brief(balance.gap().abs()),
+        brief(balance.doubt().unwrap_or(f64::INFINITY)),
     )
 }

@@ -15,7 +15,9 @@ use crate::base::place::Source;
 use crate::motion::floquet::chart::Tongue;
 use crate::numeric::Complex;
 use crate::study::parametric::{Chart, Parametric, Row};
-use crate::study::stability::{Case, EXPLICIT, Facts, Verdict, polynomial};
+use crate::study::stability::amplification::{EXPLICIT, polynomial};
+use crate::study::stability::extremes::{Case, Verdict};
+use crate::study::stability::facts::Facts;
 
 /// What a study of stability found.
 pub struct Stability {

@@ -8,7 +8,7 @@ use super::table::{finish, plain, right_but_first};
 use crate::base::units::seconds;
 use crate::motion::floquet::chart::Tongue;
 use crate::study::parametric::Chart;
-use crate::study::stability::Verdict;
+use crate::study::stability::extremes::Verdict;
 
 /// Facts, parametric stability, the table of cases, what was refused and why.
 pub fn table(found: &Stability) -> String {
@@ -77,7 +77,7 @@ pub fn table(found: &Stability) -> String {
     }
     right_but_first(&mut table);
     text += &format!(
-        "\nthe scene at its extremes; the figure is what is missing of the energy, as a share of the largest part; up to 1e-3 passes, and what the sum over samples may miss by itself\n{}",
+        "\nthe scene at its extremes; the figure is what is missing of the energy, as a share of the largest part; up to 1e-3 passes, what it may be off by counted in\n{}",
         finish(&table)
     );
     // What ended alike is told once.

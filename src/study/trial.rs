@@ -9,7 +9,7 @@ use crate::base::error::Error;
 use crate::base::stop::Stop;
 use crate::base::units;
 use crate::motion::methods::{Ladder, Method};
-use crate::motion::problem::{Ask, Effort, Wanted};
+use crate::motion::problem::{Ask, Effort, Follower, Wanted};
 use crate::plan::motion::scene::MotionScene;
 
 /// The tightest tolerance a method is asked for: below, rounding decides.
@@ -51,8 +51,14 @@ pub fn integrate(
         start: start.to_vec(),
         samples: scene.samples,
         effort: wanted,
+<<<<<<< HEAD
         budget: u64::MAX,
         stop: stop.within(patience).allowing(patience),
+=======
+        budget: BUDGET,
+        stop: stop.within(patience),
+        follower: Follower::default(),
+>>>>>>> 8c72458 (Energy added up along the motion between switches and kinks, one balance for simulate and stability; no case passes unknown)
     };
     let mut values = vec![Vec::with_capacity(scene.samples + 1); scene.outputs.list.len()];
     let mut sizes = vec![0.0f64; start.len()];

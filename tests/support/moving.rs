@@ -7,7 +7,7 @@ use geardyn::base::stop::Stop;
 use geardyn::machine::direction::Direction;
 use geardyn::motion::contact::{Contact, Flanks, Losses};
 use geardyn::motion::methods;
-use geardyn::motion::problem::{Ask, Effort, Problem, Wanted};
+use geardyn::motion::problem::{Ask, Effort, Follower, Problem, Wanted};
 use geardyn::motion::regime::Regime;
 use geardyn::motion::signal::Signal;
 use geardyn::motion::train::{Branch, Drive, Law, Mass, Train};
@@ -104,6 +104,7 @@ pub fn run_with(
         effort,
         budget: u64::MAX,
         stop: Stop::default(),
+        follower: Follower::default(),
     };
     let (mut times, mut states) = (Vec::new(), Vec::new());
     let mut sink = |t: f64, y: &[f64], _: Option<&Regime>| {

@@ -10,7 +10,7 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::motion::light;
 use crate::motion::pencil::add;
-use crate::motion::problem::{Ask, Effort, Problem, Sink, Wanted};
+use crate::motion::problem::{Ask, Effort, Problem, Sink, Stretch, Wanted};
 use crate::motion::progress::{Samples, check, inside, next_stop, within_budget};
 use crate::motion::scale::{Scale, norm};
 use crate::motion::train::{Branch, Law, Regime, Train};
@@ -349,10 +349,18 @@ pub fn run(weights: &Alpha, train: &Train, ask: &Ask, sink: &mut Sink) -> Result
             };
             within_budget(ask, &effort, u)?;
             scale.note(&reached);
-            samples.give_until(u, &mut y, None, |due, into| match due == u {
+            let at = |due: f64, into: &mut [f64]| match due == u {
                 true => into.copy_from_slice(&reached),
                 false => between(&state, &next, h, (due - t) / h, into),
-            })?;
+            };
+            ask.follower.follow(Stretch {
+                from: t,
+                to: u,
+                grain: h,
+                regime: None,
+                state: &mut { at },
+            });
+            samples.give_until(u, &mut y, None, at)?;
             state = next;
         }
         y = [state.q, state.v].concat();

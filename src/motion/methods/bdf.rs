@@ -9,7 +9,7 @@ use diffsol::{FaerLU, FaerMat, OdeBuilder, OdeSolverMethod};
 
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::motion::problem::{Ask, Effort, Problem, Sink, Wanted};
+use crate::motion::problem::{Ask, Effort, Problem, Sink, Stretch, Wanted};
 use crate::motion::progress::{Samples, check, inside, next_stop, within_budget};
 use crate::motion::scale::Scale;
 use crate::motion::train::Train;
@@ -174,15 +174,22 @@ impl<P: Problem> Stretch<'_, P> {
                     .hint("look at the loads and the stiffness, or ask for a tighter tolerance"));
             }
             stepped.map_err(|e| self.stuck(reached, &e.to_string()))?;
+            let before = reached;
             reached = solver.state().t;
             within_budget(ask, effort, reached)?;
             let mut lost = None;
-            samples.give_until(reached, &mut sample, None, |due, into| {
-                match solver.interpolate(due.min(reached)) {
-                    Ok(x) => (0..n).for_each(|i| into[i] = x[i] * self.sizes[i]),
-                    Err(e) => lost = Some(e.to_string()),
-                }
-            })?;
+            let mut at = |due: f64, into: &mut [f64]| match solver.interpolate(due.min(reached)) {
+                Ok(x) => (0..n).for_each(|i| into[i] = x[i] * self.sizes[i]),
+                Err(e) => lost = Some(e.to_string()),
+            };
+            ask.follower.follow(Stretch {
+                from: before,
+                to: reached,
+                grain: reached - before,
+                regime: None,
+                state: &mut at,
+            });
+            samples.give_until(reached, &mut sample, None, at)?;
             if let Some(why) = lost {
                 return Err(self.stuck(reached, &why));
             }

@@ -12,12 +12,14 @@ use ode_solvers::{Dop853, Dopri5, Rk4, System};
 
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::motion::problem::{Ask, Effort, Problem, Sink, Wanted};
+use crate::motion::problem::{Ask, Effort, Problem, Sink, Stretch, Wanted};
 use crate::motion::progress::{Samples, check, inside, next_stop, too_dear, within_budget};
 use crate::motion::scale::Scale;
-use crate::motion::stepper::equal_part;
+use crate::motion::stepper::{Control, Stepper, equal_part};
 use crate::motion::train::Train;
 use crate::motion::trouble;
+
+use super::dop853::Dop853 as Inside;
 
 /// Which of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -261,7 +263,7 @@ fn part<P: Problem>(
                 let (times, states) = solver.results().get();
                 (
                     outcome,
-                    times.last().copied(),
+                    times.clone(),
                     states
                         .iter()
                         .map(|x| x.as_slice().to_vec())
@@ -269,13 +271,13 @@ fn part<P: Problem>(
                 )
             }};
         }
-        let (outcome, reached, states) = match method {
+        let (outcome, times, states) = match method {
             Explicit::Rk4 => {
                 // It takes whole steps until it is past the end.
                 let mut solver = Rk4::new(system, 0.0, start, left - 0.5 * longest, longest);
                 let outcome = solver.integrate();
                 let states = solver.y_out().iter().map(|x| x.as_slice().to_vec());
-                (outcome, Some(left), states.collect())
+                (outcome, solver.x_out().clone(), states.collect())
             }
             Explicit::Dopri5 => controlled!(Dopri5, 10.0, 0.2),
             Explicit::Dop853 => controlled!(Dop853, 6.0, 0.333),
@@ -283,6 +285,18 @@ fn part<P: Problem>(
         let now = *t;
         if failed.get() {
             return Err(out_of_range(now, end));
+        }
+        let reached = match method {
+            Explicit::Rk4 => Some(left),
+            _ => times.last().copied(),
+        };
+        if ask.follower.is_there() {
+            let instants = times.iter().map(|x| (now + x).min(end));
+            let whole = states
+                .iter()
+                .map(|s| (0..n).map(|i| s[i] * sizes[i]).collect());
+            let steps: Vec<(f64, Vec<f64>)> = instants.zip(whole).collect();
+            follow(problem, ask, &steps)?;
         }
         if let Some(last) = states.last() {
             for i in 0..n {
@@ -328,6 +342,38 @@ fn part<P: Problem>(
             }
         }
         within_budget(ask, effort, *t)?;
+    }
+    Ok(())
+}
+
+/// Hands over the steps taken. Inside a step the motion is that of one step of order 8 from its beginning, shifted by what the
+/// ends are apart: less than the step's own error.
+fn follow<P: Problem>(problem: &P, ask: &Ask, steps: &[(f64, Vec<f64>)]) -> Result<(), Error> {
+    for pair in steps.windows(2) {
+        let [(from, start), (to, end)] = pair else {
+            continue;
+        };
+        let span = to - from;
+        if span <= 0.0 {
+            continue;
+        }
+        let mut step = Inside::new(Control::Fixed(span), Scale::plain(start.len()));
+        let cost = &mut Effort::default();
+        let (_, reached) = step.step(problem, (*from, start), *to, cost)?;
+        let inside = |step: &Inside, theta: f64, y: &mut [f64]| {
+            Stepper::<P>::inside(step, theta, y);
+            let apart = end.iter().zip(&reached).map(|(end, reached)| end - reached);
+            y.iter_mut()
+                .zip(apart)
+                .for_each(|(y, apart)| *y += theta * apart);
+        };
+        ask.follower.follow(Stretch {
+            from: *from,
+            to: *to,
+            grain: span,
+            regime: None,
+            state: &mut |t, y| inside(&step, (t - from) / span, y),
+        });
     }
     Ok(())
 }

@@ -150,6 +150,11 @@ impl Parts {
             .fold(0.0, f64::max)
     }
 
+    /// A time in which nothing turns through more than a radian, s.
+    pub fn grain(&self) -> f64 {
+        1.0 / self.fastest
+    }
+
     /// A stride of h.
     pub fn stride(&self, h: f64) -> Stride {
         let mut decay = Decay::default();

@@ -16,7 +16,7 @@ use crate::base::error::Error;
 use crate::base::words::counted;
 use crate::motion::contact::Stand;
 use crate::motion::friction::Slip;
-use crate::motion::problem::{Ask, Effort, Sink};
+use crate::motion::problem::{Ask, Effort, Sink, Stretch};
 use crate::motion::progress::within_budget;
 use crate::motion::train::{BranchStand, Law, Regime, Train};
 use crate::motion::trouble;
@@ -100,6 +100,22 @@ pub fn run(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
         if !last {
             flight.go(machine, tau);
             flight.state(machine, &mut next);
+        }
+        if ask.follower.is_there() {
+            let now = journey.now;
+            ask.follower.follow(Stretch {
+                from: now.high,
+                to: now.high + tau,
+                grain: machine.linear.parts.grain(),
+                regime: Some(&journey.regime),
+                state: &mut |t, y| match now.until(t) {
+                    ahead if ahead > 0.0 => {
+                        flight.go(machine, ahead.min(tau));
+                        flight.state(machine, y);
+                    }
+                    _ => y.copy_from_slice(&journey.y),
+                },
+            });
         }
         if journey.deliver(machine, &mut flight, (tau, last), sink) || last {
             return Ok(journey.effort);

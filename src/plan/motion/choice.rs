@@ -337,8 +337,7 @@ pub fn plan(
         "energy balance",
         match study.energy {
             true => Verdict::Runs(
-                "powers added up by Simpson's rule over the samples and their refinement"
-                    .to_string(),
+                "powers added up along the motion, between switches and kinks".to_string(),
             ),
             false => Verdict::LeftOut("not asked for".to_string()),
         },

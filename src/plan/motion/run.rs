@@ -9,10 +9,9 @@ use super::reading::{Reader, Reading};
 use super::scene::MotionScene;
 use crate::base::error::Error;
 use crate::base::stop::Stop;
-use crate::motion::energy::{Balance, Meter};
-use crate::motion::problem::{Ask, Effort};
+use crate::motion::meter::{Balance, Limit, Meter, READINGS};
+use crate::motion::problem::{Ask, Effort, Follower};
 use crate::motion::progress::too_long;
-use crate::motion::regime::Regime;
 use crate::motion::trouble;
 
 /// The answer to a study of motion.
@@ -30,8 +29,8 @@ pub struct Motion {
     pub effort: Effort,
     /// Seconds.
     pub seconds: f64,
-    /// The energy balance, where asked for, and the same from half as many samples.
-    pub balance: Option<[Balance; 2]>,
+    /// The energy balance, where asked for.
+    pub balance: Option<Balance>,
     /// It was stopped before its end.
     pub interrupted: bool,
 }
@@ -46,6 +45,7 @@ pub fn ask(scene: &MotionScene, choice: &Choice, samples: usize, stop: &Stop) ->
         effort: choice.wanted,
         budget: u64::MAX,
         stop: stop.allowing(ALLOWED),
+        follower: Follower::default(),
     }
 }
 
@@ -77,37 +77,34 @@ pub fn watched(
     (keep, watch): (bool, &mut Watch),
 ) -> Result<Motion, Error> {
     let train = &scene.moving.train;
-    // Powers change faster than what is shown of them.
-    let finer = if energy {
-        FINER.max(LEAST.div_ceil(scene.samples))
-    } else {
-        1
-    };
-    let ask = ask(scene, choice, scene.samples * finer, stop);
+    let mut ask = ask(scene, choice, scene.samples, stop);
+    let meter = energy.then(|| {
+        let limit = Limit {
+            readings: READINGS,
+            stop: stop.clone(),
+        };
+        let known = scene.moving.prescribed.as_ref();
+        let (meter, follower) = Meter::new(train, known, [ask.from, ask.to], limit);
+        ask.follower = follower;
+        meter
+    });
     let (mut time, mut values) = (Vec::new(), vec![Vec::new(); scene.outputs.list.len()]);
     let mut readers = vec![Reader::default(); scene.outputs.list.len()];
-    let mut meters = [Meter::default(), Meter::default()];
     let (mut count, mut reached, mut refused) = (0, 0.0, None);
     let start = Instant::now();
     let effort = (choice.method.run)(train, &ask, &mut |t, y, regime| {
-        if energy {
-            let meters = &mut meters[..if count % 2 == 0 { 2 } else { 1 }];
-            book(meters, scene, regime, (t, y));
+        let now = scene.outputs.at(train, regime, t, y);
+        for (reader, value) in readers.iter_mut().zip(&now) {
+            reader.push(t, *value);
         }
-        if count % finer == 0 {
-            let now = scene.outputs.at(train, regime, t, y);
-            for (reader, value) in readers.iter_mut().zip(&now) {
-                reader.push(t, *value);
+        if keep {
+            time.push(t);
+            for (list, value) in values.iter_mut().zip(&now) {
+                list.push(*value);
             }
-            if keep {
-                time.push(t);
-                for (list, value) in values.iter_mut().zip(&now) {
-                    list.push(*value);
-                }
-            }
-            reached = t;
-            refused = watch((t, y), &now).err();
         }
+        reached = t;
+        refused = watch((t, y), &now).err();
         count += 1;
         // Where nothing switches, samples alone take time.
         if count % LOOK == 0 && refused.is_none() {
@@ -123,7 +120,7 @@ pub fn watched(
         .map_or(effort, Err)
         .map_err(|e| trouble::swiftest(e, train))?;
     let seconds = start.elapsed().as_secs_f64();
-    let balance = energy.then(|| meters.map(Meter::balance));
+    let balance = meter.map(|meter| meter.borrow().balance());
     Ok(Motion {
         time,
         values,
@@ -138,27 +135,3 @@ pub fn watched(
 
 /// Samples between two looks at how long the whole would take.
 const LOOK: usize = 1024;
-
-/// Samples of powers for each sample shown.
-const FINER: usize = 4;
-
-/// The least number of samples of powers.
-const LEAST: usize = 20_000;
-
-/// Books the energy of a state; where motions are prescribed, of the whole machine with the power that keeps them up.
-fn book(meters: &mut [Meter], scene: &MotionScene, known: Option<&Regime>, (t, y): (f64, &[f64])) {
-    let train = &scene.moving.train;
-    let regime = train.stands(known, t, y);
-    let Some(known) = &scene.moving.prescribed else {
-        let samples = meters.iter_mut();
-        samples.for_each(|m| m.sample(train, &regime, (t, y), 0.0));
-        return;
-    };
-    let (state, power) = (known.state(t, y), known.power(train, &regime, t, y));
-    let whole = known.regime(&regime, t, &state);
-    for meter in meters {
-        let jolts = meter.time().map_or(0.0, |from| known.jolts(from, t));
-        meter.put_in(jolts);
-        meter.sample(&known.whole, &whole, (t, &state), power);
-    }
-}

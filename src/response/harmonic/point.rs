@@ -12,7 +12,7 @@ use crate::motion::floquet::NEUTRAL;
 use crate::motion::floquet::orbit::{Orbit, orbit};
 use crate::motion::methods::periodic;
 use crate::motion::outputs::Outputs;
-use crate::motion::problem::{Ask, Wanted};
+use crate::motion::problem::{Ask, Follower, Wanted};
 use crate::motion::regime::Regime;
 use crate::numeric::Complex;
 
@@ -252,6 +252,7 @@ pub(super) fn sampled_exactly(
         effort: Wanted::Tolerance(1e-12),
         budget: u64::MAX,
         stop: Stop::default(),
+        follower: Follower::default(),
     };
     let mut rows = Vec::with_capacity(samples);
     let mut sink = |t: f64, y: &[f64], _: Option<&Regime>| {

@@ -9,7 +9,7 @@ use std::ops::ControlFlow;
 use super::{Kin, Ladder, Method};
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::motion::problem::{Ask, Effort, Problem, Sink};
+use crate::motion::problem::{Ask, Effort, Problem, Sink, Stretch};
 use crate::motion::progress::{check, within_budget};
 use crate::motion::train::Train;
 
@@ -69,6 +69,20 @@ fn run(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
                 return Ok(finished(walk));
             }
             within_budget(ask, &walk.effort, ask.from + walk.elapsed(-1.0))?;
+        }
+        if ask.follower.is_there() {
+            let (from, to) = (walk.elapsed(walk.place()), walk.elapsed(leg.to));
+            ask.follower.follow(Stretch {
+                from: ask.from + from,
+                to: ask.from + to,
+                grain: to - from,
+                regime: Some(&walk.whole_regime()),
+                state: &mut |t, y| {
+                    let instant = walk.tables.grid.instant(t - ask.from);
+                    let place = walk.place_of(instant);
+                    walk.value(place.clamp(walk.place(), leg.to), y);
+                },
+            });
         }
         while sample <= ask.samples {
             let place = walk.place_of(next);

@@ -1,0 +1,96 @@
+//! The linear facts: how far time scales are apart, and what steps explicit methods can take.
+
+use super::amplification::{EXPLICIT, amplification, polynomial};
+use crate::base::error::Error;
+use crate::numeric::Complex;
+use crate::plan::prepared::Prepared;
+use crate::plan::run;
+use crate::plan::stages::Plan;
+use crate::scene::study::ModesStudy;
+
+/// The linear facts of a machine with its contacts as the operating point has them.
+pub struct Facts {
+    /// Every eigenvalue with a frequency or a decay, rad/s; of a conjugate pair the upper one.
+    pub eigenvalues: Vec<Complex>,
+    /// Largest over smallest |λ|.
+    pub stiffness_ratio: f64,
+    /// The largest real part, 1/s.
+    pub abscissa: f64,
+    /// The largest |λ|, rad/s.
+    pub fastest: f64,
+    /// The smallest, rad/s.
+    pub slowest: f64,
+    /// Explicit methods and the longest step with which no mode grows that should not, s.
+    pub limits: Vec<(&'static str, f64)>,
+}
+
+/// Finds the linear facts.
+///
+/// # Errors
+/// Those of complex modes.
+pub fn facts(prepared: &Prepared) -> Result<Facts, Error> {
+    let study = ModesStudy {
+        damped: true,
+        ..ModesStudy::default()
+    };
+    let answer = run::run(prepared, &study, &Plan::modes(prepared, &study))?;
+    let eigenvalues: Vec<Complex> = answer
+        .modes
+        .iter()
+        .filter(|m| !m.rigid)
+        .map(|m| m.eigenvalue)
+        .collect();
+    let sizes: Vec<f64> = eigenvalues
+        .iter()
+        .map(|z| z.norm())
+        .filter(|x| *x > 0.0)
+        .collect();
+    let fastest = sizes.iter().copied().fold(0.0, f64::max);
+    let slowest = sizes.iter().copied().fold(f64::INFINITY, f64::min);
+    let abscissa = eigenvalues
+        .iter()
+        .map(|z| z.re)
+        .fold(f64::NEG_INFINITY, f64::max);
+    let of = |name: &'static str| Some((name, limit(&polynomial(name)?, &eigenvalues, fastest)));
+    let limits = EXPLICIT.into_iter().filter_map(of).collect();
+    Ok(Facts {
+        stiffness_ratio: fastest / slowest,
+        abscissa,
+        fastest,
+        slowest,
+        limits,
+        eigenvalues,
+    })
+}
+
+/// Growth of a step that counts as none: undamped modes of a method that neither gains nor loses end within it.
+const NEUTRAL: f64 = 1e-6;
+
+/// The longest step with which no mode that does not grow by itself is amplified; ∞ where nothing is fast.
+fn limit(coefficients: &[f64], eigenvalues: &[Complex], fastest: f64) -> f64 {
+    if fastest == 0.0 {
+        return f64::INFINITY;
+    }
+    let stays = |h: f64| {
+        eigenvalues
+            .iter()
+            .filter(|z| z.re <= 0.0)
+            .all(|z| amplification(coefficients, *z * h) <= 1.0 + NEUTRAL)
+    };
+    // Regions are simply connected near the origin: the first crossing counts.
+    let mut low = 0.0;
+    let mut high = 1e-3 / fastest;
+    while stays(high) && high * fastest < 100.0 {
+        low = high;
+        high *= 1.02;
+    }
+    for _ in 0..50 {
+        let middle = 0.5 * (low + high);
+        if stays(middle) {
+            low = middle
+        } else {
+            high = middle
+        }
+    }
+    low
+}
