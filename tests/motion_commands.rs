@@ -168,7 +168,7 @@ fn law_stability_verdicts() {
         "stability",
         "examples/linear_chain.toml",
         "--until",
-        "0.02",
+        "0.001",
         "--methods",
         "exact",
         "--json",

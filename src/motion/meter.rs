@@ -88,8 +88,8 @@ const OF_ALL: f64 = 1e-5;
 /// A panel is not made shorter than this share of its stretch: a switch that the method stepped over lies in it.
 const SHORTEST: f64 = 1e-6;
 
-/// Readings of the powers after which adding up is given up: half a minute for twenty freedoms.
-pub const READINGS: u64 = 10_000_000;
+/// Readings of the powers after which adding up is given up: some seconds for twenty freedoms.
+pub const READINGS: u64 = 3_000_000;
 
 /// Where adding up ends.
 pub struct Limit {
