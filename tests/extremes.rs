@@ -5,12 +5,14 @@ use std::path::Path;
 use geardyn::base::stop::Stop;
 use geardyn::motion::meter::Balance;
 use geardyn::motion::methods;
+use geardyn::numeric::Complex;
 use geardyn::plan::motion::choice;
 use geardyn::plan::motion::run::{self, Motion};
 use geardyn::plan::motion::scene::MotionScene;
 use geardyn::plan::prepared::Prepared;
 use geardyn::scene::study::SimulateStudy;
 use geardyn::scene::{self, Scene};
+use geardyn::study::stability::amplification::{TOLD, amplified, growth};
 use geardyn::study::stability::cases::Extreme;
 use geardyn::study::stability::extremes::{ADDS_UP, Asked, Verdict, judged, rerun};
 
@@ -177,5 +179,83 @@ fn law_jumps_are_booked() {
         let apart = balance.gap().abs() * balance.size();
         let turned = balance.put_in.abs().max(balance.lost);
         assert!(apart < 1e-6 * turned, "{name}: {apart} of {balance:?}");
+    }
+}
+
+/// What a step makes of a mode, against what is known of each method: the limits of the explicit ones, none of the others; ρ at
+/// infinity; and the method itself, which must multiply the energy of an undamped swing by the square of it in each step.
+#[test]
+fn law_amplification() {
+    let at = |method: &str, re: f64, im: f64| growth(method, Complex::new(re, im), 1.0).unwrap();
+    // On the real axis Runge and Kutta's reaches 2.785, Dormand and Prince's 3.307 (Hairer and Wanner 1996, fig. 2.1).
+    for (method, limit) in [("rk4", 2.785_293), ("dopri5", 3.306_6)] {
+        assert!(at(method, -limit * 0.999, 0.0) < 1.0 && at(method, -limit * 1.001, 0.0) > 1.0);
+    }
+    for (method, last) in [
+        ("radau5", 0.0),
+        ("newmark", 1.0),
+        ("hht", 0.8),
+        ("generalized-alpha", 0.8),
+    ] {
+        assert!(
+            (at(method, 0.0, 1e7) - last).abs() < 1e-4,
+            "{method} {}",
+            at(method, 0.0, 1e7)
+        );
+        for size in [1e-3, 0.1, 1.0, 3.0, 10.0, 1e3] {
+            for angle in [0.5f64, 0.6, 0.8, 1.0] {
+                let (im, re) = (std::f64::consts::PI * angle).sin_cos();
+                let im = if angle == 1.0 { 0.0 } else { im };
+                assert!(
+                    at(method, size * re, size * im) <= 1.0 + 1e-7,
+                    "{method} {size} {angle}"
+                );
+            }
+        }
+    }
+    // To its order every one follows the mode.
+    for method in TOLD {
+        let off = (at(method, -0.01, 0.1) - (-0.01f64).exp()).abs();
+        assert!(off < 1e-4, "{method} {off:e}");
+    }
+    let stiff = [Complex::new(-1.0, 1e6), Complex::new(-0.1, 10.0)];
+    let all = amplified(&stiff, 0.03).unwrap();
+    assert!(all[0].fastest > 1e6 && all[3].fastest < 1e-3);
+    assert!(all[5].added_damping > all[6].added_damping);
+    // A radian a step of an undamped swing: Newmark's loses nothing, Chung and Hulbert's less than Hilber's of the same ρ.
+    let [newmark, hht, generalized] =
+        ["newmark", "hht", "generalized-alpha"].map(|m| at(m, 0.0, 1.0));
+    assert!((newmark - 1.0).abs() < 1e-12 && hht < generalized && generalized < 0.9999);
+}
+
+/// An undamped swing by the method itself: after N steps its energy is what the factor of a step, squared, makes of it N times.
+#[test]
+fn law_amplification_is_what_the_method_does() {
+    let scene = scene_of(
+        r#"
+inertia = [{ name = "disc", J = 2.0 }]
+shaft = [{ name = "bar", between = ["ground", "disc"], k = 200.0 }]
+"#,
+    );
+    for (method, h) in [
+        ("rk4", 0.1),
+        ("newmark", 0.1),
+        ("hht", 0.1),
+        ("generalized-alpha", 0.1),
+    ] {
+        let mut study = by(method, 20.0);
+        study.step = Some(h);
+        study.samples = Some(2);
+        let mut ready = ready(&scene, &study);
+        ready.start[0] = 1e-3;
+        let balance = moved(&ready, &study).balance.unwrap();
+        let factor = growth(method, Complex::new(0.0, 10.0), h).unwrap();
+        let steps = 20.0 / h;
+        let found = (balance.after / balance.before).ln() / (2.0 * steps);
+        assert!(
+            (found - factor.ln()).abs() < 2e-4,
+            "{method} {found} {}",
+            factor.ln()
+        );
     }
 }

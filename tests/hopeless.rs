@@ -7,7 +7,7 @@ use std::process::Command;
 use geardyn::base::code::Code;
 use geardyn::base::stop::Stop;
 use geardyn::motion::methods::{METHODS, find};
-use geardyn::motion::problem::{Ask, Wanted};
+use geardyn::motion::problem::{Ask, Follower, Wanted};
 use geardyn::motion::trouble::fastest;
 use geardyn::numeric::Complex;
 use geardyn::plan::motion::cost::Cost;
@@ -16,7 +16,7 @@ use geardyn::plan::prepared::Prepared;
 use geardyn::scene;
 use geardyn::scene::study::SimulateStudy;
 use geardyn::study::accuracy::{self, Outcome};
-use geardyn::study::stability::{amplification, polynomial};
+use geardyn::study::stability::amplification::{amplification, polynomial};
 use geardyn::study::watch::Watch;
 
 fn geardyn(arguments: &[&str]) -> (Option<i32>, String, String) {
@@ -92,6 +92,7 @@ fn case_fastest_motion_of_a_chain() {
         effort: Wanted::Tolerance(1e-3),
         budget: u64::MAX,
         stop: Stop::default(),
+        follower: Follower::default(),
     };
     let effort = (method.run)(&scene.moving.train, &ask, &mut |_, _, _| {
         seen += 1;
@@ -150,6 +151,7 @@ fn refused_by_the_pace() {
             effort: Wanted::Tolerance(1e-6),
             budget: u64::MAX,
             stop: Stop::default().allowing(10.0),
+            follower: Follower::default(),
         };
         let run = find(method).unwrap().run;
         let error = run(&scene.moving.train, &ask, &mut |_, _, _| {

@@ -15,7 +15,7 @@ use crate::scene::study::{Over, SpeedRange, StabilityStudy, StudyKind};
 use crate::scene::{self, Scene};
 use crate::study::parametric;
 use crate::study::stability::extremes::{self, Verdict};
-use crate::study::stability::{cases, facts};
+use crate::study::stability::{amplification, cases, facts};
 use crate::study::watch::Watch;
 
 /// Studies and prints; ends with 1 where a case failed.
@@ -144,7 +144,10 @@ pub fn study_of(
     let ready = MotionScene::new(&prepared, &scene.start, &study.motion)?;
     let floquet = parametric::study(&prepared, &ready, study, &mut watch)?;
     let cases = extremes::extremes(&ready, &study.motion, &study.methods, &mut watch)?;
+    let step = study.motion.step.unwrap_or(facts.usual_step());
+    let amplified = amplification::amplified(&facts.eigenvalues, step)?;
     Ok(Stability {
+        amplified: (step, amplified),
         facts,
         floquet,
         cases,

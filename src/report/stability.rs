@@ -15,7 +15,7 @@ use crate::base::place::Source;
 use crate::motion::floquet::chart::Tongue;
 use crate::numeric::Complex;
 use crate::study::parametric::{Chart, Parametric, Row};
-use crate::study::stability::amplification::{EXPLICIT, polynomial};
+use crate::study::stability::amplification::{Amplified, EXPLICIT, polynomial};
 use crate::study::stability::extremes::{Case, Verdict};
 use crate::study::stability::facts::Facts;
 
@@ -23,6 +23,8 @@ use crate::study::stability::facts::Facts;
 pub struct Stability {
     /// The linear facts.
     pub facts: Facts,
+    /// A step, s, and what each method makes of the fastest and the slowest mode in it.
+    pub amplified: (f64, Vec<Amplified>),
     /// The largest Floquet multiplier beside free turning, and instabilities over speed, where a stiffness varies; else why there is none.
     pub floquet: Result<Parametric, String>,
     /// The scene at its extremes.
@@ -54,6 +56,14 @@ pub fn json(sources: &[Arc<Source>], found: &Stability) -> Value {
             }))),
         }),
     };
+    let (step, amplified) = &found.amplified;
+    let amplified = amplified.iter().map(|a| {
+        json!({
+            "method": a.method, "step_limit_s": facts.limit(a.method).and_then(finite), "fastest": finite(a.fastest),
+            "slowest": finite(a.slowest), "slowest_added_damping_ratio": finite(a.added_damping),
+        })
+    });
+    let amplified: Vec<Value> = amplified.collect();
     let case = |c: &Case| json!({ "case": c.name, "method": c.method, "verdict": c.verdict.name(), "figure": c.figure, "reason": c.reason });
     json!({
         "geardyn": header(sources, &["facts", "floquet", "extremes"]),
@@ -63,6 +73,7 @@ pub fn json(sources: &[Arc<Source>], found: &Stability) -> Value {
             "fastest_rad_s": facts.fastest, "slowest_rad_s": finite(facts.slowest), "step_limits_s": limits,
             "eigenvalues_rad_s": facts.eigenvalues.iter().map(|z| json!({ "re": z.re, "im": z.im })).collect::<Vec<_>>(),
         },
+        "amplification": { "step_s": finite(*step), "methods": amplified },
         "floquet": floquet,
         "left_out": found.left_out.iter().map(|(case, reason)| json!({ "case": case, "reason": reason })).collect::<Vec<_>>(),
         "cases": found.cases.iter().map(case).collect::<Vec<_>>(),

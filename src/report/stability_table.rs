@@ -27,6 +27,7 @@ pub fn table(found: &Stability) -> String {
         .map(|(name, h)| format!("{name} {}", seconds(*h)))
         .collect();
     text += &format!("explicit methods need steps below: {}\n", limits.join(", "));
+    text += &amplified(found);
     text += &match &found.floquet {
         Err(why) => format!("parametric stability left out: {why}\n"),
         Ok(p) => {
@@ -109,6 +110,40 @@ pub fn table(found: &Stability) -> String {
         count(found, Verdict::Pass),
         count(found, Verdict::Refused),
         count(found, Verdict::Fail)
+    )
+}
+
+/// What a step of each method makes of the fastest and the slowest mode.
+fn amplified(found: &Stability) -> String {
+    let (step, all) = &found.amplified;
+    if all.is_empty() {
+        return String::new();
+    }
+    let mut table = plain();
+    table.set_header([
+        "",
+        "step below",
+        "fastest ×",
+        "slowest ×",
+        "damping added to it",
+    ]);
+    for a in all {
+        table.add_row([
+            a.method.to_string(),
+            found
+                .facts
+                .limit(a.method)
+                .map_or("none".to_string(), seconds),
+            brief(a.fastest),
+            brief(a.slowest),
+            brief(a.added_damping),
+        ]);
+    }
+    right_but_first(&mut table);
+    format!(
+        "what a step of {} makes of the fastest and of the slowest mode\n{}",
+        seconds(*step),
+        finish(&table)
     )
 }
 

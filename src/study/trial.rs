@@ -51,14 +51,9 @@ pub fn integrate(
         start: start.to_vec(),
         samples: scene.samples,
         effort: wanted,
-<<<<<<< HEAD
         budget: u64::MAX,
         stop: stop.within(patience).allowing(patience),
-=======
-        budget: BUDGET,
-        stop: stop.within(patience),
         follower: Follower::default(),
->>>>>>> 8c72458 (Energy added up along the motion between switches and kinks, one balance for simulate and stability; no case passes unknown)
     };
     let mut values = vec![Vec::with_capacity(scene.samples + 1); scene.outputs.list.len()];
     let mut sizes = vec![0.0f64; start.len()];

@@ -1,5 +1,7 @@
 //! The linear facts: how far time scales are apart, and what steps explicit methods can take.
 
+use std::f64::consts::TAU;
+
 use super::amplification::{EXPLICIT, amplification, polynomial};
 use crate::base::error::Error;
 use crate::numeric::Complex;
@@ -22,6 +24,20 @@ pub struct Facts {
     pub slowest: f64,
     /// Explicit methods and the longest step with which no mode grows that should not, s.
     pub limits: Vec<(&'static str, f64)>,
+}
+
+impl Facts {
+    /// The longest step of a method, s; absent where any is stable.
+    pub fn limit(&self, method: &str) -> Option<f64> {
+        let mut limits = self.limits.iter();
+        limits.find(|(name, _)| *name == method).map(|l| l.1)
+    }
+
+    /// A twentieth of the slowest period, s: a step that shows it well.
+    pub fn usual_step(&self) -> f64 {
+        const TWENTIETH: f64 = 0.05;
+        TWENTIETH * TAU / self.slowest
+    }
 }
 
 /// Finds the linear facts.
