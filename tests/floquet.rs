@@ -315,6 +315,16 @@ fn ref_chart_of_one_freedom() {
     assert_eq!(damped.len(), 1);
 }
 
+/// Deep waves feed high orders, each near its own share of twice the natural frequency.
+#[test]
+fn law_chart_names_high_orders() {
+    let deep = oscillator(cosine(0.8), 1.0, 0.0);
+    let found = tongues(&deep, [0.37, 0.85], 500, &Stop::default()).unwrap();
+    let names: Vec<&str> = found.iter().map(|t| t.name.as_str()).collect();
+    println!("{found:?}");
+    assert_eq!(names, ["2 ω1/5", "2 ω1/4", "2 ω1/3"]);
+}
+
 /// Two freedoms joined by one mesh: a combination resonance where they are.
 #[test]
 fn law_chart_names_sums() {

@@ -20,7 +20,8 @@ pub struct Tongue {
     pub worst: f64,
     /// The largest multiplier there: growth in a period.
     pub growth: f64,
-    /// The nearest resonance, such as `2 ω1`, `(ω1 + ω2)/3`; modes are counted from one, free turning left out.
+    /// The resonance of the lowest order within it, else the nearest, such as `2 ω1`, `(ω1 + ω2)/3`; modes are counted from one,
+    /// free turning left out.
     pub name: String,
 }
 
@@ -28,7 +29,7 @@ pub struct Tongue {
 const EDGE: f64 = 1e-6;
 
 /// Highest order of a resonance that gets a name.
-const HIGHEST_ORDER: u32 = 3;
+const HIGHEST_ORDER: u32 = 8;
 
 /// Unstable speeds between two factors on all speeds of a machine, all contacts closed. Looked at in `points` equal steps: tongues
 /// narrower than a step can be missed.
@@ -84,7 +85,7 @@ pub fn tongues(
             to: high * base,
             worst: worst * base,
             growth,
-            name: name(train, base, worst * base)?,
+            name: name(train, base, [low * base, worst * base, high * base])?,
         });
         at += 1;
     }
@@ -154,25 +155,29 @@ fn highest(
     Ok(if at_b > at_c { (b, at_b) } else { (c, at_c) })
 }
 
-/// The nearest `(ω_i + ω_j)/n` of the mean machine to the frequency of one of its waves.
-fn name(train: &Train, base: f64, omega: f64) -> Result<String, Error> {
+/// The `(ω_i + ω_j)/n` of the mean machine, by the frequency of one of its waves, that a tongue from `low` to `high` is named by.
+/// High orders lie everywhere, so that of the lowest order within the tongue goes before one that lies nearer to its top.
+fn name(train: &Train, base: f64, [low, worst, high]: [f64; 3]) -> Result<String, Error> {
     let natural = mean_frequencies(train)?;
-    let mut nearest = (f64::INFINITY, String::new());
+    let mut best = ((u32::MAX, f64::INFINITY), String::new());
     for wave in frequencies(train) {
         let times = (wave / base).round();
         for i in 0..natural.len() {
             for j in i..natural.len() {
                 for n in 1..=HIGHEST_ORDER {
                     let at = (natural[i] + natural[j]) / f64::from(n) / times;
-                    let off = (at / omega).ln().abs();
-                    if off < nearest.0 * (1.0 - EDGE) {
-                        nearest = (off, resonance(i + 1, j + 1, n));
+                    let within = (low..=high).contains(&at);
+                    let order = if within { n } else { HIGHEST_ORDER + 1 };
+                    let rank = (order, (at / worst).ln().abs());
+                    if rank.0 < best.0.0 || (rank.0 == best.0.0 && rank.1 < best.0.1 * (1.0 - EDGE))
+                    {
+                        best = (rank, resonance(i + 1, j + 1, n));
                     }
                 }
             }
         }
     }
-    Ok(nearest.1)
+    Ok(best.1)
 }
 
 fn resonance(i: usize, j: usize, n: u32) -> String {
