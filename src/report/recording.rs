@@ -129,7 +129,7 @@ pub fn note(survey: &Survey) -> String {
         } else {
             format!("{count} times")
         };
-        notes.push(format!("clipped at {} {times}", brief(level)));
+        notes.push(format!("clipped {times} at {}", brief(level)));
     }
     match survey.overloads {
         0 => {}
