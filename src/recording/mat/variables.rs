@@ -84,7 +84,7 @@ impl Flat {
             ..
         } = array;
         let rows = dimensions.first().copied().unwrap_or(0);
-        let columns = dimensions.iter().skip(1).product();
+        let columns = count(dimensions.get(1..).unwrap_or_default());
         match contents {
             Contents::Real { values, .. } if values.is_empty() => {}
             Contents::Real { values, epsilon } => self.numbers.push(Variable {
@@ -115,8 +115,8 @@ impl Flat {
                 }
             }
             Contents::Structure(fields) => {
-                let structures: usize = dimensions.iter().product();
-                let per_structure = fields.len() / structures.max(1);
+                let structures = count(&dimensions);
+                let per_structure = (fields.len() / structures.max(1)).max(1);
                 for (at, field) in fields.into_iter().enumerate() {
                     let place = match structures {
                         1 => String::new(),
@@ -127,5 +127,32 @@ impl Flat {
             }
             Contents::Other(what) => self.others.push((name, what)),
         }
+    }
+}
+
+/// Elements of an array; of an empty one the other dimensions may be any.
+fn count(dimensions: &[usize]) -> usize {
+    dimensions.iter().fold(1, |n, &d| n.saturating_mul(d))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An empty array may have other dimensions whose product is beyond any number.
+    #[test]
+    fn survives_empty_arrays_of_any_size() {
+        assert_eq!(count(&[3, 4, 5]), 60);
+        let mut flat = Flat::default();
+        let array = Array {
+            name: "x".to_string(),
+            dimensions: vec![0, usize::MAX, 3],
+            contents: Contents::Real {
+                values: Vec::new(),
+                epsilon: f64::EPSILON,
+            },
+        };
+        flat.walk("x".to_string(), array);
+        assert!(flat.numbers.is_empty());
     }
 }
