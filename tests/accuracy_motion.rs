@@ -1,7 +1,9 @@
 //! `accuracy` of motions: what errors are measured against, rungs that were not run, what is recommended.
 
-use std::process::Command;
+#[path = "support/command.rs"]
+mod command;
 
+use command::said;
 use geardyn::base::stop::Stop;
 use geardyn::motion::methods::{Kin, METHODS, find};
 use geardyn::motion::problem::Wanted;
@@ -163,20 +165,6 @@ fn law_recommendations_are_never_empty() {
     );
 }
 
-fn geardyn(arguments: &[&str]) -> (Option<i32>, String, String) {
-    let output = Command::new(env!("CARGO_BIN_EXE_geardyn"))
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args(arguments)
-        .output()
-        .unwrap();
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    (
-        output.status.code(),
-        text(&output.stdout),
-        text(&output.stderr),
-    )
-}
-
 /// What is said is what the document holds.
 #[test]
 fn law_documents_recommend() {
@@ -198,10 +186,10 @@ fn law_documents_recommend() {
             "no run came to its end, so that none can be recommended",
         ),
     ] {
-        let (code, text, error) = geardyn(&[&pair, flags].concat());
+        let (code, text, error) = said(&[&pair, flags].concat());
         assert_eq!(code, Some(0), "{error}");
         assert!(text.contains(words), "{text}");
-        let (_, json, _) = geardyn(&[&pair, flags, &["--json"]].concat());
+        let (_, json, _) = said(&[&pair, flags, &["--json"]].concat());
         let found: Value = serde_json::from_str(&json).unwrap();
         let advice = &found["recommendation"];
         assert_eq!(advice["reached"], reached, "{advice}");

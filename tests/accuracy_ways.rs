@@ -1,8 +1,11 @@
 //! `accuracy` of natural frequencies and responses: errors of ways to them against closed forms.
 
-use std::f64::consts::PI;
-use std::process::Command;
+#[path = "support/command.rs"]
+mod command;
 
+use std::f64::consts::PI;
+
+use command::said;
 use geardyn::base::stop::Stop;
 use geardyn::plan::prepared::Prepared;
 use geardyn::scene;
@@ -96,27 +99,13 @@ fn case_assembled_matrix_loses_digits() {
     assert!(assembled > 1e-11, "{assembled}");
 }
 
-fn geardyn(arguments: &[&str]) -> (Option<i32>, String, String) {
-    let output = Command::new(env!("CARGO_BIN_EXE_geardyn"))
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args(arguments)
-        .output()
-        .unwrap();
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    (
-        output.status.code(),
-        text(&output.stdout),
-        text(&output.stderr),
-    )
-}
-
 #[test]
 fn law_outputs_of_accuracy_of_modes_agree() {
     let folder = tempfile::tempdir().unwrap();
     let (csv, svg) = (folder.path().join("x.csv"), folder.path().join("x.svg"));
     let (csv, svg) = (csv.to_str().unwrap(), svg.to_str().unwrap());
     let model = "models/geared_motor_rolls.toml";
-    let (code, json, _) = geardyn(&[
+    let (code, json, _) = said(&[
         "accuracy", model, "--of", "modes", "--lowest", "2", "--json", "--csv", csv, "--svg", svg,
     ]);
     assert_eq!(code, Some(0));
@@ -141,7 +130,7 @@ fn law_outputs_of_accuracy_of_modes_agree() {
 
 #[test]
 fn refused_flags_that_do_nothing() {
-    for (flags, said) in [
+    for (flags, words) in [
         (
             &["--of", "modes", "--until", "1"][..],
             "--until does nothing here",
@@ -153,9 +142,9 @@ fn refused_flags_that_do_nothing() {
         ),
     ] {
         let (code, _, error) =
-            geardyn(&[&["accuracy", "examples/linear_chain.toml"][..], flags].concat());
+            said(&[&["accuracy", "examples/linear_chain.toml"][..], flags].concat());
         assert_eq!(code, Some(2), "{error}");
-        assert!(error.contains(said), "{error}");
+        assert!(error.contains(words), "{error}");
     }
 }
 

@@ -1,9 +1,12 @@
 //! Requests that are hopeless: refused before the work where their cost is known, while it runs where it is seen.
 
+#[path = "support/command.rs"]
+mod command;
+
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
-use std::process::Command;
 
+use command::said;
 use geardyn::base::code::Code;
 use geardyn::base::stop::Stop;
 use geardyn::motion::methods::{METHODS, find};
@@ -18,20 +21,6 @@ use geardyn::scene::study::SimulateStudy;
 use geardyn::study::accuracy::{self, Outcome};
 use geardyn::study::stability::amplification::{amplification, polynomial};
 use geardyn::study::watch::Watch;
-
-fn geardyn(arguments: &[&str]) -> (Option<i32>, String, String) {
-    let output = Command::new(env!("CARGO_BIN_EXE_geardyn"))
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args(arguments)
-        .output()
-        .unwrap();
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    (
-        output.status.code(),
-        text(&output.stdout),
-        text(&output.stderr),
-    )
-}
 
 fn ready(example: &str, until: f64, output: &str) -> MotionScene {
     let text = std::fs::read_to_string(format!("examples/{example}.toml")).unwrap();
@@ -118,7 +107,7 @@ fn refused_before_the_work() {
         (&["--samples", "1000000000"], &["40 GB", "--no-history"]),
     ];
     for (flags, words) in cases {
-        let (code, _, said) = geardyn(&[&["simulate", chain], *flags].concat());
+        let (code, _, said) = said(&[&["simulate", chain], *flags].concat());
         assert_eq!(code, Some(3), "{said}");
         for word in *words {
             assert!(said.contains(word), "{word}: {said}");
@@ -130,7 +119,7 @@ fn refused_before_the_work() {
 #[test]
 fn refused_histories_of_accuracy() {
     let chain = ["accuracy", "examples/linear_chain.toml"];
-    let (code, _, said) = geardyn(&[&chain[..], &["--samples", "100000000"]].concat());
+    let (code, _, said) = said(&[&chain[..], &["--samples", "100000000"]].concat());
     assert_eq!(code, Some(3), "{said}");
     assert!(
         said.contains("are allowed") && said.contains("fewer --samples"),
@@ -212,11 +201,11 @@ fn refused_senseless_flags() {
         (&["--step", "-1"], "--step takes a time above zero"),
         (&["--tolerance", "-1"], "above 0 and below 1"),
     ] {
-        let (code, _, said) = geardyn(&[&["simulate", chain], flags].concat());
+        let (code, _, said) = said(&[&["simulate", chain], flags].concat());
         assert_eq!(code, Some(2), "{said}");
         assert!(said.contains(word), "{said}");
     }
-    let (code, _, said) = geardyn(&["accuracy", chain, "--error", "-1"]);
+    let (code, _, said) = said(&["accuracy", chain, "--error", "-1"]);
     assert!(
         code == Some(2) && said.contains("--error takes a number above zero"),
         "{said}"
@@ -227,17 +216,17 @@ fn refused_senseless_flags() {
 #[test]
 fn law_steps_for_exact_are_told() {
     let chain = ["simulate", "examples/linear_chain.toml", "--until", "0.01"];
-    let (code, _, said) = geardyn(&[&chain[..], &["--step", "1 ms"]].concat());
-    assert_eq!(code, Some(0), "{said}");
+    let (code, _, words) = said(&[&chain[..], &["--step", "1 ms"]].concat());
+    assert_eq!(code, Some(0), "{words}");
     for word in [
         "the method exact would have no error here",
         "[step-for-exact]",
         "1 factorisation,",
     ] {
-        assert!(said.contains(word), "{word}: {said}");
+        assert!(words.contains(word), "{word}: {words}");
     }
-    let (_, _, said) = geardyn(&[&chain[..], &["--method", "newmark", "--step", "1 ms"]].concat());
-    assert!(!said.contains("step-for-exact"), "{said}");
-    let (_, _, said) = geardyn(&chain);
-    assert!(said.contains("effort: 1 step, "), "{said}");
+    let (_, _, words) = said(&[&chain[..], &["--method", "newmark", "--step", "1 ms"]].concat());
+    assert!(!words.contains("step-for-exact"), "{words}");
+    let (_, _, words) = said(&chain);
+    assert!(words.contains("effort: 1 step, "), "{words}");
 }

@@ -87,7 +87,7 @@ pub fn assemble(
     }
     let loads = site.loads()?;
     let drives = loads.iter().map(|(freedom, signal)| Drive {
-        name: site.load_on(*freedom),
+        name: load_on(machine, *freedom),
         direction: site.row(*freedom),
         signal: signal.clone(),
     });
@@ -475,7 +475,7 @@ impl Site<'_> {
     fn locked(&self) -> Vec<Branch> {
         let load = |(freedom, history): &(usize, History)| match history {
             History::Orders { mean, orders } if self.phase == PhaseOf::Angle => Some(plain(
-                self.load_on(*freedom),
+                load_on(self.machine, *freedom),
                 self.row(*freedom),
                 Law::Orders {
                     mean: *mean,
@@ -485,11 +485,6 @@ impl Site<'_> {
             _ => None,
         };
         self.machine.histories.iter().filter_map(load).collect()
-    }
-
-    /// What a load is called.
-    fn load_on(&self, freedom: usize) -> String {
-        format!("load on {}", self.machine.freedom_name(freedom))
     }
 
     /// Loads over time by freedom, orders where they turn at the mean speed.
@@ -563,6 +558,11 @@ impl Site<'_> {
         }
         Ok((j, 1.0 / a))
     }
+}
+
+/// What the load on a freedom is called, as a drive and as a branch.
+pub fn load_on(machine: &Machine, freedom: usize) -> String {
+    format!("load on {}", machine.freedom_name(freedom))
 }
 
 /// A course as a known function of time.

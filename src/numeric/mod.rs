@@ -18,7 +18,7 @@ pub mod fft;
 /// Values between samples at any instants.
 pub mod band_limited;
 
-/// Distributions.
+/// Medians and distributions.
 pub mod statistics;
 
 /// Exact fractions.

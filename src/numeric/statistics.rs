@@ -1,9 +1,15 @@
-//! Distributions, the only file that names their package.
+//! Medians, and distributions: the only file that names their package.
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, Normal, StudentsT};
 
 /// Standard deviations of a normal number in half its 95 % interval.
 pub const HALF_INTERVAL: f64 = 1.96;
+
+/// The middle value, of an even count the upper of the two; absent where there is none. The values change places.
+pub fn median(values: &mut [f64]) -> Option<f64> {
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
 
 /// The value a standard normal variable stays below with probability `p`, `0 < p < 1`.
 pub fn normal_quantile(p: f64) -> f64 {
@@ -38,6 +44,13 @@ pub fn student_quantile(p: f64, freedoms: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn exact_medians() {
+        assert_eq!(median(&mut []), None);
+        assert_eq!(median(&mut [3.0, 1.0, 2.0]), Some(2.0));
+        assert_eq!(median(&mut [4.0, 1.0, 3.0, 2.0]), Some(3.0));
+    }
 
     /// Tabulated values to their printed digits (any table of these distributions).
     #[test]

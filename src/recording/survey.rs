@@ -3,6 +3,7 @@
 use super::clipping::{self, Extremes};
 use super::signals::{Channel, Recording};
 use crate::base::error::Error;
+use crate::numeric::statistics::median;
 
 /// Samples handled at a time.
 const BLOCK: usize = 1 << 16;
@@ -87,13 +88,8 @@ pub fn survey(recording: &Recording, channel: &Channel) -> Result<Survey, Error>
 
 /// Standard deviation of white noise whose fourth differences have this median size.
 fn noise(fourths: &mut [f64]) -> f64 {
-    if fourths.is_empty() {
-        return 0.0;
-    }
-    let middle = fourths.len() / 2;
-    let median = *fourths.select_nth_unstable_by(middle, f64::total_cmp).1;
     // Σ(1,4,6,4,1)² = 70; a normal variable is above 0.6745 of its deviation half of the time.
-    median / 70f64.sqrt() / 0.674_489_75
+    median(fourths).map_or(0.0, |median| median / 70f64.sqrt() / 0.674_489_75)
 }
 
 fn each_block(

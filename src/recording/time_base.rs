@@ -11,6 +11,7 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::place::Place;
 use crate::base::words::counted;
+use crate::numeric::statistics::median;
 
 /// Samples read at a time.
 const BLOCK: usize = 1 << 16;
@@ -422,13 +423,8 @@ fn jitter(stamps: &Stamps, rows: &Range<usize>) -> Result<f64, Error> {
         .windows(3)
         .map(|w| (w[0] - 2.0 * w[1] + w[2]).abs())
         .collect();
-    if bends.is_empty() {
-        return Ok(0.0);
-    }
-    let middle = bends.len() / 2;
     // Σ(1,2,1)² = 6; a normal variable is above 0.6745 of its deviation half of the time.
-    let median = *bends.select_nth_unstable_by(middle, f64::total_cmp).1;
-    Ok(median / 6f64.sqrt() / 0.674_489_75)
+    Ok(median(&mut bends).map_or(0.0, |median| median / 6f64.sqrt() / 0.674_489_75))
 }
 
 /// The lowest and the highest rate over the tenths of the longest stretch, Hz; the rate itself where they differ by no more than
@@ -480,14 +476,12 @@ fn usual_step(stamps: &Stamps) -> Result<Usual, Error> {
         .map(|w| w[1] - w[0])
         .filter(|s| s.is_finite())
         .collect();
-    if steps.is_empty() {
+    let Some(median_s) = median(&mut steps) else {
         return Ok(Usual {
             median_s: over_all,
             mean_s: over_all,
         });
-    }
-    let middle = steps.len() / 2;
-    let median_s = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+    };
     // Coarse stamps of even steps make them one unit longer or shorter: their median tells nothing.
     const COARSE: f64 = 2.0;
     let longest = median_s + 1.001 * stamps.resolution_s;

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use crate::numeric::statistics;
+
 /// One pulse of the force.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pulse {
@@ -42,11 +44,7 @@ const PICKED: usize = 100_000;
 pub fn median(samples: &[f64]) -> f64 {
     let step = samples.len().div_ceil(PICKED).max(1);
     let mut picked: Vec<f64> = samples.iter().step_by(step).copied().collect();
-    if picked.is_empty() {
-        return 0.0;
-    }
-    let middle = picked.len() / 2;
-    *picked.select_nth_unstable_by(middle, f64::total_cmp).1
+    statistics::median(&mut picked).unwrap_or(0.0)
 }
 
 /// The pulses of a force.

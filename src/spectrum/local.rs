@@ -17,7 +17,7 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::definite::solve_complex;
 use crate::numeric::fft::RealFft;
-use crate::numeric::statistics::fisher_above;
+use crate::numeric::statistics::{fisher_above, median};
 use crate::numeric::{Complex, ComplexMatrix};
 
 /// Coefficients of each polynomial: a parabola.
@@ -220,11 +220,7 @@ impl Local {
             let has_power = |w: &&&Gathered| w.driven[j] > DRIVEN * largest;
             let share = |w: &&Gathered| w.even[j] / self.blocks.max(1) as f64;
             let mut shares: Vec<f64> = windows.iter().filter(has_power).map(share).collect();
-            let middle = shares.len() / 2;
-            match shares.is_empty() {
-                true => 0.0,
-                false => *shares.select_nth_unstable_by(middle, f64::total_cmp).1,
-            }
+            median(&mut shares).unwrap_or(0.0)
         };
         (0..self.inputs).map(of).fold(1.0, f64::min)
     }

@@ -21,6 +21,17 @@ pub fn geardyn(arguments: &[&str]) -> Output {
         .unwrap()
 }
 
+/// How it ends, and what it says on standard output and beside it.
+pub fn said(arguments: &[&str]) -> (Option<i32>, String, String) {
+    let output = geardyn(arguments);
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (
+        output.status.code(),
+        text(&output.stdout),
+        text(&output.stderr),
+    )
+}
+
 /// What it prints, which must be JSON, however it ends.
 pub fn printed(arguments: &[&str]) -> Value {
     let output = geardyn(arguments);

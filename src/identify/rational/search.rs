@@ -2,6 +2,7 @@
 
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::numeric::statistics::median;
 use crate::numeric::{Complex, Matrix};
 
 use super::basis::{Pole, Problem, Structure};
@@ -482,12 +483,9 @@ fn share_left(lines: &Lines, variance: &[Vec<f64>], residual: &[Vec<Complex>]) -
             }
         }
     }
-    if shares.is_empty() {
-        return f64::INFINITY;
-    }
-    let middle = shares.len() / 2;
-    let (_, median, _) = shares.select_nth_unstable_by(middle, f64::total_cmp);
-    (*median / std::f64::consts::LN_2).sqrt()
+    median(&mut shares).map_or(f64::INFINITY, |median| {
+        (median / std::f64::consts::LN_2).sqrt()
+    })
 }
 
 /// Grows at one variance and structure; where responses disagree about a pole, the weights are changed and growth goes on.

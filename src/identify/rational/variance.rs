@@ -2,7 +2,7 @@
 //! leaves.
 
 use crate::numeric::Complex;
-use crate::numeric::statistics::{chi_squared_above, chi_squared_quantile};
+use crate::numeric::statistics::{chi_squared_above, chi_squared_quantile, median};
 
 use super::lines::Lines;
 
@@ -66,13 +66,9 @@ fn stands_out(shares: &[f64]) -> bool {
 fn unlikeness(power: &[f64], expected: &[f64]) -> f64 {
     let of = |(p, v): (&f64, &f64)| (p.max(f64::MIN_POSITIVE) / v.max(f64::MIN_POSITIVE)).ln();
     let mut logs: Vec<f64> = power.iter().zip(expected).map(of).collect();
-    let median = |values: &mut [f64]| {
-        let middle = values.len() / 2;
-        *values.select_nth_unstable_by(middle, f64::total_cmp).1
-    };
-    let centre = median(&mut logs);
+    let centre = median(&mut logs).unwrap_or(0.0);
     logs.iter_mut().for_each(|l| *l = (*l - centre).abs());
-    median(&mut logs)
+    median(&mut logs).unwrap_or(0.0)
 }
 
 /// From residuals `e` of the scaled responses, of which a share `freedom` of the data is left: noise along the axis, or noise in
@@ -162,9 +158,7 @@ fn sliding_median(power: &[f64]) -> Vec<f64> {
             let from = at.saturating_sub(half).min(n.saturating_sub(WINDOW));
             work.clear();
             work.extend_from_slice(&power[from..(from + WINDOW).min(n)]);
-            let middle = work.len() / 2;
-            let (_, median, _) = work.select_nth_unstable_by(middle, f64::total_cmp);
-            (at, *median / law)
+            (at, median(&mut work).unwrap_or(0.0) / law)
         })
         .collect();
     let mut knot = 0;

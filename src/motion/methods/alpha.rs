@@ -17,6 +17,9 @@ use crate::motion::train::{Branch, Law, Regime, Train};
 use crate::numeric::Matrix;
 use crate::numeric::lu::Lu;
 
+/// The spectral radius at infinity that the methods of the table are run with.
+pub const RADIUS: f64 = 0.8;
+
 /// Weights of a method of the family.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Alpha {
@@ -89,7 +92,7 @@ pub fn newmark(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Erro
 /// # Errors
 /// Those of [`run`].
 pub fn hht(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
-    run(&Alpha::hht(0.8), train, ask, sink)
+    run(&Alpha::hht(RADIUS), train, ask, sink)
 }
 
 /// Chung and Hulbert's with ρ = 0.8.
@@ -97,7 +100,7 @@ pub fn hht(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
 /// # Errors
 /// Those of [`run`].
 pub fn generalized(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
-    run(&Alpha::generalized(0.8), train, ask, sink)
+    run(&Alpha::generalized(RADIUS), train, ask, sink)
 }
 
 /// Why the family cannot take a machine.

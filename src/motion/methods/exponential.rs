@@ -237,8 +237,9 @@ fn sum(terms: &[(f64, &[f64])]) -> Vec<f64> {
     (0..length).map(at).collect()
 }
 
-/// A step: where it ends, what it may be wrong by, and its forcing as a polynomial of time over its length.
+/// A step: the kernels over it, where it ends, what it may be wrong by, and its forcing as a polynomial of time over its length.
 struct Stepped {
+    whole: Vec<Kernel>,
     end: Vec<f64>,
     error: Vec<f64>,
     forcing: [Vec<f64>; 3],
@@ -310,14 +311,13 @@ impl Modes {
         push(&mut error, &whole, (2, h), 4.0, &apart);
         push(&mut error, &whole, (3, h), -8.0, &apart);
         Stepped {
+            whole,
             end,
             error,
             forcing: [first.to_vec(), slope, bend],
         }
     }
-}
 
-impl Modes {
     /// What a step may be wrong by because its forcing, a parabola through three instants, is none: with r the difference a quarter
     /// of the step on, a cubic that vanishes at the three has `⅔|r|` for the mean of its size.
     fn missed(
@@ -340,7 +340,7 @@ impl Modes {
             (-0.5 * ON * ON, bend),
         ]);
         let mut error = vec![0.0; x.len()];
-        push(&mut error, &self.kernels(h), (1, h), 2.0 / 3.0, &r);
+        push(&mut error, &stepped.whole, (1, h), 2.0 / 3.0, &r);
         error
     }
 

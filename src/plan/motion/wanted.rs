@@ -4,6 +4,7 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::machine::parts;
 use crate::modes::state_space::signals;
+use crate::motion::assemble::load_on;
 use crate::motion::combination::Combination;
 use crate::motion::moving::Moving;
 use crate::motion::outputs::{Output, Outputs, Quantity};
@@ -161,7 +162,7 @@ fn load(
     let Some(freedom) = stem.and_then(|stem| machine.freedom(stem)) else {
         return Ok(None);
     };
-    let called = format!("load on {}", machine.freedom_name(freedom));
+    let called = load_on(machine, freedom);
     let over_time = moving.loads.iter().filter(|load| load.0 == freedom);
     let branches = moving.train.branches.iter().enumerate();
     let followed: Vec<usize> = branches

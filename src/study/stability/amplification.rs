@@ -1,7 +1,7 @@
 //! What a step of a method makes of a mode.
 
 use crate::base::error::Error;
-use crate::motion::methods::alpha::Alpha;
+use crate::motion::methods::alpha::{Alpha, RADIUS};
 use crate::motion::methods::dop853_table::STAGES;
 use crate::numeric::{Complex, Matrix, general};
 
@@ -47,7 +47,7 @@ fn of_stages() -> Vec<f64> {
     stages.swap_remove(END)
 }
 
-/// |R(z)| of a stability polynomial at z = hλ.
+/// |R(z)| of a stability polynomial, or of any other, at z = hλ.
 pub fn amplification(coefficients: &[f64], z: Complex) -> f64 {
     let value = coefficients
         .iter()
@@ -111,8 +111,8 @@ pub fn growth(method: &str, lambda: Complex, h: f64) -> Result<f64, Error> {
     match method {
         "radau5" => Ok(radau(lambda * h)),
         "newmark" => of_alpha(&Alpha::newmark(), lambda, h),
-        "hht" => of_alpha(&Alpha::hht(0.8), lambda, h),
-        "generalized-alpha" => of_alpha(&Alpha::generalized(0.8), lambda, h),
+        "hht" => of_alpha(&Alpha::hht(RADIUS), lambda, h),
+        "generalized-alpha" => of_alpha(&Alpha::generalized(RADIUS), lambda, h),
         _ => Ok(polynomial(method).map_or(f64::NAN, |c| amplification(&c, lambda * h))),
     }
 }
@@ -121,13 +121,8 @@ pub fn growth(method: &str, lambda: Complex, h: f64) -> Result<f64, Error> {
 ///
 /// Source: Hairer and Wanner, Solving Ordinary Differential Equations II, 2nd ed. 1996, IV.3, Table 3.1 (Padé's, 2 over 3).
 fn radau(z: Complex) -> f64 {
-    let value = |c: &[f64]| {
-        let terms = c.iter().rev();
-        terms.fold(Complex::ZERO, |sum, &c| sum * z + Complex::new(c, 0.0))
-    };
-    let above = value(&[1.0, 2.0 / 5.0, 1.0 / 20.0]);
-    let below = value(&[1.0, -3.0 / 5.0, 3.0 / 20.0, -1.0 / 60.0]);
-    (above / below).norm()
+    let above = amplification(&[1.0, 2.0 / 5.0, 1.0 / 20.0], z);
+    above / amplification(&[1.0, -3.0 / 5.0, 3.0 / 20.0, -1.0 / 60.0], z)
 }
 
 /// The spectral radius of a step of the generalised α family on a mode, in `x, h v, h² a`; on a real root in `v, h a`.

@@ -8,6 +8,7 @@ use super::orders::Order;
 use crate::base::error::Error;
 use crate::numeric::Matrix;
 use crate::numeric::definite::solve;
+use crate::numeric::statistics::median;
 use crate::spectrum::rotation::angular::AngularSignal;
 
 /// A step of the error.
@@ -121,10 +122,8 @@ fn strongest(differences: &[f64], masked: &[bool], wide: usize) -> Option<(usize
 fn deviation(differences: &[f64], wide: usize) -> f64 {
     let inside = &differences[wide..differences.len() - wide];
     let mut sizes: Vec<f64> = inside.iter().map(|d| d.abs()).collect();
-    let middle = sizes.len() / 2;
-    let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
     // The median of the size of a normal variable is 0.6745 of its deviation.
-    *median / 0.6745
+    median(&mut sizes).unwrap_or(0.0) / 0.6745
 }
 
 /// The sizes of all steps at once.
