@@ -508,12 +508,20 @@ fn law_coarse_lines_are_said() {
 /// A mode on an order of the speed, its sine taken out, is a mode, and said to lie there; peaks of noise are none.
 #[test]
 fn law_a_mode_on_an_order_is_kept() {
-    let log = running(2, &[(59.7, 0.5), (119.4, 0.4), (179.1, 0.1)]);
+    // The third order beside the mode and right on it, between lines of the record and on one.
+    for (seed, speed_hz) in [(2, 59.7), (3, 60.0)] {
+        check_mode_on_an_order(seed, speed_hz);
+    }
+}
+
+fn check_mode_on_an_order(seed: u64, speed_hz: f64) {
+    let orders = [(1.0, 0.5), (2.0, 0.4), (3.0, 0.1)];
+    let log = running(seed, &orders.map(|(order, a)| (order * speed_hz, a)));
     for method in [Method::Fdd, Method::Efdd] {
         let study = IdentifyStudy {
             outputs: ["x1", "x2"].map(str::to_string).to_vec(),
             method: Some(method),
-            speed_hz: Some(59.7),
+            speed_hz: Some(speed_hz),
             ..IdentifyStudy::default()
         };
         let found = identify(Source::Signals(&log), &study).unwrap();

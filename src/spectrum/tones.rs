@@ -3,10 +3,10 @@
 //!
 //! The harmonic test of Thomson, Spectrum estimation and harmonic analysis, Proc. IEEE 70 (1982), section XIII, with the tapers of
 //! [`multitaper`](crate::spectrum::multitaper). It asks for a density that is even over K lines: a resonance as narrow as a line of the whole
-//! record cannot be told from a sine.
+//! record cannot be told from a sine. Two sines of like size within about four lines of each other stay unseen.
 
 use super::multitaper::{at, transform};
-use super::sine;
+use super::sine::{self, SineFit};
 use crate::base::error::Error;
 use crate::numeric::Complex;
 use crate::numeric::fft::{RealFft, quick_within};
@@ -22,8 +22,12 @@ pub struct Tone {
     pub probability: f64,
 }
 
-/// Tapers.
-const TAPERS: usize = 12;
+/// Tapers: many tell weak tones, few tell strong ones that lie close together or near the ends of the band.
+const TAPERS: [usize; 2] = [12, 4];
+
+/// Places looked at per half line. At half lines alone a sine midway between two has F of about 50 however strong it is, no more than
+/// noise reaches somewhere in a long record.
+const FINE: usize = 2;
 
 /// How often noise alone may show one tone, in a record.
 const FALSE_ALARM: f64 = 1e-3;
@@ -34,6 +38,16 @@ const ROUNDS: usize = 4;
 /// Tones taken out in a round, at most.
 const MOST: usize = 64;
 
+/// Lines: what is left of a tone that is none to the last digit lies within this of it, and is no second one.
+const SAME: f64 = 2.0;
+
+/// Lines: tones nearer than this are fitted again without each other.
+const NEAR: f64 = 12.0;
+
+/// Tones that are near each other stand still: lines; and how often they are fitted again at most.
+const STILL: f64 = 1e-5;
+const SWEEPS: usize = 20;
+
 /// Finds tones and takes them out of the channels, which are of equal length; by rising frequency. None where a record is shorter than
 /// eight samples a taper.
 ///
@@ -41,94 +55,203 @@ const MOST: usize = 64;
 /// `Overflow`: a sample that is not finite.
 pub fn take_out(rate_hz: f64, channels: &mut [Vec<f64>]) -> Result<Vec<Tone>, Error> {
     let samples = channels.first().map_or(0, Vec::len);
-    if samples < 8 * TAPERS {
+    if samples < 8 * TAPERS[0] {
         return Ok(Vec::new());
     }
     let whole = quick_within(samples + 1);
-    let line = rate_hz / whole as f64;
-    let mut fft = RealFft::new(2 * whole);
-    let mut found: Vec<Tone> = Vec::new();
-    for _ in 0..ROUNDS {
-        let mut tests = Vec::with_capacity(channels.len());
-        for channel in channels.iter() {
-            tests.push(test(&transform(&channel[..whole - 1], &mut fft)?, whole));
-        }
-        let looked_at = (channels.len() * whole) as f64;
-        let peaks = peaks(&tests, looked_at);
-        let mut is_new = false;
-        for &(m, strongest) in peaks.iter().take(MOST) {
-            let start = m as f64 * 0.5 * line;
-            let Ok(tone) = sine::fit(&channels[strongest], rate_hz, start) else {
-                continue;
-            };
-            let frequency_hz = tone.frequency_hz;
-            let amplitude = channels.iter_mut().map(|channel| {
-                let tone = sine::fit_at(channel, rate_hz, frequency_hz)?;
-                tone.take_out(channel, rate_hz);
-                Ok(tone.amplitude.norm())
-            });
-            let amplitude = amplitude.collect::<Result<Vec<f64>, Error>>()?;
-            // What is left of a tone that is none to the last digit is no second one.
-            let same = |t: &&Tone| (t.frequency_hz - frequency_hz).abs() < TAPERS as f64 * line;
-            if found.iter().any(|t| same(&t)) {
-                continue;
+    let mut search = Search {
+        rate_hz,
+        whole,
+        channels,
+        fft: RealFft::new(2 * FINE * whole),
+        found: Vec::new(),
+    };
+    for tapers in TAPERS {
+        for _ in 0..ROUNDS {
+            if !search.round(tapers)? {
+                break;
             }
-            is_new = true;
-            found.push(Tone {
-                frequency_hz,
-                amplitude,
-                probability: (above(tests[strongest][m]) * looked_at).min(1.0),
-            });
-        }
-        if !is_new {
-            break;
+            search.settle()?;
         }
     }
-    found.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
-    Ok(found)
+    let mut found = search.found;
+    found.sort_by(|a, b| a.frequency_hz().total_cmp(&b.frequency_hz()));
+    Ok(found.iter().map(Sines::tone).collect())
 }
 
-/// F at every half line.
-fn test(transform: &[Complex], whole: usize) -> Vec<f64> {
+/// One tone in every channel.
+struct Sines {
+    fits: Vec<SineFit>,
+    /// The channel that tells its frequency.
+    clearest: usize,
+    probability: f64,
+}
+
+impl Sines {
+    /// Fitted at its frequency, and taken out.
+    fn new(
+        rate_hz: f64,
+        channels: &mut [Vec<f64>],
+        clearest: usize,
+        start_hz: f64,
+        probability: f64,
+    ) -> Result<Sines, Error> {
+        let frequency_hz = sine::fit(&channels[clearest], rate_hz, start_hz)?.frequency_hz;
+        let fits = channels
+            .iter()
+            .map(|channel| sine::fit_at(channel, rate_hz, frequency_hz))
+            .collect::<Result<Vec<_>, Error>>()?;
+        for (channel, fit) in channels.iter_mut().zip(&fits) {
+            fit.take_out(channel, rate_hz);
+        }
+        Ok(Sines {
+            fits,
+            clearest,
+            probability,
+        })
+    }
+
+    fn frequency_hz(&self) -> f64 {
+        self.fits[self.clearest].frequency_hz
+    }
+
+    fn tone(&self) -> Tone {
+        Tone {
+            frequency_hz: self.frequency_hz(),
+            amplitude: self.fits.iter().map(|f| f.amplitude.norm()).collect(),
+            probability: self.probability,
+        }
+    }
+}
+
+/// Channels that tones are taken out of, one after another.
+struct Search<'a> {
+    rate_hz: f64,
+    /// Samples of a transform and one more.
+    whole: usize,
+    channels: &'a mut [Vec<f64>],
+    fft: RealFft,
+    found: Vec<Sines>,
+}
+
+impl Search<'_> {
+    fn line_hz(&self) -> f64 {
+        self.rate_hz / self.whole as f64
+    }
+
+    /// Takes out what stands out now; says whether any of it is new.
+    fn round(&mut self, tapers: usize) -> Result<bool, Error> {
+        let mut tests = Vec::with_capacity(self.channels.len());
+        for channel in self.channels.iter() {
+            let lines = transform(&channel[..self.whole - 1], &mut self.fft)?;
+            tests.push(test(&lines, self.whole, tapers));
+        }
+        let looked_at = (self.channels.len() * self.whole * TAPERS.len()) as f64;
+        let mut is_new = false;
+        for &(m, clearest) in peaks(&tests, looked_at, tapers).iter().take(MOST) {
+            let start = m as f64 * 0.5 / FINE as f64 * self.line_hz();
+            let probability = (above(tests[clearest][m], tapers) * looked_at).min(1.0);
+            let fitted = Sines::new(self.rate_hz, self.channels, clearest, start, probability);
+            // What runs away from where it stands out is no sine there.
+            let Ok(tone) = fitted else {
+                continue;
+            };
+            let apart = |t: &Sines| (t.frequency_hz() - tone.frequency_hz()).abs();
+            if self.found.iter().all(|t| apart(t) > SAME * self.line_hz()) {
+                is_new = true;
+                self.found.push(tone);
+            }
+        }
+        Ok(is_new)
+    }
+
+    /// Fits tones near each other again, each without the others, until they stand still.
+    fn settle(&mut self) -> Result<(), Error> {
+        let line_hz = self.line_hz();
+        for _ in 0..SWEEPS {
+            let mut moved = 0.0_f64;
+            for at in 0..self.found.len() {
+                let is_near = |other: usize| {
+                    let apart = self.found[other].frequency_hz() - self.found[at].frequency_hz();
+                    other != at && apart.abs() < NEAR * line_hz
+                };
+                if !(0..self.found.len()).any(is_near) {
+                    continue;
+                }
+                let old = &self.found[at];
+                for (channel, fit) in self.channels.iter_mut().zip(&old.fits) {
+                    fit.put_back(channel, self.rate_hz);
+                }
+                let (start, clearest) = (old.frequency_hz(), old.clearest);
+                match Sines::new(
+                    self.rate_hz,
+                    self.channels,
+                    clearest,
+                    start,
+                    old.probability,
+                ) {
+                    Ok(new) => {
+                        moved = moved.max((new.frequency_hz() - start).abs() / line_hz);
+                        self.found[at] = new;
+                    }
+                    Err(_) => {
+                        for (channel, fit) in self.channels.iter_mut().zip(&old.fits) {
+                            fit.take_out(channel, self.rate_hz);
+                        }
+                    }
+                }
+            }
+            if moved < STILL {
+                break;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// F at every place.
+fn test(transform: &[Complex], whole: usize, tapers: usize) -> Vec<f64> {
     let weight = |k: usize| match k % 2 {
         1 => 1.0 / (std::f64::consts::PI * k as f64 / (2 * whole) as f64).tan(),
         _ => 0.0,
     };
-    let weights: Vec<f64> = (1..=TAPERS).map(weight).collect();
+    let weights: Vec<f64> = (1..=tapers).map(weight).collect();
     let square: f64 = weights.iter().map(|u| u * u).sum();
     let one = |m: usize| {
-        if m <= TAPERS || m + TAPERS >= whole {
+        if m <= FINE * tapers || m + FINE * tapers >= FINE * whole {
             return 0.0;
         }
-        let m = m as isize;
+        let (m, half_line) = (m as isize, FINE as isize);
         let mut along = Complex::new(0.0, 0.0);
         let mut power = 0.0;
         for (k, u) in (1..).zip(&weights) {
-            let y = at(transform, m - k) - at(transform, m + k);
+            let y = at(transform, m - k * half_line) - at(transform, m + k * half_line);
             along += y * *u;
             power += y.norm_sqr();
         }
         let tone = along.norm_sqr() / square;
         let left = (power - tone).max(f64::EPSILON * power);
         match left > 0.0 {
-            true => FREEDOMS * tone / left,
+            true => freedoms(tapers) * tone / left,
             false => 0.0,
         }
     };
-    (0..whole).map(one).collect()
+    (0..FINE * whole).map(one).collect()
 }
 
 /// Pairs of freedoms of what is left.
-const FREEDOMS: f64 = (TAPERS - 1) as f64;
-
-/// The probability that F is above a value by noise alone: of 2 and 2ν freedoms, `(1 + F/ν)^−ν`.
-fn above(f: f64) -> f64 {
-    (1.0 + f / FREEDOMS).powf(-FREEDOMS)
+fn freedoms(tapers: usize) -> f64 {
+    (tapers - 1) as f64
 }
 
-/// Half lines where a tone stands out in some channel, farther than in any as near as the tapers see, with that channel; the clearest
+/// The probability that F is above a value by noise alone: of 2 and 2ν freedoms, `(1 + F/ν)^−ν`.
+fn above(f: f64, tapers: usize) -> f64 {
+    (1.0 + f / freedoms(tapers)).powf(-freedoms(tapers))
+}
+
+/// Places where a tone stands out in some channel, farther than in any as near as the tapers see, with that channel; the clearest
 /// first.
-fn peaks(tests: &[Vec<f64>], looked_at: f64) -> Vec<(usize, usize)> {
+fn peaks(tests: &[Vec<f64>], looked_at: f64, tapers: usize) -> Vec<(usize, usize)> {
     let count = tests.first().map_or(0, Vec::len);
     let best = |m: usize| {
         let of = |c: usize| tests[c][m];
@@ -137,9 +260,10 @@ fn peaks(tests: &[Vec<f64>], looked_at: f64) -> Vec<(usize, usize)> {
     };
     let all: Vec<(f64, usize)> = (0..count).map(best).collect();
     let mut peaks: Vec<(usize, usize)> = (0..count)
-        .filter(|&m| above(all[m].0) * looked_at < FALSE_ALARM)
+        .filter(|&m| above(all[m].0, tapers) * looked_at < FALSE_ALARM)
         .filter(|&m| {
-            let near = m.saturating_sub(TAPERS)..(m + TAPERS + 1).min(count);
+            let reach = FINE * tapers;
+            let near = m.saturating_sub(reach)..(m + reach + 1).min(count);
             all[near].iter().all(|other| other.0 <= all[m].0)
         })
         .map(|m| (m, all[m].1))
