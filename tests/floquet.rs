@@ -16,6 +16,7 @@ use geardyn::motion::floquet::orbit::{after, orbit};
 use geardyn::motion::floquet::{Monodromy, monodromy};
 use geardyn::motion::train::Train;
 use geardyn::motion::wave::Shape;
+use support::machines::Random;
 use support::moving::{branch, contact, cosine, gear_pair, inertias, run, spring, wave};
 use support::{number, numbers, reference};
 
@@ -346,4 +347,98 @@ fn law_chart_names_sums() {
     println!("{found:#?}");
     assert!(found.iter().any(|t| t.name == "ω1 + ω2"));
     assert!(found.iter().any(|t| t.name == "2 ω2"));
+}
+
+/// Tongues narrower than the steps: where modes meet between them, each with the edges of Mathieu's equation, at which a
+/// multiplier is ±1 and so `|tr Φ| = 2` (Abramowitz and Stegun 1964, sec. 20.3).
+#[test]
+fn ref_chart_finds_narrow_tongues() {
+    let at = |omega: f64| oscillator(cosine(0.3), omega, 0.0);
+    let found = tongues(&at(1.0), [0.42, 2.6], 7, &Stop::default()).unwrap();
+    let names: Vec<&str> = found.iter().map(|t| t.name.as_str()).collect();
+    println!("{found:#?}");
+    assert_eq!(names, ["2 ω1/4", "2 ω1/3", "ω1", "2 ω1"]);
+    for tongue in found {
+        for (edge, outwards) in [(tongue.from, -1.0), (tongue.to, 1.0)] {
+            let beyond = |omega: f64| trace(&monodromy(&at(omega), None).unwrap()).abs() - 2.0;
+            let apart = 4e-6 * edge;
+            let (inside, outside) = (edge - outwards * apart, edge + outwards * apart);
+            assert!(beyond(inside) > 0.0 && beyond(outside) < 0.0, "{edge}");
+        }
+    }
+}
+
+/// A coarse chart and a fine one find the same tongues of a machine of two modes, damped or not.
+#[test]
+fn law_chart_does_not_hang_on_its_steps() {
+    for damping in [0.0, 0.004] {
+        let mut train = inertias(&[1.0, 1.0]);
+        let mut mesh = branch(
+            "mesh",
+            &[(0, 1.0), (1, 1.0)],
+            contact(1.0, damping, 0.0, Losses::Adhesive),
+        );
+        mesh.variation = wave(cosine(0.5), 1.0, 0.0);
+        train.branches.push(mesh);
+        for (at, stiffness) in [(0, 1.0), (1, 8.0)] {
+            let law = spring(stiffness, damping);
+            train.branches.push(branch("ground", &[(at, 1.0)], law));
+        }
+        let chart = |points| tongues(&train, [1.2, 7.0], points, &Stop::default()).unwrap();
+        let (coarse, fine) = (chart(5), chart(4000));
+        println!("{coarse:#?}");
+        assert!(fine.len() > 3 || damping > 0.0, "{fine:?}");
+        for tongue in &fine {
+            let same = coarse.iter().find(|t| t.name == tongue.name);
+            let same = same.unwrap_or_else(|| panic!("{} is missing", tongue.name));
+            for (one, other) in [(same.from, tongue.from), (same.to, tongue.to)] {
+                assert!((one / other - 1.0).abs() < 4e-6, "{same:?} {tongue:?}");
+            }
+            assert!((same.growth - tongue.growth).abs() < 1e-4 * tongue.growth);
+        }
+        assert!(coarse.len() >= fine.len());
+    }
+}
+
+/// Chains of four inertias and two meshes, rectangular and smooth, of two periods and any depth and damping: tongues that a fine
+/// chart sees are in a coarse one as well.
+#[test]
+#[ignore = "a study: minutes"]
+fn law_coarse_charts_of_random_chains() {
+    let mut random = Random::new(11);
+    let (mut missing, mut all) = (0, 0);
+    for _ in 0..12 {
+        let mut train = inertias(&[(); 4].map(|()| random.between(0.3, 1.3)));
+        let damping = [0.0, 0.002, 0.02][random.below(3)] * random.unit();
+        let depth = 0.6 * random.unit();
+        let rectangular = Shape::Rectangular {
+            high: 1.0 + depth,
+            low: 1.0 - depth,
+            duty: 0.5,
+        };
+        let waves = [Some((cosine(depth), 1.0)), Some((rectangular, 2.0)), None];
+        for (at, varying) in waves.into_iter().enumerate() {
+            let stiffness = random.between(3.0, 13.0);
+            let law = contact(stiffness, damping * stiffness, 0.0, Losses::Adhesive);
+            let mut mesh = branch("mesh", &[(at, 1.0), (at + 1, -1.0)], law);
+            mesh.variation = varying.and_then(|(shape, omega)| wave(shape, omega, random.unit()));
+            train.branches.push(mesh);
+        }
+        let ground = spring(random.between(0.3, 3.0), damping);
+        train.branches.push(branch("ground", &[(0, 1.0)], ground));
+        let chart = |points| tongues(&train, [1.0, 6.0], points, &Stop::default()).unwrap();
+        let (coarse, fine) = (chart(12), chart(400));
+        let found = |at: f64| coarse.iter().any(|t| t.from <= at && at <= t.to);
+        for tongue in &fine {
+            all += 1;
+            if !found(tongue.worst) {
+                missing += 1;
+                println!("{tongue:?}");
+            }
+        }
+        let (coarse, fine) = (coarse.len(), fine.len());
+        println!("damping {damping:.1e}, depth {depth:.2}: {coarse} of {fine}");
+    }
+    println!("{missing} of {all} missing");
+    assert!(50 * missing <= all, "{missing} of {all}");
 }

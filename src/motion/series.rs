@@ -89,7 +89,7 @@ pub struct Held<'a> {
 }
 
 /// `F = κ(σ) (constant + deflection δ) + rate δ̇ + own + inner`.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct HeldBranch {
     /// κ; empty: one.
     factor: Vec<f64>,
@@ -101,7 +101,7 @@ pub struct HeldBranch {
 }
 
 /// `F ∋ sign z`, `ż = gain · (w·v − ė) + constant − z/lag`.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 struct Inner {
     present: bool,
     sign: f64,

@@ -1,6 +1,7 @@
 //! Speeds at which a machine cannot run: where its varying stiffness feeds a motion, near `(ω_i + ω_j)/n`.
 
-use super::{NEUTRAL, monodromy};
+use super::meeting::{Meeting, Modes};
+use super::{Monodromy, NEUTRAL, monodromy};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::stop::Stop;
@@ -31,8 +32,26 @@ const EDGE: f64 = 1e-6;
 /// Highest order of a resonance that gets a name.
 const HIGHEST_ORDER: u32 = 8;
 
-/// Unstable speeds between two factors on all speeds of a machine, all contacts closed. Looked at in `points` equal steps: tongues
-/// narrower than a step can be missed.
+/// Growth beyond this is a tongue where modes meet between the steps: multipliers that meet are found to the square root of rounding.
+const SURE: f64 = 1e-6;
+
+/// A speed that was looked at.
+#[derive(Debug, Clone, Copy)]
+struct Seen {
+    /// On all speeds of the machine.
+    factor: f64,
+    /// The largest multiplier.
+    growth: f64,
+}
+
+impl Seen {
+    fn is_unstable(self) -> bool {
+        self.growth > 1.0 + NEUTRAL
+    }
+}
+
+/// Unstable speeds between two factors on all speeds of a machine, all contacts closed: looked at in `points` equal steps and
+/// wherever two modes meet between them.
 ///
 /// # Errors
 /// What the periodic method refuses; `Interrupted` where it was ended.
@@ -43,53 +62,103 @@ pub fn tongues(
     stop: &Stop,
 ) -> Result<Vec<Tongue>, Error> {
     let base = base_frequency(train)?;
-    let growth = |factor: f64| -> Result<f64, Error> {
+    let at = |factor: f64| -> Result<Monodromy, Error> {
         if stop.is_due() {
             return Err(Error::new(Code::Interrupted, "the chart was not finished"));
         }
-        let multipliers = monodromy(&at_speed(train, factor), None)?.multipliers()?;
-        Ok(multipliers.largest)
+        monodromy(&at_speed(train, factor), None)
     };
-    let factor = |at: usize| from + (to - from) * at as f64 / points.max(1) as f64;
-    let seen: Result<Vec<f64>, Error> = (0..=points).map(|at| growth(factor(at))).collect();
-    let seen = seen?;
-    let unstable = |at: usize| seen[at] > 1.0 + NEUTRAL;
-    let mut tongues = Vec::new();
-    let mut at = 0;
-    while at <= points {
-        if !unstable(at) {
-            at += 1;
+    let growth = |factor: f64| Ok(at(factor)?.multipliers()?.largest);
+    let look = |factor: f64| {
+        let growth = growth(factor)?;
+        Ok::<_, Error>(Seen { factor, growth })
+    };
+    let step = (to - from) / points.max(1) as f64;
+    let steps = (0..=points).map(|at| look(from + step * at as f64));
+    let steps = steps.collect::<Result<Vec<Seen>, Error>>()?;
+    let mut seen = steps.clone();
+    let modes = Modes::new(train)?;
+    for expected in modes.expected(train, base, [from, to], HIGHEST_ORDER) {
+        let after = steps.partition_point(|s| s.factor <= expected.factor);
+        let beside = &steps[after.saturating_sub(1)..(after + 1).min(steps.len())];
+        if beside.iter().all(|s| s.is_unstable()) {
             continue;
         }
-        let first = at;
-        while at < points && unstable(at + 1) {
-            at += 1;
+        if let Some(Meeting { factor, within }) = modes.meet(expected, at)? {
+            let near = [factor - within, factor + within].map(|x| x.clamp(from, to));
+            let (factor, growth) = highest(&growth, near)?;
+            seen.extend((growth > 1.0 + SURE).then_some(Seen { factor, growth }));
         }
-        let last = at;
-        let low = match first {
-            0 => factor(0),
-            _ => edge(&growth, factor(first), factor(first - 1))?,
-        };
-        let high = match last == points {
-            true => factor(points),
-            false => edge(&growth, factor(last), factor(last + 1))?,
-        };
-        let top = (first..=last).fold(first, |a, b| if seen[b] > seen[a] { b } else { a });
-        let near = [
-            factor(top.saturating_sub(1)).max(low),
-            factor((top + 1).min(points)).min(high),
-        ];
-        let (worst, growth) = highest(&growth, near)?;
-        tongues.push(Tongue {
-            from: low * base,
-            to: high * base,
-            worst: worst * base,
-            growth,
-            name: name(train, base, [low * base, worst * base, high * base])?,
-        });
-        at += 1;
+    }
+    in_order(&mut seen);
+    part(&mut seen, step, look)?;
+    let mut tongues = Vec::new();
+    let mut at = 0;
+    for run in seen.chunk_by(|a, b| a.is_unstable() == b.is_unstable()) {
+        let (first, last) = (at, at + run.len() - 1);
+        at += run.len();
+        if run[0].is_unstable() {
+            tongues.push(tongue(train, base, (&seen, first, last), &growth)?);
+        }
     }
     Ok(tongues)
+}
+
+/// Looks between unstable speeds less than a step apart, where two tongues may lie.
+fn part(
+    seen: &mut Vec<Seen>,
+    step: f64,
+    look: impl Fn(f64) -> Result<Seen, Error>,
+) -> Result<(), Error> {
+    let near = |pair: &&[Seen]| {
+        let unstable = pair.iter().all(|s| s.is_unstable());
+        unstable && pair[1].factor - pair[0].factor < step * (1.0 - EDGE)
+    };
+    let middle = |pair: &[Seen]| look(0.5 * (pair[0].factor + pair[1].factor));
+    let middles: Result<Vec<Seen>, Error> = seen.windows(2).filter(near).map(middle).collect();
+    seen.extend(middles?);
+    in_order(seen);
+    Ok(())
+}
+
+fn in_order(seen: &mut [Seen]) {
+    seen.sort_by(|a, b| a.factor.total_cmp(&b.factor));
+}
+
+/// The tongue around unstable speeds from `first` to `last`.
+fn tongue(
+    train: &Train,
+    base: f64,
+    (seen, first, last): (&[Seen], usize, usize),
+    growth: &impl Fn(f64) -> Result<f64, Error>,
+) -> Result<Tongue, Error> {
+    let border = |inside: usize, outside: Option<usize>| {
+        let inside = seen[inside].factor;
+        match outside.and_then(|at| seen.get(at)) {
+            Some(outside) => edge(growth, inside, outside.factor),
+            None => Ok(inside),
+        }
+    };
+    let low = border(first, first.checked_sub(1))?;
+    let high = border(last, Some(last + 1))?;
+    let by_growth = |a: &usize, b: &usize| seen[*a].growth.total_cmp(&seen[*b].growth);
+    let top = (first..=last).max_by(by_growth).unwrap_or(first);
+    let beside = |at: Option<usize>| at.and_then(|at| seen.get(at)).unwrap_or(&seen[top]).factor;
+    let near = [
+        beside(top.checked_sub(1)).max(low),
+        beside(Some(top + 1)).min(high),
+    ];
+    let (mut worst, mut most) = highest(growth, near)?;
+    if seen[top].growth > most {
+        (worst, most) = (seen[top].factor, seen[top].growth);
+    }
+    Ok(Tongue {
+        from: low * base,
+        to: high * base,
+        worst: worst * base,
+        growth: most,
+        name: name(train, base, [low, worst, high].map(|factor| factor * base))?,
+    })
 }
 
 /// The machine with every wave and harmonic load faster by a factor.
@@ -141,7 +210,8 @@ fn highest(
     let share = 0.5 * (5f64.sqrt() - 1.0);
     let (mut b, mut c) = (d - share * (d - a), a + share * (d - a));
     let (mut at_b, mut at_c) = (growth(b)?, growth(c)?);
-    while d - a > 1e-4 * d.abs() {
+    let close = 1e-3 * (d - a);
+    while d - a > close {
         if at_b > at_c {
             (d, c, at_c) = (c, b, at_b);
             b = d - share * (d - a);

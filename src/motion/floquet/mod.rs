@@ -1,13 +1,20 @@
 //! Stability of machines whose stiffness repeats in time: the state after a period is `Φ` times the state before, and motions
 //! grow where an eigenvalue of Φ is larger than one (Floquet 1883; Nayfeh and Mook 1979, sec. 5.2).
 
+use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::base::units::seconds;
 use crate::numeric::{Complex, Matrix, definite, general};
 
 use super::contact::{Flank, Stand};
-use super::methods::periodic::tables::Tables;
+use super::methods::periodic::free::{Free, held, period};
+use super::methods::periodic::grid::Grid;
 use super::methods::periodic::walk::without_wave_pieces;
+use super::series::Held;
 use super::train::{BranchStand, Law, Regime, Train};
+
+/// Where multipliers of two modes meet.
+pub mod meeting;
 
 /// Unstable speeds.
 pub mod chart;
@@ -74,19 +81,33 @@ pub fn monodromy(train: &Train, regime: Option<&Regime>) -> Result<Monodromy, Er
         Some(regime) => without_wave_pieces(regime.clone()).stands,
         None => closed(train),
     };
-    let mut tables = Tables::new(train, 0.0)?;
-    let n = train.n();
-    let all = tables.scale.units.len();
-    let mut scaled = Matrix::identity(all, all);
-    for piece in 0..tables.grid.pieces.len() {
-        let free = tables.alone(&stands, piece)?;
-        let by_rows = |flat: &[f64]| Matrix::from_fn(all, all, |i, j| flat[i * all + j]);
-        let from_start = by_rows(&free.from_start);
-        scaled = by_rows(&free.to_end) * (from_start * scaled);
+    let from = 0.0;
+    let (scale, grid) = period(train, from)?;
+    let (n, all) = (train.n(), scale.units.len());
+    let work = grid.pieces.len() as f64 * (all as f64).powi(3);
+    if work > MOST_WORK {
+        return Err(hopeless(&grid, all, work));
     }
-    let units = &tables.scale.units;
-    let held = tables.held(&stands, 0)?;
-    let elastic = train.branches.iter().zip(&held.branches);
+    let by_rows = |flat: &[f64]| Matrix::from_fn(all, all, |i, j| flat[i * all + j]);
+    let mut scaled = Matrix::identity(all, all);
+    let mut before: Option<(Held, Matrix)> = None;
+    for &piece in &grid.pieces {
+        let held = held(train, from, &stands, piece)?;
+        // Between the jumps of rectangular waves pieces are alike.
+        let alike = |b: &(Held, Matrix)| b.0.half == held.half && b.0.branches == held.branches;
+        let over = match before.take().filter(alike) {
+            Some((_, over)) => over,
+            None => {
+                let free = Free::new(&held, &scale, &stands)?;
+                by_rows(&free.to_end) * by_rows(&free.from_start)
+            }
+        };
+        scaled = &over * scaled;
+        before = Some((held, over));
+    }
+    let units = &scale.units;
+    let branches = before.map_or(Vec::new(), |(held, _)| held.branches);
+    let elastic = train.branches.iter().zip(&branches);
     let mut rows: Vec<Vec<f64>> = elastic
         .filter(|(_, held)| held.is_elastic())
         .map(|(b, _)| {
@@ -103,11 +124,24 @@ pub fn monodromy(train: &Train, regime: Option<&Regime>) -> Result<Monodromy, Er
     let (basis, rigid) = free_turning(&rows, n)?;
     Ok(Monodromy {
         matrix: Matrix::from_fn(all, all, |i, j| scaled[(i, j)] * (units[i] / units[j])),
-        period: tables.grid.period,
+        period: grid.period,
         scaled,
         basis,
         rigid,
     })
+}
+
+/// Work that makes sense, in pieces times multiplications of a product of matrices: minutes.
+const MOST_WORK: f64 = 1e11;
+
+fn hopeless(grid: &Grid, states: usize, work: f64) -> Error {
+    let message = format!(
+        "what a period of {} does takes {} pieces of {states} states, {work:.0e} multiplications; {MOST_WORK:.0e} are allowed",
+        seconds(grid.period),
+        grid.pieces.len(),
+    );
+    Error::new(Code::Hopeless, message)
+        .hint("the fastest motion is far from the period: make what is so stiff rigid")
 }
 
 fn closed(train: &Train) -> Vec<BranchStand> {

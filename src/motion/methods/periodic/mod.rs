@@ -25,6 +25,9 @@ pub mod scale;
 /// Solutions over one piece.
 pub mod table;
 
+/// What a machine does by itself over a piece.
+pub mod free;
+
 /// All of them.
 pub mod tables;
 

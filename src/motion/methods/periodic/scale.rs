@@ -26,7 +26,7 @@ impl Scale {
     pub fn new(train: &Train) -> Result<Scale, Error> {
         let n = train.n();
         let mass = |i: usize| train.mass.at(i, i);
-        let values = general::eigenvalues(&stiffest(train)?)?;
+        let values = general::eigenvalues(&closed(train, greatest_factor)?)?;
         let fastest = match values.iter().map(|z| z.norm()).fold(0.0, f64::max) {
             0.0 => 1.0,
             fastest => fastest,
@@ -52,11 +52,14 @@ fn power_of_two(x: f64) -> f64 {
     x.log2().round().exp2()
 }
 
-/// ∂ẏ/∂y with everything closed and every stiffness at its greatest.
-fn stiffest(train: &Train) -> Result<Matrix, Error> {
+/// ∂ẏ/∂y of `y = [q, v, z]` with everything closed, and a factor on the stiffness of every branch.
+///
+/// # Errors
+/// Branches whose law is linear in no stand.
+pub fn closed(train: &Train, factor: impl Fn(&Branch) -> f64) -> Result<Matrix, Error> {
     let closed = |b: &Branch| {
         let held = HeldBranch::new(b, Some(Stand::Closed(Flank::Drive)));
-        let factor = vec![greatest_factor(b)];
+        let factor = vec![factor(b)];
         held.map(|held| held.with_factor(factor)).ok_or_else(|| {
             let message = format!("branch {} is not linear between switches", b.name);
             Error::new(Code::Usage, message)

@@ -5,17 +5,15 @@ use std::rc::Rc;
 
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::motion::series::{Held, HeldBranch, Sources, add_harmonic, add_wave};
+use crate::base::units::seconds;
+use crate::motion::series::{Held, Sources, add_harmonic, add_wave};
 use crate::motion::signal::{Knot, Signal};
-use crate::motion::train::{Branch, BranchStand, Regime, Train};
+use crate::motion::train::{BranchStand, Regime, Train};
 
-use super::foreign::foreign;
+use super::free::{Free, KNOWN_TERMS, held, period};
 use super::grid::{Grid, Piece};
 use super::scale::Scale;
-use super::table::{Limit, Solutions, ends, limits};
-
-/// Known functions are given this many terms, as many as a motion can have.
-const KNOWN_TERMS: usize = 42;
+use super::table::Solutions;
 
 /// All tables together may hold this much, bytes.
 const MOST_BYTES: usize = 1 << 28;
@@ -41,19 +39,6 @@ pub struct Tables<'a> {
     bytes: usize,
 }
 
-/// What the machine does by itself over a piece.
-#[derive(Debug)]
-pub struct Free {
-    /// Fundamental solutions, each from one state at the middle.
-    pub solutions: Solutions,
-    /// Their states at the start of the piece, inverted, row by row.
-    pub from_start: Vec<f64>,
-    /// Their states at its end, row by row.
-    pub to_end: Vec<f64>,
-    /// The borders of its stands.
-    pub limits: Vec<Limit>,
-}
-
 /// What it does under its loads.
 #[derive(Debug)]
 pub struct Cell {
@@ -73,13 +58,7 @@ impl<'a> Tables<'a> {
     /// # Errors
     /// Machines the method does not take; tables too large to make sense.
     pub fn new(train: &'a Train, from: f64) -> Result<Tables<'a>, Error> {
-        if let Some(reason) = foreign(train) {
-            return Err(Error::new(Code::Usage, reason).hint(
-                "choose a method that steps through time, such as one asked by a tolerance",
-            ));
-        }
-        let scale = Scale::new(train)?;
-        let grid = Grid::new(train, from, scale.fastest)?;
+        let (scale, grid) = period(train, from)?;
         let n = scale.units.len();
         let estimate = grid.pieces.len() as f64 * ((n - train.n()) * n * USUAL_TERMS * 8) as f64;
         if estimate > MOST_BYTES as f64 {
@@ -149,15 +128,6 @@ impl<'a> Tables<'a> {
         })
     }
 
-    /// What the machine does by itself over a piece, its contacts in some stands.
-    ///
-    /// # Errors
-    /// As [`Tables::new`].
-    pub fn alone(&mut self, stands: &[BranchStand], piece: usize) -> Result<Rc<Free>, Error> {
-        let held = self.held(stands, piece)?;
-        self.free(&held, stands, piece)
-    }
-
     fn free(
         &mut self,
         held: &Held,
@@ -171,23 +141,8 @@ impl<'a> Tables<'a> {
         if !self.free.keys().any(|(known, _)| known == stands) {
             self.machines += 1;
         }
-        let limits = limits(held, stands);
-        let n = self.scale.units.len();
-        let unit = |j: usize| {
-            let mut start = vec![0.0; n];
-            start[j] = self.scale.units[j];
-            (start, Sources::default())
-        };
-        let starts: Vec<_> = (0..n).map(unit).collect();
-        let solutions = Solutions::new(held, &self.scale, &limits, &starts)?;
-        self.grow(&solutions)?;
-        let (from_start, to_end) = ends(&solutions, self.train.n(), self.speed(piece));
-        let free = Rc::new(Free {
-            solutions,
-            from_start,
-            to_end,
-            limits,
-        });
+        let free = Rc::new(Free::new(held, &self.scale, stands)?);
+        self.grow(&free.solutions)?;
         self.free.insert(key, Rc::clone(&free));
         Ok(free)
     }
@@ -205,31 +160,7 @@ impl<'a> Tables<'a> {
     /// # Errors
     /// Branches that are not linear in their stand.
     pub fn held(&self, stands: &[BranchStand], piece: usize) -> Result<Held<'a>, Error> {
-        let Piece { middle, half } = self.grid.pieces[piece];
-        let middle = self.from + middle;
-        let branch = |(b, stand): (&Branch, &BranchStand)| {
-            let stand = match stand {
-                BranchStand::Contact(stand, _) => Some(*stand),
-                _ => None,
-            };
-            let held = HeldBranch::new(b, stand).ok_or_else(|| {
-                let message = format!("branch {} is not linear between switches", b.name);
-                Error::new(Code::Usage, message)
-            })?;
-            let mut factor = Vec::new();
-            if let (Some(wave), Some(_)) = (&b.variation, stand) {
-                factor = vec![0.0; KNOWN_TERMS];
-                add_wave(&mut factor, wave, middle, half);
-            }
-            Ok(held.with_factor(factor))
-        };
-        let branches: Result<Vec<HeldBranch>, Error> =
-            self.train.branches.iter().zip(stands).map(branch).collect();
-        Ok(Held {
-            train: self.train,
-            branches: branches?,
-            half,
-        })
+        held(self.train, self.from, stands, self.grid.pieces[piece])
     }
 
     /// What acts over a piece of the first period.
@@ -300,9 +231,9 @@ fn line_of(signal: &Signal, line: u32) -> Option<Knot> {
 
 fn too_large(bytes: f64, grid: &Grid) -> Error {
     let message = format!(
-        "tables of {} pieces of the common period of {} s would take {:.0} MB, more than {} MB",
+        "tables of {} pieces of the common period of {} would take {:.0} MB, more than {} MB",
         grid.pieces.len(),
-        grid.period,
+        seconds(grid.period),
         bytes / 1e6,
         MOST_BYTES / 1_000_000
     );
