@@ -147,23 +147,30 @@ impl Problem {
     pub fn derivatives(&self, poles: &[Pole], numerators: usize, length: &[f64]) -> Matrix {
         let n = self.lines();
         let mut all = Matrix::zeros(2 * n, poles.len() * 2 * numerators);
+        let mut square = vec![Complex::new(0.0, 0.0); n];
         for (r, pole) in poles.iter().enumerate() {
             let size = pole.w.hypot(pole.sigma);
             let sign = if pole.stable { 1.0 } else { -1.0 };
-            let scale: Vec<f64> = (0..numerators)
-                .map(|b| 1.0 / length[r * numerators + b])
-                .collect();
             for k in 0..n {
-                let s = Complex::new(0.0, self.x[k]);
                 let inverse = inverse(pole, self.x[k]);
-                let square = self.factor[k] * inverse * inverse * (-2.0 * pole.sigma);
-                let by_w = square * pole.w;
-                let by_sigma = square * (s * sign + pole.sigma);
-                for (a, d) in [by_w, by_sigma].into_iter().enumerate() {
-                    let at = (r * 2 + a) * numerators;
-                    put(all.col_as_slice_mut(at), k, n, d * size * scale[0]);
-                    if numerators == 2 {
-                        put(all.col_as_slice_mut(at + 1), k, n, d * s * scale[1]);
+                square[k] = self.factor[k] * inverse * inverse * (-2.0 * pole.sigma);
+            }
+            // By w/σ, then by ln σ: times w, and times σ ± s.
+            for (a, (fixed, turned)) in [(pole.w, 0.0), (pole.sigma, sign)].into_iter().enumerate()
+            {
+                let at = (r * 2 + a) * numerators;
+                let of_size = size / length[r * numerators];
+                let column = all.col_as_slice_mut(at);
+                for k in 0..n {
+                    let d = square[k] * Complex::new(fixed, turned * self.x[k]);
+                    put(column, k, n, d * of_size);
+                }
+                if numerators == 2 {
+                    let of_s = 1.0 / length[r * numerators + 1];
+                    let column = all.col_as_slice_mut(at + 1);
+                    for k in 0..n {
+                        let d = square[k] * Complex::new(fixed, turned * self.x[k]);
+                        put(column, k, n, d * Complex::new(0.0, self.x[k] * of_s));
                     }
                 }
             }

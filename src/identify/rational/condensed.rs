@@ -80,6 +80,8 @@ pub(super) struct Condenser<'a> {
     total: f64,
     /// By first line and end: blocks that were condensed, or could not be.
     known: HashMap<(usize, usize), Option<Block>>,
+    /// By number of lines: rules of evenly spaced lines of equal weight, the same wherever they lie.
+    even: HashMap<usize, Option<Rule>>,
 }
 
 impl<'a> Condenser<'a> {
@@ -89,6 +91,7 @@ impl<'a> Condenser<'a> {
             problem,
             total: sum_of_squares(&problem.y),
             known: HashMap::new(),
+            even: HashMap::new(),
         }
     }
 
@@ -112,7 +115,7 @@ impl<'a> Condenser<'a> {
         split(&problem.x, 0, problem.lines(), &poles, clear, &mut parts);
         for part in parts.iter_mut().filter(|part| part.smooth) {
             let known = (self.known.entry((part.from, part.to)))
-                .or_insert_with(|| Block::new(problem, part.from, part.to));
+                .or_insert_with(|| Block::new(problem, part.from, part.to, &mut self.even));
             part.smooth = known.is_some();
         }
         if parts.iter().all(|part| !part.smooth) {
@@ -225,10 +228,13 @@ struct Block {
 }
 
 impl Block {
-    /// Nodes are the eigenvalues of the lines' places projected on the polynomials of degree below d (Golub and Welsch 1969); `None`
-    /// where weights vanish on so many lines that these are not independent.
-    fn new(problem: &Problem, from: usize, to: usize) -> Option<Block> {
-        let lines = to - from;
+    /// `None` where there is no rule for its lines.
+    fn new(
+        problem: &Problem,
+        from: usize,
+        to: usize,
+        even: &mut HashMap<usize, Option<Rule>>,
+    ) -> Option<Block> {
         let (middle, half) = middle_and_half(&problem.x, from, to);
         let place: Vec<f64> = problem.x[from..to]
             .iter()
@@ -237,11 +243,55 @@ impl Block {
         let factors = &problem.factor[from..to];
         let total = factors.iter().map(|f| f.norm_sqr()).sum::<f64>().sqrt();
         let phase = factors[0] / factors[0].norm();
-        let weight = Matrix::from_fn(lines, 1, |k, _| factors[k].norm_sqr().sqrt() / total);
+        let weight: Vec<f64> = (factors.iter().map(|f| f.norm_sqr().sqrt() / total)).collect();
+        let own;
+        let rule = if factors.iter().all(|f| *f == factors[0]) && is_even(&place) {
+            let known = even.entry(to - from);
+            known
+                .or_insert_with(|| Rule::new(&place, &weight))
+                .as_ref()?
+        } else {
+            own = Rule::new(&place, &weight)?;
+            &own
+        };
+        let block = Block {
+            x: rule.nodes.iter().map(|t| middle + half * t).collect(),
+            factor: rule.sizes.iter().map(|s| phase * (total * s)).collect(),
+            y: projected(&problem.y, from, to, &rule.onto),
+            fixed: projected(&problem.fixed, from, to, &rule.onto),
+        };
+        registers::clear();
+        Some(block)
+    }
+}
+
+/// Whether places from −1 to 1 lie evenly, to rounding.
+fn is_even(place: &[f64]) -> bool {
+    const ROUNDING: f64 = 1e-12;
+    let step = 2.0 / (place.len() as f64 - 1.0);
+    let off = |(k, t): (usize, &f64)| (t - (k as f64 * step - 1.0)).abs();
+    place.iter().enumerate().map(off).all(|off| off < ROUNDING)
+}
+
+/// The Gauss rule of lines from −1 to 1 with weights whose squares add up to one.
+#[derive(Debug)]
+struct Rule {
+    nodes: Vec<f64>,
+    /// Weights at the nodes.
+    sizes: Vec<f64>,
+    /// Orthonormal columns, one per node: from values on lines to values at nodes.
+    onto: Matrix,
+}
+
+impl Rule {
+    /// Nodes are the eigenvalues of the lines' places projected on the polynomials of degree below d (Golub and Welsch 1969); `None`
+    /// where weights vanish on so many lines that these are not independent.
+    fn new(place: &[f64], weight: &[f64]) -> Option<Rule> {
+        let lines = place.len();
         // Chebyshev's polynomials times the weight
         let mut polynomials = Matrix::zeros(lines, NODES);
         for k in 0..lines {
-            let (mut before, mut now) = (0.0, weight[(k, 0)]);
+            let (mut before, mut now) = (0.0, weight[k]);
             for j in 0..NODES {
                 polynomials[(k, j)] = now;
                 let factor = if j == 0 { 1.0 } else { 2.0 };
@@ -255,22 +305,22 @@ impl Block {
         let mut moved = qr.q.clone();
         for j in 0..NODES {
             let column = moved.col_as_slice_mut(j);
-            column.iter_mut().zip(&place).for_each(|(q, t)| *q *= t);
+            column.iter_mut().zip(place).for_each(|(q, t)| *q *= t);
         }
         let nodes = symmetric(&transposed_product(&qr.q, &moved)).ok()?;
-        // orthonormal columns, one per node: from values on lines to values at nodes
         let onto = &qr.q * &nodes.vectors;
-        let sizes = transposed_product(&onto, &weight);
-        let block = Block {
-            x: nodes.values.iter().map(|t| middle + half * t).collect(),
-            factor: (0..NODES)
-                .map(|m| phase * (total * sizes[(m, 0)]))
-                .collect(),
-            y: projected(&problem.y, from, to, &onto),
-            fixed: projected(&problem.fixed, from, to, &onto),
+        let size = |m: usize| {
+            onto.col_as_slice(m)
+                .iter()
+                .zip(weight)
+                .map(|(q, w)| q * w)
+                .sum()
         };
-        registers::clear();
-        Some(block)
+        Some(Rule {
+            nodes: nodes.values.clone(),
+            sizes: (0..NODES).map(size).collect(),
+            onto,
+        })
     }
 }
 

@@ -164,10 +164,16 @@ fn add_poles(
             sum.g[p] -= (0..no)
                 .map(|i| fit.c[(row, i)] * slope[(at, i)])
                 .sum::<f64>();
-            for p2 in 0..2 * np {
-                for b2 in 0..numerators {
-                    sum.a[(p, p2)] += gram[(at, p2 * numerators + b2)]
-                        * products[(row, (p2 / 2) * numerators + b2)];
+        }
+    }
+    for p2 in 0..2 * np {
+        let to = sum.a.col_as_slice_mut(p2);
+        for b2 in 0..numerators {
+            let gram = gram.col_as_slice(p2 * numerators + b2);
+            let products = products.col_as_slice((p2 / 2) * numerators + b2);
+            for (p, to) in to[..2 * np].iter_mut().enumerate() {
+                for b in 0..numerators {
+                    *to += gram[p * numerators + b] * products[(p / 2) * numerators + b];
                 }
             }
         }
