@@ -542,3 +542,46 @@ fn check_mode_on_an_order(seed: u64, speed_hz: f64) {
         assert!(frequencies.len() <= MODES.len(), "{frequencies:?}");
     }
 }
+
+/// A record of one force in which one sample is missing off the middle: blocks of one length from both stretches. The modes lie in their
+/// intervals, none is split, and nothing is said of leakage.
+#[test]
+fn exact_modes_beside_a_gap() {
+    let (samples, missing) = (60_000, 29_000);
+    let mut random = Normal::new(11);
+    let force: Vec<f64> = (0..samples).map(|_| random.next()).collect();
+    let forces = [force, vec![0.0; samples]];
+    let mut moved = moved(&MODES, &forces);
+    for x in &mut moved {
+        let rms = (x.iter().map(|x| x * x).sum::<f64>() / samples as f64).sqrt();
+        x.iter_mut().for_each(|x| *x += 0.01 * rms * random.next());
+        x[missing] = 0.0;
+    }
+    let mut recording = recording(&[
+        ("f", "N", &forces[0]),
+        ("x1", "m", &moved[0]),
+        ("x2", "m", &moved[1]),
+    ]);
+    recording.stretches = vec![0..missing, missing + 1..samples];
+    recording.starts = vec![0.0, (missing + 1) as f64 / RATE];
+    let asked = |input: &str, outputs: &[&str]| {
+        let study = IdentifyStudy {
+            inputs: vec![input.to_string()],
+            outputs: outputs.iter().map(|o| (*o).to_string()).collect(),
+            ..IdentifyStudy::default()
+        };
+        identify(Source::Signals(&recording), &study).unwrap()
+    };
+    let found = asked("f", &["x1", "x2"]);
+    let (inside, is_whole) = score(&found);
+    assert!(is_whole && inside == MODES.len(), "{inside}");
+    assert!(found.how.contains("2 blocks of"), "{}", found.how);
+    assert!(found.how.contains("left out"), "{}", found.how);
+    let codes =
+        |found: &Identification| -> Vec<&str> { found.warnings.iter().map(|w| w.code).collect() };
+    let said = codes(&found);
+    assert!(!said.contains(&"leakage") && !said.contains(&"inverse-response"));
+    // The other way round: poles of a force over a motion are zeros.
+    let swapped = asked("x1", &["f"]);
+    assert!(codes(&swapped).contains(&"inverse-response"));
+}

@@ -254,6 +254,11 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "Motion over motion: its poles are those of the structure held at the input, not its modes.",
     ),
     (
+        "inverse-response",
+        Warning,
+        "Force over motion: its poles are the frequencies at which the force moves nothing there, zeros of the structure's response, not its modes. Swap --input and --output.",
+    ),
+    (
         "low-coherence",
         Warning,
         "The response at a mode is mostly noise, or comes from another source than the input.",
@@ -261,7 +266,7 @@ pub const ALL: &[(&str, Sort, &str)] = &[
     (
         "leakage",
         Warning,
-        "A resonance is narrower than three lines, so the block it was measured in broadens it. Take longer blocks: --resolution.",
+        "A resonance is narrower than three lines of averaged blocks, or than one and a half windows of local parabolas over several blocks, so the block it was measured in broadens it. Take longer blocks, --resolution, or a longer record.",
     ),
     (
         "coarse-lines",

@@ -118,6 +118,9 @@ pub enum ResponseKind {
     Compliance(u8),
     /// Motion over motion or force over force: its poles are not the modes of the structure.
     Transmissibility,
+    /// Force over motion, the motion differentiated so often: dynamic stiffness (0), impedance (1), apparent mass (2). Its poles are the
+    /// zeros of the inverse response.
+    Inverse(u8),
     /// The units do not tell.
     Unknown,
 }
@@ -132,6 +135,9 @@ impl ResponseKind {
             (s, Some(times)) if s.drives() => ResponseKind::Compliance(times),
             (s, None) if s.drives() && output.sensed.drives() => ResponseKind::Transmissibility,
             (s, Some(_)) if s.derivative().is_some() => ResponseKind::Transmissibility,
+            (s, None) if output.sensed.drives() => {
+                (s.derivative()).map_or(ResponseKind::Unknown, ResponseKind::Inverse)
+            }
             _ => ResponseKind::Unknown,
         }
     }
@@ -143,6 +149,9 @@ impl ResponseKind {
             ResponseKind::Compliance(1) => "mobility",
             ResponseKind::Compliance(_) => "accelerance",
             ResponseKind::Transmissibility => "transmissibility",
+            ResponseKind::Inverse(0) => "dynamic stiffness",
+            ResponseKind::Inverse(1) => "impedance",
+            ResponseKind::Inverse(_) => "apparent mass",
             ResponseKind::Unknown => "frequency response",
         }
     }
@@ -185,5 +194,7 @@ mod tests {
             ResponseKind::Transmissibility
         );
         assert_eq!(ResponseKind::of("V", "g"), ResponseKind::Unknown);
+        assert_eq!(ResponseKind::of("m/s²", "N"), ResponseKind::Inverse(2));
+        assert_eq!(ResponseKind::of("V", "N"), ResponseKind::Unknown);
     }
 }

@@ -6,6 +6,7 @@ use super::recording::note;
 use super::table::{finish, plain};
 use crate::base::words::{counted, wrapped};
 use crate::identify::modal::stabilisation::Stability;
+use crate::identify::rational::Spread;
 use crate::numeric::statistics::HALF_INTERVAL;
 use crate::plan::logs::doubts::{coherence_at, window_damping};
 use crate::plan::logs::found::{Evidence, FoundMode, Identification, Orders, Peak};
@@ -396,7 +397,8 @@ fn note_of(found: &Identification, mode: &FoundMode) -> String {
     let near = |f: f64| (f - mode.frequency_hz()).abs() < 1e-3 * mode.frequency_hz();
     let spread = found.fit().map_or(&[][..], |f| &f.spread);
     let mut notes = Vec::new();
-    match (spread.iter().find(|s| near(s.frequency_hz)), mode.presence) {
+    let disagrees = |s: &&Spread| near(s.frequency_hz) && s.frequency_spread_hz > 0.0;
+    match (spread.iter().find(disagrees), mode.presence) {
         (Some(s), _) => notes.push(format!(
             "95 % of the responses lie within ± {} Hz",
             brief(HALF_INTERVAL * s.frequency_spread_hz)

@@ -4,7 +4,7 @@
 use super::{blocks, dwells};
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
-use crate::numeric::fft::quick_length;
+use crate::numeric::fft::quick_within;
 use crate::recording::responses::{FrequencyResponses, Terminal};
 use crate::recording::signals::{Channel, Recording};
 use crate::spectrum::frf::{self, Estimate, Estimator};
@@ -60,6 +60,8 @@ pub struct Acquired {
     pub spectra: Option<Spectra>,
     /// Lines can be had this near to each other, Hz, by asking again with [`Look::apart_hz`]; `None` where they are as asked.
     pub nearest_hz: Option<f64>,
+    /// Resonances narrower than so many lines are smeared: none by a hit whose response has decayed, nor by a dwell.
+    pub smeared_lines: f64,
     /// Doubts.
     pub warnings: Vec<Warning>,
 }
@@ -228,6 +230,7 @@ fn struck(
         hits: found.hits,
         spectra: None,
         nearest_hz: None,
+        smeared_lines: 0.0,
         warnings: found.estimate.warnings,
     })
 }
@@ -251,6 +254,7 @@ fn stepped(
         hits: Vec::new(),
         spectra: None,
         nearest_hz: None,
+        smeared_lines: 0.0,
         warnings,
     })
 }
@@ -285,7 +289,14 @@ const LONGEST_WHOLE: usize = 1 << 20;
 const REPEATS: f64 = 0.27;
 
 /// Blocks without a window that leave out more than this share of a record with gaps are none.
-const LEFT_OUT: f64 = 0.25;
+const LEFT_OUT: f64 = 0.5;
+
+/// A resonance narrower than so many lines is smeared by the window of averaged blocks.
+const SMEARED_BY_BLOCKS: f64 = 3.0;
+
+/// The same of parabolas over several blocks. Of 1/(1 + jx) over windows that reach to x = ±a, a parabola misses (3/35) a⁴ in the middle;
+/// with so many windows in the half-power width, a = 2/3, that is 2 %.
+const SMEARED_BY_PARABOLAS: f64 = 1.5;
 
 fn averaged(
     recording: &Recording,
@@ -340,7 +351,13 @@ fn averaged(
         Some(band) => locally(recording, channels, inputs, band, look.apart_hz)?,
         None => None,
     };
-    if let Some((estimate, how, nearest_hz)) = local {
+    if let Some(Locally {
+        estimate,
+        how,
+        nearest_hz,
+        smeared_lines,
+    }) = local
+    {
         return Ok(Acquired {
             responses: FrequencyResponses {
                 usable_hz,
@@ -350,6 +367,7 @@ fn averaged(
             how: how + &how_driven,
             hits: Vec::new(),
             nearest_hz: Some(nearest_hz),
+            smeared_lines,
             warnings: estimate.warnings,
             spectra: Some(spectra),
         });
@@ -378,35 +396,60 @@ fn averaged(
         how,
         hits: Vec::new(),
         nearest_hz: None,
+        smeared_lines: SMEARED_BY_BLOCKS,
         warnings: estimate.warnings,
         spectra: Some(spectra),
     })
 }
 
-/// Responses by local polynomials over blocks as long as the record has them, in words, and how near lines can be had; nothing where
-/// an input repeats or gaps leave too little.
+/// Responses by local polynomials, and how they were had.
+struct Locally {
+    estimate: Estimate,
+    how: String,
+    nearest_hz: f64,
+    smeared_lines: f64,
+}
+
+/// A length of block for a record of stretches without gaps, and how many of them it has: that of the best product of the length, which
+/// tells neighbouring lines apart, and the samples used. Lengths are those of stretches and of their equal parts, quick to transform.
+fn common_block(stretches: &[usize], most: usize) -> Option<(usize, usize)> {
+    let mut lengths: Vec<usize> = stretches
+        .iter()
+        .flat_map(|&s| (s.div_ceil(most.max(1)).max(1)..=s / SHORTEST).map(move |parts| s / parts))
+        .map(quick_within)
+        .filter(|&length| length >= SHORTEST)
+        .collect();
+    lengths.sort_unstable_by(|a, b| b.cmp(a));
+    lengths.dedup();
+    let whole = stretches.iter().sum::<usize>() as f64;
+    let mut best: Option<(f64, usize, usize)> = None;
+    for length in lengths {
+        if best.is_some_and(|b| length as f64 * whole <= b.0) {
+            break;
+        }
+        let count: usize = stretches.iter().map(|s| s / length).sum();
+        let used = (count * length) as f64;
+        let worth = length as f64 * used;
+        if used >= (1.0 - LEFT_OUT) * whole && best.is_none_or(|b| worth > b.0) {
+            best = Some((worth, length, count));
+        }
+    }
+    best.map(|(_, length, count)| (length, count))
+}
+
+/// Responses by local polynomials over blocks as long as the record has them; nothing where an input repeats or gaps leave too little.
 fn locally(
     recording: &Recording,
     channels: &[&Channel],
     inputs: usize,
     band: (f64, f64),
     apart_hz: Option<f64>,
-) -> Result<Option<(Estimate, String, f64)>, Error> {
-    let longest = (recording.stretches.iter().map(|s| s.len())).max();
+) -> Result<Option<Locally>, Error> {
+    let stretches: Vec<usize> = recording.stretches.iter().map(|s| s.len()).collect();
     let most = LONGEST_WHOLE.min(TRANSFORMED / channels.len().max(1));
-    let longest = longest.unwrap_or(0);
-    // Equal parts of the longest stretch, of a length that is quick to transform.
-    let block = longest.checked_div(longest.div_ceil(most)).unwrap_or(0);
-    let block = (block - block / 64..=block)
-        .rev()
-        .find(|&n| quick_length(n) == n);
-    let Some(block) = block.filter(|b| *b >= SHORTEST) else {
+    let Some((block, count)) = common_block(&stretches, most) else {
         return Ok(None);
     };
-    let count: usize = recording.stretches.iter().map(|s| s.len() / block).sum();
-    if ((count * block) as f64) < (1.0 - LEFT_OUT) * recording.samples as f64 {
-        return Ok(None);
-    }
     let df = recording.rate_hz / block as f64;
     let first = least_half_width(inputs, count, FREEDOMS.0);
     let last = least_half_width(inputs, count, FREEDOMS.1);
@@ -451,16 +494,34 @@ fn locally(
     let Ok(estimate) = local.finish() else {
         return Ok(None);
     };
+    let left_out = stretches.iter().sum::<usize>() - count * block;
     let how = format!(
-        "local parabolas through {} neighbouring lines of {}, no window and no leakage: lines {:.4} Hz apart",
+        "local parabolas through {} neighbouring lines of {}, no window and no leakage: lines {:.4} Hz apart{}",
         2 * half + 1,
         match count {
             1 => format!("one block of {:.4} s", block as f64 / recording.rate_hz),
             n => format!("{n} blocks of {:.4} s", block as f64 / recording.rate_hz),
         },
-        width(half)
+        width(half),
+        match stretches.len() {
+            0 | 1 => String::new(),
+            n => format!(
+                "; {:.4} s of {:.4} s left out, at the ends of the {n} stretches between gaps",
+                left_out as f64 / recording.rate_hz,
+                recording.samples as f64 / recording.rate_hz
+            ),
+        }
     );
-    Ok(Some((estimate, how, width(last))))
+    Ok(Some(Locally {
+        estimate,
+        how,
+        nearest_hz: width(last),
+        smeared_lines: match count {
+            // Parabolas stand over poles.
+            1 => 0.0,
+            _ => SMEARED_BY_PARABOLAS,
+        },
+    }))
 }
 
 /// Power below the plateau that no longer drives: 40 dB.
@@ -564,4 +625,25 @@ fn independence(window: Window) -> f64 {
         .map(|m| (crate::spectrum::window::line_correlation(&w, m).norm() / own).powi(2))
         .sum();
     1.0 / (1.0 + 2.0 * sum)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One sample missing: blocks of the shorter stretch where it is nearly a half, the longer stretch alone where it is far longer.
+    #[test]
+    fn exact_common_block() {
+        let most = LONGEST_WHOLE;
+        assert_eq!(common_block(&[60_000], most), Some((60_000, 1)));
+        assert_eq!(common_block(&[30_000, 30_000], most), Some((30_000, 2)));
+        assert_eq!(common_block(&[32_000, 27_000], most), Some((27_000, 2)));
+        assert_eq!(common_block(&[54_000, 5_999], most), Some((54_000, 1)));
+        // Three blocks of the shorter one, 20 000 × 60 000, are worth less than 40 000 × 40 000.
+        assert_eq!(common_block(&[40_000, 20_000], most), Some((40_000, 1)));
+        // Transforms no longer than allowed; stretches too short for any block.
+        assert_eq!(common_block(&[60_000], 20_000), Some((20_000, 3)));
+        assert_eq!(common_block(&[255; 100], most), None);
+        assert_eq!(common_block(&[], most), None);
+    }
 }

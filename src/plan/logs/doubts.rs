@@ -13,9 +13,6 @@ use crate::spectrum::spectra::Spectra;
 /// Coherence below which a mode's response is mostly noise.
 const LOW_COHERENCE: f64 = 0.8;
 
-/// A resonance narrower than so many lines is smeared by the block it was measured in.
-const LEAST_LINES: f64 = 3.0;
-
 /// A resonance that no block smears is told by its lines: a pole by two or three of them, whether it is one by some more.
 const FEW_LINES: f64 = 4.0;
 
@@ -62,12 +59,22 @@ pub fn of_kinds(responses: &FrequencyResponses) -> Vec<Warning> {
         Some((input, ResponseKind::of(&input.unit, &f.output.unit)))
     }
     let ratio = responses.functions.iter().find_map(|f| {
-        kind(f)
-            .filter(|k| k.1 == ResponseKind::Transmissibility)
-            .map(|k| (k.0, f))
+        let (input, kind) = kind(f)?;
+        match kind {
+            ResponseKind::Transmissibility => Some((input, f, false)),
+            ResponseKind::Inverse(_) => Some((input, f, true)),
+            _ => None,
+        }
     });
     ratio
-        .map(|(input, f)| {
+        .map(|(input, f, is_inverse)| {
+            if is_inverse {
+                let message = format!(
+                    "{} over {} is a force over a motion ({} over {}): its poles are the zeros of the structure's responses, not its modes",
+                    f.output.name, input.name, f.output.unit, input.unit
+                );
+                return warning("inverse-response", message, "swap --input and --output: the force drives");
+            }
             let message = format!(
                 "{} over {} is a transmissibility ({} over {}): its poles are those of the structure held at {}, not its modes",
                 f.output.name, input.name, f.output.unit, input.unit, input.name
@@ -192,14 +199,13 @@ pub fn of_modes(
         .map(|w| w[1] - w[0])
         .reduce(f64::min)
         .unwrap_or(0.0);
-    // A force window and a response that has decayed leave no leakage; blocks cut from steady vibration do.
-    let cut_from_steady = acquired.is_some_and(|a| a.spectra.is_some());
+    let least = acquired.map_or(0.0, |a| a.smeared_lines);
     let narrow: Vec<String> = modes
         .iter()
-        .filter(|m| 2.0 * m.damping_ratio() * m.frequency_hz() < LEAST_LINES * step)
+        .filter(|m| 2.0 * m.damping_ratio() * m.frequency_hz() < least * step)
         .map(hertz)
         .collect();
-    if cut_from_steady && !narrow.is_empty() {
+    if !narrow.is_empty() {
         let (what, hint) = match acquired.and_then(|a| a.nearest_hz) {
             Some(_) => (
                 "the record resolves it no better, and damping may be off by a few per cent",
@@ -211,7 +217,7 @@ pub fn of_modes(
             ),
         };
         let message = format!(
-            "the half-power bandwidth is below {LEAST_LINES} lines at {}: {what}",
+            "the half-power bandwidth is below {least} lines at {}: {what}",
             names(narrow)
         );
         all.push(warning("leakage", message, hint));

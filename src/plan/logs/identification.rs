@@ -111,7 +111,16 @@ fn looked(
         let lines = &acquired.responses.frequency_hz;
         let apart = lines.get(1).zip(lines.first()).map_or(0.0, |(b, a)| b - a);
         let responses = std::mem::take(&mut acquired.responses);
-        let found = from_responses(method, responses, Some(acquired), trace.clone(), study)?;
+        let mut found = from_responses(method, responses, Some(acquired), trace.clone(), study)?;
+        if recording.stretches.len() > 1 {
+            for no_mode in found.warnings.iter_mut().filter(|w| w.code == "no-mode") {
+                let hint = "gaps cut the record into stretches: bridge short ones, --fill-gaps";
+                no_mode.hint = Some(match no_mode.hint.take() {
+                    Some(other) => format!("{hint}; or {other}"),
+                    None => hint.to_string(),
+                });
+            }
+        }
         let width = |m: &FoundMode| 2.0 * m.mode.pole.re.abs() / std::f64::consts::TAU;
         let narrowest = found.modes.iter().map(width).fold(f64::INFINITY, f64::min);
         // Lines somewhat nearer are not worth another fit.
