@@ -347,6 +347,25 @@ fn exact_encodings_give_the_same_names() {
     assert_eq!(summary(&read(gbk)), "t=0,1 加速度 []=1,2");
 }
 
+/// Rows with other marks above those that were read are told, with their lines.
+#[test]
+fn exact_rows_of_another_dialect_are_reported() {
+    let rows = |from: usize, form: &dyn Fn(usize) -> String| -> String {
+        (from..from + 40).map(form).collect()
+    };
+    let commas = rows(0, &|k| format!("{}.000,{}.5\n", k, k + 1));
+    let semicolons = rows(40, &|k| format!("{}.000;{}.5\n", k, k + 1));
+    let raw = read(format!("t,a\n{commas}{semicolons}{semicolons}").as_bytes());
+    assert_eq!(repairs(&raw), ["rows-of-another-dialect"]);
+    let message = &raw.repairs[0].message;
+    assert!(
+        message.starts_with("40 rows") && message.contains("lines 2 to 41"),
+        "{message}"
+    );
+    let alone = read(format!("t;a\n{semicolons}").as_bytes());
+    assert!(repairs(&alone).is_empty());
+}
+
 /// What was passed over is said, and overloads are counted.
 #[test]
 fn exact_repairs_are_reported() {

@@ -151,6 +151,11 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "Lines after the rows of numbers were passed over.",
     ),
     (
+        "rows-of-another-dialect",
+        Repair,
+        "Rows of numbers with another delimiter or decimal mark stand above the rows that were read, and were passed over: two exports in one file. Bring them into one form.",
+    ),
+    (
         "lines-skipped",
         Repair,
         "Lines outside of the data were passed over.",

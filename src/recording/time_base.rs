@@ -144,7 +144,7 @@ fn each(
 pub fn examine(clock: &Clock, stamps: &Stamps) -> Result<TimeBase, Error> {
     let n = stamps.seconds.len();
     if n < 2 {
-        let message = format!("{} of no sample rate", counted(n, "row"));
+        let message = format!("{} of numbers cannot tell a sample rate", counted(n, "row"));
         return Err(Error::new(Code::TooShort, message).hint("state it: --rate"));
     }
     let usual = usual_step(stamps)?;

@@ -34,7 +34,7 @@ pub struct IdentifyArgs {
     #[arg(long, value_name = "WINDOW")]
     pub window: Option<String>,
     /// Between lines (Hz where bare); chosen from the length of the record where left out
-    #[arg(long, value_name = "FREQUENCY")]
+    #[arg(long, value_name = "FREQUENCY", allow_negative_numbers = true)]
     pub resolution: Option<String>,
     /// Share of a block that the next has in common with it
     #[arg(long, value_name = "SHARE")]
@@ -61,7 +61,7 @@ pub struct IdentifyArgs {
     #[arg(long, value_name = "CHANNEL")]
     pub driving_point: Option<String>,
     /// With --method rls: how long a sample counts (s where bare); by what predicts best where left out
-    #[arg(long, value_name = "TIME")]
+    #[arg(long, value_name = "TIME", allow_negative_numbers = true)]
     pub memory: Option<String>,
     /// Estimate a dead time of the measuring chain
     #[arg(long, value_enum, default_value_t = DelayWord::None)]

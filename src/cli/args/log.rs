@@ -16,7 +16,12 @@ use crate::scene;
 #[command(next_help_heading = "The log")]
 pub struct LogArgs {
     /// Sample rate (Hz where bare), whatever the log says
-    #[arg(long, value_name = "RATE", conflicts_with = "rate_from")]
+    #[arg(
+        long,
+        value_name = "RATE",
+        conflicts_with = "rate_from",
+        allow_negative_numbers = true
+    )]
     pub rate: Option<String>,
     /// Where header and time stamps disagree about the rate: which is right
     #[arg(long, value_enum, value_name = "SOURCE")]

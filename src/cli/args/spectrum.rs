@@ -21,7 +21,7 @@ pub struct SpectrumArgs {
     #[arg(long, value_name = "A:B")]
     pub band: Option<String>,
     /// Between lines (Hz where bare); chosen from the length of the record where left out
-    #[arg(long, value_name = "FREQUENCY")]
+    #[arg(long, value_name = "FREQUENCY", allow_negative_numbers = true)]
     pub resolution: Option<String>,
     /// Window on each block: rectangular, hann, hamming, flat-top, blackman-harris, kaiser:BETA; hann where left out
     #[arg(long, value_name = "WINDOW")]

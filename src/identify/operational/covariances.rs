@@ -158,7 +158,7 @@ impl Gathering {
                 Code::TooShort,
                 format!("{left} samples for covariances over {} lags", self.lags),
             )
-            .hint("take a longer record, or fewer block rows"));
+            .hint("take a longer record"));
         }
         let n = samples as f64;
         let total = |read: fn(&Block) -> &[f64]| -> Vec<f64> {

@@ -260,9 +260,7 @@ fn block_rows(channels: &Channels, settings: &Settings, bound: usize) -> Result<
             Code::TooShort,
             format!("{} samples for {rows} block rows", channels.length()),
         )
-        .hint(format!(
-            "take at least {needed} samples, or fewer block rows"
-        )));
+        .hint(format!("take a longer record: at least {needed} samples")));
     }
     Ok(rows)
 }

@@ -4,6 +4,7 @@
 use super::{blocks, dwells};
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
+use crate::base::words::counted;
 use crate::numeric::fft::quick_within;
 use crate::recording::responses::{FrequencyResponses, Terminal};
 use crate::recording::signals::{Channel, Recording};
@@ -83,6 +84,9 @@ const LONGEST: usize = 1 << 16;
 
 /// The shortest block taken unasked.
 const SHORTEST: usize = 256;
+
+/// Samples that have a spectrum, at least.
+const FEWEST: usize = 4;
 
 /// Estimates the responses of `outputs` to `inputs`, channels of the recording by place.
 ///
@@ -603,6 +607,15 @@ pub fn welch_options(recording: &Recording, study: &EstimateStudy) -> Result<Wel
             let mut block = LONGEST;
             while block > SHORTEST && blocks(block) < LEAST_BLOCKS {
                 block /= 2;
+            }
+            if longest < FEWEST {
+                let message = format!(
+                    "the longest stretch of {} has {}: no block of them has a spectrum",
+                    recording.path,
+                    counted(longest, "sample")
+                );
+                return Err(Error::new(Code::TooShort, message)
+                    .hint("take a longer record, or bridge short gaps: --fill-gaps"));
             }
             block.min(longest)
         }

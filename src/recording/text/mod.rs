@@ -68,7 +68,7 @@ pub fn read(path: &str, mut reader: impl Read, settings: &Settings) -> Result<Ra
     let head = head(path, &mut stream, &coding)?;
     let lines: Vec<&str> = split(&head.text).take(head.starts.len()).collect();
     let Some(layout) = dialect::find(&lines, &settings.dialect) else {
-        return Err(no_rows(path, &lines).into());
+        return Err(no_rows(path, &lines, head.whole).into());
     };
     let header = header::read(&lines, &layout);
     refuse_misfits(path, &lines, &layout, &header)?;
@@ -110,6 +110,7 @@ pub fn read(path: &str, mut reader: impl Read, settings: &Settings) -> Result<Ra
         ..Raw::default()
     };
     doubts(&mut raw, &layout, &header);
+    tell_other_dialect(&mut raw, &lines, &layout);
     assemble(&mut raw, plan, body, &said, settings)?;
     let unread = said.unread.map(|u| unread_rate(path, &lines, &u));
     for group in &mut raw.groups {
@@ -232,7 +233,16 @@ fn refuse_binary(path: &str, bytes: &[u8]) -> Result<(), Error> {
     .hint("logs are delimited text (CSV), LVM, UFF 58, WAV or MATLAB level 5, also inside gzip or zip; export one of these"))
 }
 
-fn no_rows(path: &str, lines: &[&str]) -> Error {
+fn no_rows(path: &str, lines: &[&str], is_whole: bool) -> Error {
+    // Names and a row, at least.
+    if !is_whole && lines.len() < 2 {
+        let message = format!(
+            "a line of {path} is longer than the {} bytes in which names and a row of numbers must stand",
+            body::BLOCK
+        );
+        return Error::new(Code::EmptyLog, message)
+            .hint("export fewer channels at a time, or one channel a column, not one a row");
+    }
     let first = lines
         .iter()
         .find(|l| !l.trim().is_empty())
@@ -366,6 +376,45 @@ fn in_words(layout: &dialect::Layout, coding: Option<&str>) -> String {
         n => format!("{n} header lines"),
     });
     words.join(", ")
+}
+
+/// Rows of as many cells right above the first row that other marks than those of the log make numbers: they were passed over.
+fn tell_other_dialect(raw: &mut Raw, lines: &[&str], layout: &dialect::Layout) {
+    let width = layout.kinds.len();
+    let by = |line: &str, delimiter: u8, decimal: u8| {
+        let mut count = 0;
+        for (at, (_, cell)) in cells::Cells::new(line.as_bytes(), delimiter).enumerate() {
+            let cell = cells::bare(cell);
+            // Stamps of the time may be dates.
+            let is_stamp = at == 0 && cell.first().is_some_and(u8::is_ascii_digit);
+            if !is_stamp && cells::number(cell, decimal).is_none() {
+                return false;
+            }
+            count += 1;
+        }
+        count == width
+    };
+    let is_row = |line: &&&str| {
+        let all = [b',', b';', b'\t', b' '].map(|delimiter| {
+            [b'.', b','].map(|decimal| delimiter != decimal && by(line, delimiter, decimal))
+        });
+        all.as_flattened().contains(&true)
+    };
+    let above = &lines[..layout.first.min(lines.len())];
+    let count = above.iter().rev().take_while(is_row).count();
+    if width < 2 || count == 0 {
+        return;
+    }
+    note(
+        raw,
+        "rows-of-another-dialect",
+        format!(
+            "{} of numbers above the first row passed over, lines {} to {}: other marks part their cells or stand before their decimals",
+            counted(count, "row"),
+            above.len() - count + 1,
+            above.len()
+        ),
+    );
 }
 
 fn doubts(raw: &mut Raw, layout: &dialect::Layout, header: &header::Header) {
