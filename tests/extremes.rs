@@ -12,9 +12,11 @@ use geardyn::plan::motion::scene::MotionScene;
 use geardyn::plan::prepared::Prepared;
 use geardyn::scene::study::SimulateStudy;
 use geardyn::scene::{self, Scene};
-use geardyn::study::stability::amplification::{TOLD, amplified, growth};
+use geardyn::study::stability::amplification::{
+    EXPLICIT, Spectrum, TOLD, amplified, boundary, growth,
+};
 use geardyn::study::stability::cases::Extreme;
-use geardyn::study::stability::extremes::{ADDS_UP, Asked, Verdict, judged, rerun};
+use geardyn::study::stability::extremes::{ADDS_UP, Asked, BUDGET, Verdict, judged, rerun};
 
 fn scene_of(text: &str) -> Scene {
     let head = "title = \"t\"\nsource = \"t\"\nunits = \"SI\"\n";
@@ -129,7 +131,7 @@ fn law_no_pass_without_knowing() {
     };
     let (verdict, figure, why) = judged(&half, Asked::Exact);
     assert_eq!((verdict, figure), (Verdict::Refused, None));
-    assert!(why.unwrap().contains("about 1.4e3"));
+    assert!(why.unwrap().contains("about 1400"));
     let fine = Balance {
         after: 1.0 - 0.5 * ADDS_UP,
         ..lost
@@ -257,5 +259,96 @@ shaft = [{ name = "bar", between = ["ground", "disc"], k = 200.0 }]
             "{method} {found} {}",
             factor.ln()
         );
+    }
+}
+
+/// A case beyond its budget is refused by what is counted, so alike every time, with the estimate of the whole; long before the budget
+/// is spent where far more would be needed.
+#[test]
+fn law_refusals_are_counted() {
+    let scene = scene_of(
+        r#"
+inertia = [{ name = "disc", J = 2.0 }]
+shaft = [{ name = "bar", between = ["ground", "disc"], k = 200.0 }]
+"#,
+    );
+    let study = by("dopri5", 1.0);
+    let mut ready = ready(&scene, &study);
+    ready.start[0] = 1e-3;
+    let mut long = Extreme::of(&ready, 1e-8, 1e-3);
+    long.until *= 1e7;
+    for name in ["dopri5", "radau5", "generalized-alpha-controlled"] {
+        let method = methods::find(name).unwrap();
+        let case = || rerun("long", method, (&long, ready.samples), &Stop::default()).unwrap();
+        let (first, second) = (case(), case());
+        assert_eq!(first.verdict, Verdict::Refused, "{name}");
+        assert_eq!(first.reason, second.reason);
+        let why = first.reason.unwrap();
+        let (spent, rest) = why
+            .strip_prefix("the work of ")
+            .unwrap()
+            .split_once(' ')
+            .unwrap();
+        let spent: f64 = spent.parse().unwrap();
+        assert!(spent < 0.2 * BUDGET as f64, "{why}");
+        let (_, whole) = rest.split_once("would take about ").unwrap();
+        let whole: f64 = whole.split_once(' ').unwrap().0.parse().unwrap();
+        assert!(whole > 10.0 * BUDGET as f64, "{why}");
+    }
+}
+
+/// A slow swing of the whole and a fast one within it, as quick but ten thousand times as small: what the controlled method takes from
+/// their energy falls as a method of order 2 lets it with local errors of order 3, with the tolerance to the power 2/3, and is no more
+/// than errors of the tolerance in each step allow.
+#[test]
+fn law_controlled_alpha_holds_small_fast_swings() {
+    let scene = scene_of(
+        r#"
+inertia = [{ name = "near", J = 1.0 }, { name = "far", J = 1.0 }]
+shaft = [
+    { name = "soft", between = ["ground", "near"], k = 200.0 },
+    { name = "stiff", between = ["near", "far"], k = 5e7 },
+]
+"#,
+    );
+    let mut gaps = Vec::new();
+    for tolerance in [1e-2, 1e-5, 1e-8] {
+        let mut study = by("generalized-alpha-controlled", 0.05);
+        study.tolerance = Some(tolerance);
+        let mut ready = ready(&scene, &study);
+        ready.start = vec![1.0, 1.0, 5.0, -5.0];
+        let found = moved(&ready, &study);
+        let gap = found.balance.unwrap().gap().abs();
+        let allowed = 2.0 * tolerance * found.effort.steps as f64;
+        assert!(gap < allowed, "{tolerance:e}: {gap:e} of {allowed:e}");
+        gaps.push(gap);
+    }
+    // Steps are powers of two of a part of the time, so that the error of one is up to eight times below the tolerance.
+    let slope = (gaps[0] / gaps[2]).log10() / 6.0;
+    assert!((slope - 2.0 / 3.0).abs() < 0.15, "{gaps:?}");
+}
+
+/// On the curve around a region a step neither grows nor shrinks a mode; Radau's keeps clear of the left half-plane. The spectrum
+/// holds what a step makes of each mode.
+#[test]
+fn law_regions_are_bounded_by_one() {
+    for (method, leftmost) in [("rk4", -2.785_3), ("dopri5", -3.306_6), ("radau5", 0.0)] {
+        let curve = boundary(method);
+        let least = curve.iter().map(|z| z.re).fold(0.0, f64::min);
+        assert!((least - leftmost).abs() < 1e-4, "{method}: {least}");
+        assert!(curve.last().unwrap().im < 0.0 && curve.len() > 300);
+        for z in &curve {
+            let factor = growth(method, *z, 1.0).unwrap();
+            assert!((factor - 1.0).abs() < 1e-9, "{method} at {z}: {factor}");
+        }
+    }
+    assert!(boundary("newmark").is_empty());
+    let modes = [Complex::new(0.0, 0.0), Complex::new(-1.0, 200.0)];
+    let found = Spectrum::new(&modes, 0.01).unwrap();
+    for course in &found.methods {
+        let expected = growth(course.method, modes[1], 0.01).unwrap();
+        assert_eq!(course.marks.len(), 1);
+        assert!((course.marks[0].1 / expected - 1.0).abs() < 1e-12);
+        assert_eq!(course.limited, EXPLICIT.contains(&course.method));
     }
 }

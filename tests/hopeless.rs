@@ -105,6 +105,7 @@ fn refused_before_the_work() {
             &["1.0e15 steps", "take a longer step"],
         ),
         (&["--samples", "1000000000"], &["40 GB", "--no-history"]),
+        (&["--samples", "1e9"], &["40 GB"]),
     ];
     for (flags, words) in cases {
         let (code, _, said) = said(&[&["simulate", chain], *flags].concat());
@@ -113,6 +114,29 @@ fn refused_before_the_work() {
             assert!(said.contains(word), "{word}: {said}");
         }
     }
+}
+
+/// What is allowed is said by a flag, and the refusal names it; a count is a whole number.
+#[test]
+fn refused_beyond_what_is_allowed() {
+    let chain = ["simulate", "examples/linear_chain.toml", "--until", "0.1"];
+    let steps = ["--method", "newmark", "--step", "1 us"];
+    let (code, _, words) = said(&[&chain[..], &steps, &["--allow", "1 us"]].concat());
+    assert_eq!(code, Some(3), "{words}");
+    assert!(
+        words.contains("1.00 µs are allowed") && words.contains("--allow 1h"),
+        "{words}"
+    );
+    let (code, _, words) = said(&[&chain[..], &["--allow", "0 s"]].concat());
+    assert!(
+        code == Some(2) && words.contains("--allow takes a time above zero"),
+        "{words}"
+    );
+    let (code, _, words) = said(&[&chain[..], &["--samples", "1.5"]].concat());
+    assert!(
+        code == Some(2) && words.contains("1.5 is no whole number"),
+        "{words}"
+    );
 }
 
 /// A study that holds several histories at a time allows each less.

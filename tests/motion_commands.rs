@@ -308,6 +308,44 @@ fn text_of(arguments: &[&str]) -> String {
     text(&geardyn(arguments))
 }
 
+/// The flags of motion say what is planned as they say what is simulated; of a model alone they plan a motion.
+#[test]
+fn law_plan_takes_the_flags_of_motion() {
+    let method = |arguments: &[&str]| {
+        let plan = document(&[&["plan"], arguments, &["--json"]].concat());
+        let stages = plan["motions"][0]["stages"].as_array().unwrap().clone();
+        let method = stages.into_iter().find(|s| s["stage"] == "method");
+        method.unwrap()["what"].as_str().unwrap().to_string()
+    };
+    let chain = "examples/linear_chain.toml";
+    assert!(method(&[chain]).starts_with("exact"));
+    assert!(method(&[chain, "--step", "1 ms", "--method", "newmark"]).starts_with("newmark"));
+    assert!(method(&[chain, "--tolerance", "1e-6", "--method", "radau5"]).starts_with("radau5"));
+    assert!(method(&["models/two_disc.toml", "--until", "1"]).starts_with("exact"));
+    let plan = document(&["plan", "models/two_disc.toml", "--json"]);
+    assert!(plan["motions"].as_array().unwrap().is_empty());
+}
+
+/// A model alone, and a scene that says nothing of time: linear facts and multipliers need none, the extremes are left out by name.
+#[test]
+fn law_stability_without_a_duration() {
+    for file in [
+        "models/y2250.toml",
+        "models/two_disc.toml",
+        "examples/backlash_jumps.toml",
+    ] {
+        let found = document(&["stability", file, "--json"]);
+        assert!(found["facts"]["fastest_rad_s"].as_f64().unwrap() > 0.0);
+        assert!(found["cases"].as_array().unwrap().is_empty());
+        let left = &found["left_out"][0];
+        assert_eq!(left["case"], "all extremes");
+        assert!(left["reason"].as_str().unwrap().contains("--until"));
+    }
+    let found = document(&["stability", "examples/backlash_jumps.toml", "--json"]);
+    let largest = &found["floquet"]["largest_multiplier"];
+    assert!(largest.is_number() || found["floquet"]["left_out"].is_string());
+}
+
 /// Wrong words end with 2 and say what would be right; a hopeless request ends with 3.
 #[test]
 fn refused_with_words() {
@@ -470,7 +508,7 @@ fn law_interrupted_studies_are_whole() {
     let runs = found["runs"].as_array().unwrap();
     assert!(runs.iter().any(|run| run["method"] == "switched"));
     assert_eq!(found["interrupted"], true);
-    let found = interrupted(&["stability", pair, "--json", "--methods", "radau5"], 2500);
+    let found = interrupted(&["stability", pair, "--json"], 2500);
     assert_eq!(found["interrupted"], true);
     assert!(found["cases"].is_array());
     assert!(found["facts"]["fastest_rad_s"].as_f64().unwrap() > 0.0);

@@ -13,6 +13,8 @@ pub struct Stop {
     until: Option<Instant>,
     /// How often it was asked.
     asked: Cell<u32>,
+    /// Patience has been seen to be over.
+    over: Cell<bool>,
     /// What the whole may take.
     allowance: Option<Allowance>,
 }
@@ -32,8 +34,10 @@ struct Progress {
     seconds: f64,
     /// So much of the whole was done.
     share: f64,
-    /// In the time before, so much in a second.
+    /// Since the look before, so much in a second.
     pace: f64,
+    /// The fastest of the paces since the first look.
+    fastest: f64,
 }
 
 /// What work that would take too long has cost, and would.
@@ -47,12 +51,17 @@ pub struct Foreseen {
     pub allowed: f64,
 }
 
-/// The first look comes after this share of what is allowed; each later one after twice the time of the one before.
-const FIRST_LOOK: f64 = 1e-3;
+/// The first look comes after this share of what is allowed, a second of an hour; each later one after twice the time of the one
+/// before.
+const FIRST_LOOK: f64 = 3e-4;
 
-/// After this share of what is allowed a pace is believed that has fallen since the last look, and after that one that has
-/// risen: a start may be dear.
-const BELIEVED: (f64, f64) = (1.0 / 30.0, 1.0 / 10.0);
+/// And not sooner than this, s: what a cold start costs.
+const SOONEST: f64 = 0.02;
+
+/// After this share of what is allowed an estimate is believed as it is, and standing still is taken for what follows. Before it a
+/// start may be dear: after a share x the rest may go √(BELIEVED/x) times faster than the fastest pace seen, 13 times after two
+/// seconds of an hour.
+const BELIEVED: f64 = 1.0 / 10.0;
 
 /// A pace that has changed by less than this factor since the last look is believed at once.
 const STEADY: f64 = 1.25;
@@ -80,7 +89,10 @@ impl Stop {
             return false;
         };
         let asked = self.asked.replace(self.asked.get().wrapping_add(1));
-        asked.is_multiple_of(SELDOM) && Instant::now() >= until
+        if asked.is_multiple_of(SELDOM) && Instant::now() >= until {
+            self.over.set(true);
+        }
+        self.over.get()
     }
 
     /// The same wish, and patience for so many seconds from now.
@@ -90,6 +102,7 @@ impl Stop {
             raised: Arc::clone(&self.raised),
             until: Some(Instant::now() + Duration::from_secs_f64(seconds)),
             asked: Cell::default(),
+            over: Cell::default(),
             allowance: None,
         }
     }
@@ -120,24 +133,31 @@ impl Allowance {
     fn foresees(&self, share: f64, spent: f64) -> Option<Foreseen> {
         let last = self.last.get();
         let allowed = self.seconds;
-        if spent < (2.0 * last.seconds).max(FIRST_LOOK * allowed) || share < last.share {
+        if spent < (2.0 * last.seconds).max(FIRST_LOOK * allowed).max(SOONEST) || share < last.share
+        {
             return None;
         }
         let pace = (share - last.share) / (spent - last.seconds);
+        // What was done before the first look holds what is done but once.
+        let first = last.seconds == 0.0;
+        let fastest = if first { 0.0 } else { last.fastest.max(pace) };
         self.last.set(Progress {
             seconds: spent,
             share,
             pace,
+            fastest,
         });
-        let whole = spent + (1.0 - share) / pace;
-        let believed = match pace / last.pace {
-            change if (1.0 / STEADY..STEADY).contains(&change) => 0.0,
-            change if change < 1.0 => BELIEVED.0,
-            _ => BELIEVED.1,
+        let left = 1.0 - share;
+        let steady = !first && (1.0 / STEADY..STEADY).contains(&(pace / last.pace));
+        let believed = spent >= BELIEVED * allowed;
+        let least = match (steady || believed, fastest > 0.0) {
+            (true, _) => left / pace,
+            (false, true) => left / fastest / (BELIEVED * allowed / spent).sqrt(),
+            (false, false) => 0.0,
         };
-        (spent >= believed * allowed && whole > allowed).then_some(Foreseen {
+        (spent + least > allowed).then_some(Foreseen {
             spent,
-            whole,
+            whole: spent + left / pace,
             allowed,
         })
     }
@@ -154,6 +174,8 @@ mod tests {
         let (hasty, patient) = (stop.within(0.0), stop.within(1e3));
         assert!(hasty.is_due() && !hasty.is_raised());
         assert!(!patient.is_due() && !stop.is_due());
+        // However often it is asked.
+        assert!((0..20).all(|_| hasty.is_due()));
         assert!(!patient.raise() && stop.raise());
         assert!(stop.is_due() && hasty.is_raised());
     }
@@ -170,10 +192,10 @@ mod tests {
     #[test]
     fn law_a_steady_pace_is_believed() {
         let slow = allowance(1000.0);
-        let seen: Vec<bool> = [0.5, 1.0, 1.5, 2.0, 2.5]
+        let seen: Vec<bool> = [0.1, 0.5, 0.75, 1.0, 1.5, 2.0]
             .map(|s| slow.foresees(s * 1e-4, s).is_some())
             .to_vec();
-        assert_eq!(seen, [false, false, false, true, false]);
+        assert_eq!(seen, [false, false, false, true, false, true]);
         let enough = allowance(1000.0);
         for k in 0..1000 {
             let spent = f64::from(k);
@@ -181,13 +203,16 @@ mod tests {
         }
     }
 
-    /// A dear start is no reason to end: early, and where the pace has changed, ten times too long is not believed.
+    /// A dear start is no reason to end: early, and where the pace has changed, five times too long is not believed; fifty times is.
     #[test]
     fn law_a_dear_start_is_forgiven() {
         let begun = allowance(1000.0);
         assert_eq!(begun.foresees(1e-6, 1.0), None);
-        assert_eq!(begun.foresees(1e-4, 2.5), None);
+        assert_eq!(begun.foresees(3e-4, 2.5), None);
         assert_eq!(begun.foresees(0.01, 10.0), None);
+        let slow = allowance(1000.0);
+        assert_eq!(slow.foresees(1e-6, 1.0), None);
+        assert_eq!(slow.foresees(2e-5, 2.0).unwrap().allowed, 1000.0);
         let standing = allowance(1000.0);
         assert_eq!(standing.foresees(0.0, 1.0), None);
         let found = standing.foresees(0.0, 200.0).unwrap();

@@ -49,6 +49,15 @@ pub fn seconds(time_s: f64) -> String {
     format!("{scaled:.digits$} {unit}")
 }
 
+/// An instant at which something happened, in seconds to six digits: enough to find it in a history.
+pub fn instant(time_s: f64) -> String {
+    let rounded: f64 = format!("{time_s:.5e}").parse().unwrap_or(time_s);
+    match rounded.abs() {
+        t if t == 0.0 || (1e-4..1e6).contains(&t) => format!("{rounded} s"),
+        _ => format!("{rounded:e} s"),
+    }
+}
+
 /// How long something takes, in the unit people would say it in.
 pub fn duration(time_s: f64) -> String {
     const MINUTE: f64 = 60.0;
@@ -67,6 +76,15 @@ pub fn duration(time_s: f64) -> String {
         t if t < 1e5 * YEAR => about(t / YEAR, "years"),
         t if t.is_finite() => format!("{:.0e} years", t / YEAR),
         _ => "for ever".to_string(),
+    }
+}
+
+/// A time that allows for what is estimated to take so long, as a flag takes it: whole hours, a tenth more.
+pub fn enough(time_s: f64) -> String {
+    const HOUR: f64 = 3600.0;
+    match (1.1 * time_s / HOUR).ceil() {
+        hours if hours < 1e5 => format!("{hours}h"),
+        hours => format!("{hours:.0e}h"),
     }
 }
 
@@ -316,6 +334,20 @@ mod tests {
         close("80 GPa", Kind::Pressure, 80e9);
         close("5 Nm", Kind::Torque, 5.0);
         close("1 lbf·ft", Kind::Torque, 0.453_592_37 * 9.80665 * 0.3048);
+    }
+
+    #[test]
+    fn exact_instants_have_six_digits() {
+        for (time, words) in [
+            (0.0, "0 s"),
+            (2.0, "2 s"),
+            (0.012_345_678, "0.0123457 s"),
+            (123_456.78, "123457 s"),
+            (1.5e-9, "1.5e-9 s"),
+        ] {
+            assert_eq!(instant(time), words);
+        }
+        assert_eq!(enough(100_000.0), "31h");
     }
 
     #[test]

@@ -10,16 +10,22 @@ use crate::scene::study::SimulateStudy;
 
 /// An error of a study that came from a scene alone, with the place of that study.
 pub fn placed(error: Error, args: &MotionArgs, study: Option<&Place>) -> Error {
-    let said = args.until.is_some()
+    match study {
+        Some(place) if !says(args) && error.place.is_none() && error.code.exit() == 2 => {
+            error.at(place)
+        }
+        _ => error,
+    }
+}
+
+/// Whether the flags say anything.
+pub fn says(args: &MotionArgs) -> bool {
+    args.until.is_some()
         || !args.output.is_empty()
         || args.method.is_some()
         || args.tolerance.is_some()
         || args.step.is_some()
-        || args.samples.is_some();
-    match study {
-        Some(place) if !said && error.place.is_none() && error.code.exit() == 2 => error.at(place),
-        _ => error,
-    }
+        || args.samples.is_some()
 }
 
 /// The study of a scene with what the flags say put in its place.
@@ -27,21 +33,6 @@ pub fn placed(error: Error, args: &MotionArgs, study: Option<&Place>) -> Error {
 /// # Errors
 /// A quantity without sense.
 pub fn study(args: &MotionArgs, listed: SimulateStudy) -> Result<SimulateStudy, Error> {
-    let time = |text: &Option<String>, flag: &str| -> Result<Option<f64>, Error> {
-        let value = text
-            .as_deref()
-            .map(|t| units::parse_or_bare(t, Kind::Time, "s", flag))
-            .transpose()?;
-        match value {
-            Some(value) if !(value > 0.0 && value.is_finite()) => {
-                let given = text.as_deref().unwrap_or_default();
-                let message = format!("{flag} takes a time above zero, and {given} is none");
-                let hint = format!("write {flag} \"2 s\", or a bare number of seconds");
-                Err(Error::new(Code::OutOfRange, message).hint(hint))
-            }
-            value => Ok(value),
-        }
-    };
     if args.tolerance.is_some_and(|t| !(t > 0.0 && t < 1.0)) {
         let error = Error::new(
             Code::OutOfRange,
@@ -70,6 +61,27 @@ pub fn study(args: &MotionArgs, listed: SimulateStudy) -> Result<SimulateStudy, 
         samples: args.samples.or(listed.samples),
         energy: listed.energy,
         speed: listed.speed,
+        allow: listed.allow,
         running: listed.running,
     })
+}
+
+/// A time that a flag gives, s.
+///
+/// # Errors
+/// What is no time above zero.
+pub fn time(text: &Option<String>, flag: &str) -> Result<Option<f64>, Error> {
+    let value = text
+        .as_deref()
+        .map(|t| units::parse_or_bare(t, Kind::Time, "s", flag))
+        .transpose()?;
+    match value {
+        Some(value) if !(value > 0.0 && value.is_finite()) => {
+            let given = text.as_deref().unwrap_or_default();
+            let message = format!("{flag} takes a time above zero, and {given} is none");
+            let hint = format!("write {flag} \"2 s\", or a bare number of seconds");
+            Err(Error::new(Code::OutOfRange, message).hint(hint))
+        }
+        value => Ok(value),
+    }
 }

@@ -2,8 +2,8 @@
 
 use serde_json::json;
 
-use super::args::PlanArgs;
-use super::{output, study};
+use super::args::{MotionArgs, PlanArgs};
+use super::{motion_flags, output, study};
 use crate::base::error::{Error, Errors};
 use crate::base::kind::Kind;
 use crate::base::units;
@@ -16,7 +16,7 @@ use crate::plan::prepared::Prepared;
 use crate::plan::response::{harmonic_balance, run_up};
 use crate::plan::stages::{Plan, Verdict, solver};
 use crate::report;
-use crate::scene::study::StudyKind;
+use crate::scene::study::{SimulateStudy, StudyKind};
 use crate::scene::{self, Scene};
 
 /// Prints the plan of a study of modes.
@@ -34,9 +34,12 @@ pub fn run(args: &PlanArgs) -> Result<u8, Errors> {
         .map(|text| units::parse_or_bare(text, Kind::Frequency, "Hz", "--advise"));
     let band_hz = band.transpose()?.map(|omega| omega / std::f64::consts::TAU);
     let advice = band_hz
-        .map(|hz| Ok::<_, Error>((hz, could_leave_out(&prepared, hz, args.tolerance)?)))
+        .map(|hz| {
+            let tolerance = args.tolerance.unwrap_or(DOES_NOT_MATTER);
+            Ok::<_, Error>((hz, could_leave_out(&prepared, hz, tolerance)?))
+        })
         .transpose()?;
-    let motions = motions(&scene, &prepared)?;
+    let motions = motions(&scene, &prepared, &asked(args))?;
     if args.json {
         let mut document = report::json::plan(&scene.sources, plan.rows(), &prepared.warnings());
         let motion = |(kind, rows): &(&str, Rows)| json!({ "kind": kind, "stages": report::json::stages(each(rows)) });
@@ -75,9 +78,44 @@ fn each(rows: &Rows) -> impl Iterator<Item = (&str, &Verdict)> + Clone {
     rows.iter().map(|(name, verdict)| (*name, verdict))
 }
 
-/// The plans of every study of motion that a scene lists.
-fn motions(scene: &Scene, prepared: &Prepared) -> Result<Vec<(&'static str, Rows)>, Error> {
+/// Relative change of a frequency that does not matter, where nothing is said.
+const DOES_NOT_MATTER: f64 = 1e-3;
+
+/// What the flags say of motion.
+fn asked(args: &PlanArgs) -> MotionArgs {
+    MotionArgs {
+        until: args.until.clone(),
+        output: Vec::new(),
+        method: args.method.clone(),
+        // With --advise the tolerance is that of the advice.
+        tolerance: args.tolerance.filter(|_| args.advise.is_none()),
+        step: args.step.clone(),
+        samples: args.samples,
+    }
+}
+
+/// The plans of every study of motion that a scene lists; where it lists none and the flags ask for one, of that.
+fn motions(
+    scene: &Scene,
+    prepared: &Prepared,
+    asked: &MotionArgs,
+) -> Result<Vec<(&'static str, Rows)>, Error> {
     let mut all = Vec::new();
+    let in_time = |kind: &'static str, listed: &SimulateStudy| {
+        let motion = motion_flags::study(asked, listed.clone())?;
+        let ready = MotionScene::new(prepared, &scene.start, &motion)?;
+        let choice = choice::choose(&ready.moving.train, &motion)?;
+        Ok::<_, Error>((kind, choice::plan(&ready, &choice, &motion)))
+    };
+    let moves = |kind: &StudyKind| {
+        matches!(
+            kind,
+            StudyKind::Simulate(_) | StudyKind::Accuracy(_) | StudyKind::Stability(_)
+        )
+    };
+    if motion_flags::says(asked) && !scene.studies.iter().any(|s| moves(&s.kind)) {
+        all.push(in_time("simulate", &SimulateStudy::default())?);
+    }
     for study in &scene.studies {
         let (kind, motion) = match &study.kind {
             StudyKind::Modes(_) => continue,
@@ -110,9 +148,7 @@ fn motions(scene: &Scene, prepared: &Prepared) -> Result<Vec<(&'static str, Rows
             StudyKind::Accuracy(accuracy) => ("accuracy", &accuracy.motion),
             StudyKind::Stability(stability) => ("stability", &stability.motion),
         };
-        let ready = MotionScene::new(prepared, &scene.start, motion)?;
-        let choice = choice::choose(&ready.moving.train, motion)?;
-        all.push((kind, choice::plan(&ready, &choice, motion)));
+        all.push(in_time(kind, motion)?);
     }
     Ok(all)
 }

@@ -27,6 +27,7 @@ pub fn run(args: &SimulateArgs) -> Result<u8, Errors> {
     let study = motion_flags::study(&args.motion, listed.unwrap_or_default())?;
     let study = SimulateStudy {
         energy: study.energy || args.energy,
+        allow: motion_flags::time(&args.allow, "--allow")?.or(study.allow),
         running: running(&args.running, study.running)?,
         ..study
     };

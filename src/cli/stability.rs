@@ -11,9 +11,10 @@ use crate::plan::motion::scene::MotionScene;
 use crate::plan::prepared::Prepared;
 use crate::report;
 use crate::report::stability::Stability;
-use crate::scene::study::{Over, SpeedRange, StabilityStudy, StudyKind};
+use crate::scene::study::{Over, SimulateStudy, SpeedRange, StabilityStudy, StudyKind};
 use crate::scene::{self, Scene};
 use crate::study::parametric;
+use crate::study::stability::amplification::Spectrum;
 use crate::study::stability::extremes::{self, Verdict};
 use crate::study::stability::{amplification, cases, facts};
 use crate::study::watch::Watch;
@@ -67,11 +68,11 @@ pub fn run(args: &StabilityArgs) -> Result<u8, Errors> {
             .iter()
             .map(|l| l.1)
             .fold(f64::INFINITY, f64::min);
-        let step = study.motion.step.unwrap_or(shortest);
-        output::write(
-            path,
-            report::stability::regions(&scene.model.title, &found.facts, step).as_bytes(),
-        )?;
+        let usual = if shortest.is_finite() { shortest } else { 1.0 };
+        let step = study.motion.step.unwrap_or(usual);
+        let spectrum = Spectrum::new(&found.facts.eigenvalues, step)?;
+        let picture = report::regions::regions(&scene.model.title, &found.facts, &spectrum);
+        output::write(path, picture.as_bytes())?;
         let charted = found.floquet.as_ref().ok();
         if let Some((chart, speed)) = charted.and_then(|p| Some((p.chart.as_ref()?, p.speed)))
             && chart.over.is_some()
@@ -141,9 +142,32 @@ pub fn study_of(
     };
     let prepared = Prepared::new(&scene.model)?;
     let facts = facts::facts(&prepared)?;
-    let ready = MotionScene::new(&prepared, &scene.start, &study.motion)?;
-    let floquet = parametric::study(&prepared, &ready, study, &mut watch)?;
-    let cases = extremes::extremes(&ready, &study.motion, &study.methods, &mut watch)?;
+    // Multipliers are of the machine, however long it moves; a period of the slowest motion stands in for a duration left out.
+    let nominal = SimulateStudy {
+        until: study.motion.until.or(Some(facts.slowest_period())),
+        ..study.motion.clone()
+    };
+    let ready = MotionScene::new(&prepared, &scene.start, &nominal);
+    let asks_motion = study.motion.until.is_some() || study.speeds.is_some();
+    let (floquet, cases, left_out) = match ready {
+        // What keeps a model from moving is nothing to its linear facts.
+        Err(error) if !asks_motion => {
+            let why = error.message;
+            (Err(why), Vec::new(), vec![(cases::ALL, cases::NO_DURATION)])
+        }
+        ready => {
+            let ready = ready?;
+            let floquet = parametric::study(&prepared, &ready, study, &mut watch)?;
+            let (cases, left_out) = match study.motion.until {
+                Some(_) => (
+                    extremes::extremes(&ready, &study.motion, &study.methods, &mut watch)?,
+                    cases::left_out(&ready).collect(),
+                ),
+                None => (Vec::new(), vec![(cases::ALL, cases::NO_DURATION)]),
+            };
+            (floquet, cases, left_out)
+        }
+    };
     let step = study.motion.step.unwrap_or(facts.usual_step());
     let amplified = amplification::amplified(&facts.eigenvalues, step)?;
     Ok(Stability {
@@ -151,7 +175,7 @@ pub fn study_of(
         facts,
         floquet,
         cases,
-        left_out: cases::left_out(&ready).collect(),
+        left_out,
         interrupted: stop.is_raised(),
     })
 }

@@ -14,6 +14,7 @@ use super::trouble;
 use super::wave::Phase;
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::base::units::instant;
 
 /// Rounding of a border's value and of the coefficients made from it, in units of ε and its size.
 const ROUNDING: f64 = 256.0 * f64::EPSILON;
@@ -392,8 +393,8 @@ impl Way<'_> {
         Error::new(
             Code::NoConvergence,
             format!(
-                "branch {name} switches to and fro at t = {:?} s without time passing (values of size {size:.1e})",
-                self.t
+                "branch {name} switches to and fro at t = {} without time passing (values of size {size:.1e})",
+                instant(self.t)
             ),
         )
         .hint("give it damping, or take a method without events")

@@ -7,6 +7,7 @@
 use super::train::{Branch, BranchStand, Law, Regime, Train};
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::base::units::instant;
 use crate::machine::direction::Direction;
 use crate::numeric::lu::Lu;
 use crate::numeric::{Matrix, definite};
@@ -316,7 +317,8 @@ impl Train {
         let light = (0..self.n()).filter(|&i| self.is_light(i));
         let names: Vec<&str> = light.map(|i| &self.coordinates[i][..]).collect();
         let message = format!(
-            "at t = {t:?} s neither stiffness nor dampers say where {} is, without inertia",
+            "at t = {} neither stiffness nor dampers say where {} is, without inertia",
+            instant(t),
             names.join(", ")
         );
         Error::new(Code::NoConvergence, message).hint(

@@ -10,7 +10,7 @@ use std::rc::Rc;
 use super::energy::Powers;
 use super::prescribed::Prescribed;
 use super::problem::{Follower, Stretch};
-use super::progress::inside;
+use super::progress::{hopeless, inside};
 use super::regime::{BranchStand, Regime};
 use super::train::Train;
 use super::wave::Phase;
@@ -95,6 +95,8 @@ pub const READINGS: u64 = 3_000_000;
 pub struct Limit {
     /// After so many readings.
     pub readings: u64,
+    /// Or before, where it would take far more.
+    pub foresees: bool,
     /// Or once this is due.
     pub stop: Stop,
 }
@@ -151,7 +153,12 @@ impl Meter {
         };
         let meter = Rc::new(RefCell::new(meter));
         let along = Rc::clone(&meter);
-        let follow = move |stretch: Stretch| along.borrow_mut().pass(stretch);
+        let follow = move |stretch: Stretch| {
+            let mut meter = along.borrow_mut();
+            let before = meter.balance.readings;
+            meter.pass(stretch);
+            meter.balance.readings - before
+        };
         (meter, Follower::new(follow))
     }
 
@@ -201,8 +208,13 @@ impl Meter {
                     length *= 2.0;
                 }
             }
-            if self.balance.readings > self.limit.readings || self.limit.stop.is_due() {
-                self.balance.given_up = Some((t - self.run[0]) / (self.run[1] - self.run[0]));
+            let share = (t - self.run[0]) / (self.run[1] - self.run[0]);
+            let (spent, allowed) = (self.balance.readings, self.limit.readings);
+            if spent > allowed
+                || self.limit.foresees && hopeless(spent, allowed, share)
+                || self.limit.stop.is_due()
+            {
+                self.balance.given_up = Some(share);
                 return;
             }
         }

@@ -1,6 +1,6 @@
 //! What every method of integration takes and gives: a problem, what is asked of it, where samples go, what it cost.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::fmt;
 use std::ops::ControlFlow;
 use std::rc::Rc;
@@ -59,7 +59,7 @@ pub struct Ask {
     pub samples: usize,
     /// How exact, or how fine.
     pub effort: Wanted,
-    /// The run is refused once it has cost so many evaluations of f or of a segment.
+    /// The run is refused once it has cost so much, counted as [`Effort::work`] with what the follower did.
     pub budget: u64,
     /// The run ends between two steps once this is due; what was delivered is whole.
     pub stop: Stop,
@@ -82,31 +82,43 @@ pub struct Stretch<'a> {
     pub state: &'a mut dyn FnMut(f64, &mut [f64]),
 }
 
-/// What is done with every stretch.
-type Follow = dyn FnMut(Stretch);
+/// What is done with every stretch, and the work it was, in evaluations.
+type Follow = dyn FnMut(Stretch) -> u64;
 
 /// Goes along with a run, stretch by stretch in their order; nobody unless made.
 #[derive(Clone, Default)]
-pub struct Follower(Option<Rc<RefCell<Follow>>>);
+pub struct Follower {
+    follow: Option<Rc<RefCell<Follow>>>,
+    spent: Rc<Cell<u64>>,
+}
 
 impl Follower {
-    /// One that is handed every stretch.
-    pub fn new(follow: impl FnMut(Stretch) + 'static) -> Follower {
-        Follower(Some(Rc::new(RefCell::new(follow))))
+    /// One that is handed every stretch, and says what work it made of it, in evaluations.
+    pub fn new(follow: impl FnMut(Stretch) -> u64 + 'static) -> Follower {
+        Follower {
+            follow: Some(Rc::new(RefCell::new(follow))),
+            spent: Rc::default(),
+        }
     }
 
     /// Somebody goes along.
     pub fn is_there(&self) -> bool {
-        self.0.is_some()
+        self.follow.is_some()
     }
 
     /// Hands over a stretch, if time passes in it.
     pub fn follow(&self, stretch: Stretch) {
-        if let Some(follow) = &self.0
+        if let Some(follow) = &self.follow
             && stretch.to > stretch.from
         {
-            (follow.borrow_mut())(stretch);
+            let work = (follow.borrow_mut())(stretch);
+            self.spent.set(self.spent.get() + work);
         }
+    }
+
+    /// The work so far, in evaluations.
+    pub fn spent(&self) -> u64 {
+        self.spent.get()
     }
 }
 
@@ -161,6 +173,18 @@ pub struct Effort {
     pub grazed: u64,
     /// Linear machines built, one for each way the contacts stood.
     pub machines: u64,
+}
+
+impl Effort {
+    /// The work, in evaluations of f of a problem with so many states: a step is one; what factors a matrix or finds its entries as many
+    /// as half the states; the modes of a linear machine as many as the square of that.
+    pub fn work(&self, states: usize) -> u64 {
+        // Below this the calls cost, not the rows.
+        const LEAST_ROWS: u64 = 8;
+        let rows = (states as u64 / 2).max(LEAST_ROWS);
+        let matrices = self.factorisations + self.jacobians + self.machines * rows;
+        self.evaluations + self.steps + matrices * rows
+    }
 }
 
 /// A method's run on a problem of kind P.

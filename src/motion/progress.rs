@@ -5,7 +5,7 @@ use super::regime::Regime;
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::stop::Foreseen;
-use crate::base::units::{duration, seconds};
+use crate::base::units::{duration, enough, instant, seconds};
 
 /// Hands over samples, each once and in order.
 pub struct Samples<'a, 's> {
@@ -39,7 +39,7 @@ impl<'a, 's> Samples<'a, 's> {
         if let Some(at) = y.iter().position(|x| !x.is_finite()) {
             return Err(Error::new(
                 Code::Overflow,
-                format!("state {at} is {} at t = {t:?} s", y[at]),
+                format!("state {at} is {} at t = {}", y[at], instant(t)),
             ));
         }
         self.next += 1;
@@ -100,25 +100,39 @@ pub fn check(ask: &Ask, states: usize) -> Result<(), Error> {
     }
 }
 
-/// Evaluations after which a pace is told.
+/// Work after which a pace is told, in evaluations: starts from rest and fast transients are over by then, after which steps grow.
 const PACE_TOLD: u64 = 200_000;
 
-/// A run whose pace would take so many times its budget is refused at once: no start is that much dearer than what follows.
-const HOPELESS: f64 = 1000.0;
+/// Whether work is to end that has come through a share of its time: once that is less than the square of the share of its budget
+/// spent. So at first only what would take far more than is allowed ends, a hundred times as much after a hundredth of the budget; in the
+/// end whatever is not done.
+pub fn hopeless(spent: u64, budget: u64, share: f64) -> bool {
+    let used = spent as f64 / budget as f64;
+    spent > PACE_TOLD && used * used > share
+}
 
-/// Refuses to go on beyond the budget, at a pace that would take a thousand of it, or where the whole would take longer than is
-/// allowed.
+/// The work so far, of the method, of who goes along with it and of the samples due by `t`.
+pub fn work(ask: &Ask, effort: &Effort, t: f64) -> u64 {
+    let samples = share(ask, t) * ask.samples as f64;
+    effort.work(ask.start.len()) + ask.follower.spent() + samples as u64
+}
+
+/// The part of the time that lies before `t`.
+fn share(ask: &Ask, t: f64) -> f64 {
+    ((t - ask.from) / (ask.to - ask.from)).max(0.0)
+}
+
+/// Refuses to go on beyond the budget or towards far more than it, or where the whole would take longer than is allowed.
 ///
 /// # Errors
 /// `Hopeless`, with the time reached and what the whole would cost at this pace.
 pub fn within_budget(ask: &Ask, effort: &Effort, t: f64) -> Result<(), Error> {
-    let spent = effort.evaluations.max(effort.steps);
-    let share = (t - ask.from) / (ask.to - ask.from);
+    let share = share(ask, t);
     if let Some(foreseen) = ask.stop.foresees(share) {
         return Err(too_long(ask, foreseen, t));
     }
-    let hopeless = spent > PACE_TOLD && spent as f64 > HOPELESS * share * ask.budget as f64;
-    match spent > ask.budget || hopeless {
+    let spent = work(ask, effort, t);
+    match spent > ask.budget || hopeless(spent, ask.budget, share) {
         false => Ok(()),
         true => Err(too_dear(ask, spent, t)),
     }
@@ -140,28 +154,41 @@ pub fn too_long(ask: &Ask, foreseen: Foreseen, t: f64) -> Error {
         duration(allowed)
     );
     let left = (t - ask.from) * allowed / spent;
+    let more = match whole.is_finite() {
+        true => format!(", allow more with --allow {}", enough(whole)),
+        false => String::new(),
+    };
     Error::new(Code::Hopeless, message).hint(format!(
-        "ask for a shorter time (so far, {} would reach about t = {}), a coarser tolerance or step, or another method",
+        "ask for a shorter time (so far, {} would reach about t = {}), a coarser tolerance or step, or another method{more}",
         duration(allowed),
         seconds(left.min(ask.to - ask.from))
     ))
 }
 
-/// The refusal of a run that has cost `spent` evaluations by `t`.
+/// The refusal of a run whose work was `spent` by `t`.
 pub fn too_dear(ask: &Ask, spent: u64, t: f64) -> Error {
-    let share = ((t - ask.from) / (ask.to - ask.from)).max(0.0);
+    let share = share(ask, t);
     let whole = match share > 0.0 {
-        true => format!("about {:.1e} at this pace", spent as f64 / share),
+        true => format!("about {} at this pace", rounded(spent as f64 / share)),
         false => "more than can be told".to_string(),
     };
-    Error::new(
-        Code::Hopeless,
-        format!(
-            "{spent} evaluations brought the motion to t = {t:?} s; the whole would cost {whole}, and {} are allowed",
-            ask.budget
-        ),
-    )
-    .hint("ask for a shorter time, a coarser tolerance or step, a method for stiff machines, or allow more evaluations")
+    let message = format!(
+        "the work of {} evaluations brought the motion to t = {} of {}; the whole would take {whole}, and {} are allowed",
+        rounded(spent as f64),
+        instant(t - ask.from),
+        instant(ask.to - ask.from),
+        rounded(ask.budget as f64)
+    );
+    Error::new(Code::Hopeless, message)
+        .hint("ask for a shorter time, a coarser tolerance or step, or a method for stiff machines")
+}
+
+/// A count of evaluations to two digits.
+pub fn rounded(count: f64) -> String {
+    match count {
+        n if n < 1e4 => format!("{n:.0}"),
+        n => format!("{n:.1e}"),
+    }
 }
 
 /// `t` kept inside a stretch between two breaks, so that nothing is evaluated on their far sides, s.

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use super::train::{Branch, Law, Train};
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::base::units::instant;
 use crate::base::words::counted;
 
 /// The error, with the branch nearest to a switch named in its hint.
@@ -13,7 +14,8 @@ pub fn beside(mut error: Error, train: &Train, t: f64, y: &[f64]) -> Error {
     if let Some(name) = nearest(train, t, y) {
         let hint = error.hint.unwrap_or_default();
         error.hint = Some(format!(
-            "{hint}; at the last sample, t = {t:?} s, branch {name} is nearest to switching"
+            "{hint}; at the last sample, t = {}, branch {name} is nearest to switching",
+            instant(t)
         ));
     }
     error

@@ -96,6 +96,9 @@ pub mod ways;
 /// Where methods and machine break.
 pub mod stability;
 
+/// Regions of stability as a picture.
+pub mod regions;
+
 /// Measured gears.
 pub mod measure;
 

@@ -1,4 +1,4 @@
-//! Where methods and machine break, as JSON and a picture.
+//! Where methods and machine break, as JSON, and the chart of unstable speeds.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -7,16 +7,12 @@ use serde_json::{Value, json};
 
 use super::axes::frame;
 use super::json::header;
-use super::style::{
-    Anchor, BLACK, BLUE, GREY, Ink, ORANGE, Panel, SMALL, Spot, Stroke, TITLE, WIDTH, paler,
-    picture, ticks,
-};
+use super::style::{Anchor, BLACK, Ink, ORANGE, Panel, SMALL, TITLE, WIDTH, paler, picture, ticks};
 use crate::base::place::Source;
 use crate::motion::floquet::chart::Tongue;
-use crate::numeric::Complex;
 use crate::study::parametric::{Chart, Parametric, Row};
-use crate::study::stability::amplification::{Amplified, EXPLICIT, polynomial};
-use crate::study::stability::extremes::{Case, Verdict};
+use crate::study::stability::amplification::Amplified;
+use crate::study::stability::extremes::{BUDGET, Case, Verdict};
 use crate::study::stability::facts::Facts;
 
 /// What a study of stability found.
@@ -75,6 +71,7 @@ pub fn json(sources: &[Arc<Source>], found: &Stability) -> Value {
         },
         "amplification": { "step_s": finite(*step), "methods": amplified },
         "floquet": floquet,
+        "budget_evaluations": BUDGET,
         "left_out": found.left_out.iter().map(|(case, reason)| json!({ "case": case, "reason": reason })).collect::<Vec<_>>(),
         "cases": found.cases.iter().map(case).collect::<Vec<_>>(),
         "counts": {
@@ -100,80 +97,6 @@ pub fn count(found: &Stability, verdict: Verdict) -> usize {
 const LEFT: f64 = 70.0;
 const TOP: f64 = 56.0;
 const HIGH: f64 = 460.0;
-
-/// The regions in which explicit methods do not grow, and the machine's eigenvalues times the step.
-pub fn regions(title: &str, facts: &Facts, step: f64) -> String {
-    const INKS: [Ink; 3] = [GREY, ORANGE, BLUE];
-    picture(WIDTH, TOP + HIGH + 52.0, |canvas| {
-        canvas.text(title, (LEFT, 16.0), TITLE, BLACK, Anchor::Start);
-        let panel = Panel {
-            across: (LEFT, WIDTH - 24.0),
-            down: (TOP, TOP + HIGH),
-            x: (-8.0, 3.0),
-            y: (-0.5, 8.0),
-        };
-        panel.rule_y(canvas, &ticks(panel.y, 8));
-        frame(&panel, canvas, "Im hλ", Some("Re hλ"));
-        let mut right = LEFT;
-        for (name, ink) in EXPLICIT.iter().zip(INKS) {
-            let Some(coefficients) = polynomial(name) else {
-                continue;
-            };
-            let spots: Vec<Spot> = boundary(&coefficients)
-                .into_iter()
-                .filter(|z| z.im >= -0.02)
-                .map(|z| panel.at(z.re, z.im))
-                .collect();
-            canvas.path(&spots, ink, 1.6, Stroke::Solid);
-            canvas.line((right, 36.0), (right + 18.0, 36.0), ink, 2.0);
-            canvas.text(name, (right + 23.0, 36.0), SMALL, BLACK, Anchor::Start);
-            right += 90.0;
-        }
-        let label = format!("eigenvalues times {step:.3e} s");
-        canvas.ring((right + 8.0, 36.0), 3.0, BLACK, 1.2);
-        canvas.text(&label, (right + 18.0, 36.0), SMALL, BLACK, Anchor::Start);
-        for z in &facts.eigenvalues {
-            let (x, y) = (z.re * step, z.im.abs() * step);
-            if x >= panel.x.0 && x <= panel.x.1 && y <= panel.y.1 {
-                canvas.ring(panel.at(x, y), 3.0, BLACK, 1.2);
-            }
-        }
-    })
-}
-
-/// The curve |R| = 1, followed from the origin as R turns once round the circle after another.
-fn boundary(c: &[f64]) -> Vec<Complex> {
-    let value = |z: Complex| {
-        c.iter()
-            .rev()
-            .fold(Complex::ZERO, |s, &a| s * z + Complex::new(a, 0.0))
-    };
-    let slope = |z: Complex| {
-        let terms = c.iter().enumerate().skip(1).rev();
-        terms.fold(Complex::ZERO, |s, (k, &a)| {
-            s * z + Complex::new(k as f64 * a, 0.0)
-        })
-    };
-    const STEPS: usize = 400;
-    let mut z = Complex::ZERO;
-    let mut all = vec![z];
-    for k in 1..=STEPS * (c.len() - 1) {
-        let angle = TAU * k as f64 / STEPS as f64;
-        let wanted = Complex::new(angle.cos(), angle.sin());
-        for _ in 0..20 {
-            let move_by = (value(z) - wanted) / slope(z);
-            z -= move_by;
-            if move_by.norm() < 1e-12 {
-                break;
-            }
-        }
-        all.push(z);
-        if z.im < -0.05 {
-            break;
-        }
-    }
-    all
-}
 
 /// Unstable speeds over the second parameter; the colour is growth per period.
 pub fn chart(title: &str, chart: &Chart, speed: f64) -> String {

@@ -7,8 +7,9 @@ use super::stability::{Stability, count};
 use super::table::{finish, plain, right_but_first};
 use crate::base::units::seconds;
 use crate::motion::floquet::chart::Tongue;
+use crate::motion::progress::rounded;
 use crate::study::parametric::Chart;
-use crate::study::stability::extremes::Verdict;
+use crate::study::stability::extremes::{BUDGET, Verdict};
 
 /// Facts, parametric stability, the table of cases, what was refused and why.
 pub fn table(found: &Stability) -> String {
@@ -77,10 +78,13 @@ pub fn table(found: &Stability) -> String {
         );
     }
     right_but_first(&mut table);
-    text += &format!(
-        "\nthe scene at its extremes; the figure is what is missing of the energy, as a share of the largest part; up to 1e-3 passes, what it may be off by counted in\n{}",
-        finish(&table)
-    );
+    if !names.is_empty() {
+        text += &format!(
+            "\nthe scene at its extremes, each case within the work of {} evaluations; the figure is what is missing of the energy, as a share of the largest part; up to 1e-3 passes, what it may be off by counted in\n{}",
+            rounded(BUDGET as f64),
+            finish(&table)
+        );
+    }
     // What ended alike is told once.
     let mut ends: Vec<(&str, &str, Vec<&str>)> = Vec::new();
     for case in &found.cases {

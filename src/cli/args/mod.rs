@@ -19,11 +19,11 @@ mod encoders;
 /// Of every command that reads a log.
 mod log;
 
-/// Of modes.
-mod modes;
-
 /// Of motion.
 mod motion;
+
+/// Of modes.
+mod modes;
 
 /// Of responses.
 mod response;
@@ -77,7 +77,8 @@ pub enum Command {
     /// Say what would be computed, what is left out and why, without computing it
     #[command(after_help = "Examples:
   geardyn plan models/y2250.toml --damped
-  geardyn plan models/y2250.toml --advise 200 --tolerance 0.01")]
+  geardyn plan models/y2250.toml --advise 200 --tolerance 0.01
+  geardyn plan examples/smooth_mesh.toml --method radau5 --tolerance 1e-6")]
     Plan(PlanArgs),
     /// Natural frequencies, damping, shapes, energies and sensitivities
     #[command(after_help = "Examples:

@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
+use super::motion::count;
+
 /// What is asked of the modes.
 #[derive(Debug, Args)]
 pub struct StudyArgs {
@@ -138,9 +140,26 @@ pub struct PlanArgs {
     /// within --tolerance
     #[arg(long, value_name = "FREQUENCY")]
     pub advise: Option<String>,
-    /// Relative change of a frequency that does not matter
-    #[arg(long, value_name = "X", requires = "advise", default_value_t = 1e-3)]
-    pub tolerance: f64,
+    /// With --advise the relative change of a frequency that does not matter, 1e-3 where left out; else as in `simulate`
+    #[arg(long, value_name = "X", allow_negative_numbers = true)]
+    pub tolerance: Option<f64>,
+    /// The motion's end, as in `simulate`
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    pub until: Option<String>,
+    /// The motion's method, as in `simulate`
+    #[arg(long, value_name = "METHOD")]
+    pub method: Option<String>,
+    /// The motion's fixed step, as in `simulate`
+    #[arg(
+        long,
+        value_name = "TIME",
+        conflicts_with = "tolerance",
+        allow_hyphen_values = true
+    )]
+    pub step: Option<String>,
+    /// The motion's samples, as in `simulate`
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count)]
+    pub samples: Option<u32>,
     /// One JSON document on standard output
     #[arg(long)]
     pub json: bool,

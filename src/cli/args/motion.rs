@@ -28,9 +28,19 @@ pub struct MotionArgs {
         allow_hyphen_values = true
     )]
     pub step: Option<String>,
-    /// Into how many equal parts the outputs divide the time; 1000 where left out
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    /// Into how many equal parts the outputs divide the time, such as 5000 or 1e6; 1000 where left out
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count)]
     pub samples: Option<u32>,
+}
+
+/// A whole number, also written as 1e6.
+pub(super) fn count(text: &str) -> Result<u32, String> {
+    let value: f64 = text.parse().map_err(|_| format!("`{text}` is no number"))?;
+    match value {
+        n if n.fract() != 0.0 || !n.is_finite() => Err(format!("{text} is no whole number")),
+        n if (0.0..=f64::from(u32::MAX)).contains(&n) => Ok(n as u32),
+        _ => Err(format!("it takes 1 to {}", u32::MAX)),
+    }
 }
 
 /// Arguments of `simulate`.
@@ -44,6 +54,9 @@ pub struct SimulateArgs {
     /// Also the energy balance: stored, put in, lost
     #[arg(long)]
     pub energy: bool,
+    /// How long the work may take, such as 5h; 1h where left out. What would take longer is refused with the estimate
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    pub allow: Option<String>,
     /// Found while it runs.
     #[command(flatten)]
     pub running: RunningArgs,
@@ -158,7 +171,8 @@ pub struct StabilityArgs {
     /// One JSON document on standard output, nothing else there
     #[arg(long)]
     pub json: bool,
-    /// Draw the stability regions of explicit methods with the eigenvalues times the step, and the chart over two axes beside
+    /// Draw the regions of stability with the eigenvalues times the step, what a step of each method makes of them, and the chart over
+    /// two axes beside
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
 }

@@ -9,6 +9,7 @@ use diffsol::{FaerLU, FaerMat, OdeBuilder, OdeSolverMethod};
 
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::base::units::instant;
 use crate::motion::problem::{Ask, Effort, Problem, Sink, Stretch, Wanted};
 use crate::motion::progress::{Samples, check, inside, next_stop, within_budget};
 use crate::motion::scale::Scale;
@@ -168,8 +169,10 @@ impl<P: Problem> Stretch<'_, P> {
                 before.factorisations + cost.number_of_linear_solver_setups as u64;
             effort.evaluations = before.evaluations + self.evaluations.get();
             if self.failed.get() {
-                let message =
-                    format!("the motion leaves the range of numbers after t = {reached:?} s");
+                let message = format!(
+                    "the motion leaves the range of numbers after t = {}",
+                    instant(reached)
+                );
                 return Err(Error::new(Code::Overflow, message)
                     .hint("look at the loads and the stiffness, or ask for a tighter tolerance"));
             }
@@ -201,8 +204,10 @@ impl<P: Problem> Stretch<'_, P> {
     }
 
     fn stuck(&self, t: f64, why: &str) -> Error {
-        let message =
-            format!("no step from t = {t:?} s keeps the error within the tolerance: {why}");
+        let message = format!(
+            "no step from t = {} keeps the error within the tolerance: {why}",
+            instant(t)
+        );
         Error::new(Code::NoConvergence, message).hint(
             "the motion jumps there: take a method that locates events, or a coarser tolerance",
         )

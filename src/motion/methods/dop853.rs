@@ -5,6 +5,7 @@
 use super::dop853_table::{DENSE, FIFTH, NODES, STAGES, Sum, THIRD};
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::base::units::instant;
 use crate::motion::problem::{Effort, Problem};
 use crate::motion::progress::inside;
 use crate::motion::scale::{Scale, norm};
@@ -154,7 +155,7 @@ impl<P: Problem> Stepper<P> for Dop853 {
             if !(h > 4.0 * f64::EPSILON * t.abs() && h > 0.0) && h < left {
                 return Err(Error::new(
                     Code::NoConvergence,
-                    format!("no step from t = {t:?} s keeps the error within the tolerance"),
+                    format!("no step from t = {} keeps the error within the tolerance", instant(t)),
                 )
                 .hint("the motion is too stiff or jumps there: take a method for stiff machines, or a coarser tolerance"));
             }

@@ -12,8 +12,9 @@ use ode_solvers::{Dop853, Dopri5, Rk4, System};
 
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::base::units::{instant, seconds};
 use crate::motion::problem::{Ask, Effort, Problem, Sink, Stretch, Wanted};
-use crate::motion::progress::{Samples, check, inside, next_stop, too_dear, within_budget};
+use crate::motion::progress::{Samples, check, inside, next_stop, rounded, within_budget};
 use crate::motion::scale::Scale;
 use crate::motion::stepper::{Control, Stepper, equal_part};
 use crate::motion::train::Train;
@@ -143,8 +144,13 @@ fn from_sizes<P: Problem>(
         let stages = [4.0, 6.0, 12.0][method as usize];
         let cost = stages * (ask.to - ask.from) / h;
         if cost > ask.budget as f64 {
-            return Err(too_dear(ask, 0, ask.from)
-                .hint(format!("steps of {h} s would take {cost:.1e} evaluations")));
+            let message = format!(
+                "steps of {} would take {} evaluations, and {} are allowed",
+                seconds(h),
+                rounded(cost),
+                rounded(ask.budget as f64)
+            );
+            return Err(Error::new(Code::Hopeless, message).hint("take a longer step"));
         }
     }
     let first = sizes.clone();
@@ -179,8 +185,11 @@ fn from_sizes<P: Problem>(
 }
 
 fn out_of_range(from: f64, to: f64) -> Error {
-    let message =
-        format!("the motion leaves the range of numbers between t = {from:?} s and {to:?} s");
+    let message = format!(
+        "the motion leaves the range of numbers between t = {} and {}",
+        instant(from),
+        instant(to)
+    );
     Error::new(Code::Overflow, message).hint("the step is too long for the stiffness: take a shorter one, a tolerance, or a method for stiff machines")
 }
 
@@ -296,7 +305,7 @@ fn part<P: Problem>(
                 .iter()
                 .map(|s| (0..n).map(|i| s[i] * sizes[i]).collect());
             let steps: Vec<(f64, Vec<f64>)> = instants.zip(whole).collect();
-            follow(problem, ask, &steps)?;
+            effort.evaluations += follow(problem, ask, &steps)?;
         }
         if let Some(last) = states.last() {
             for i in 0..n {
@@ -326,7 +335,7 @@ fn part<P: Problem>(
             Err(IntegrationError::StepSizeUnderflow { .. }) => {
                 return Err(Error::new(
                     Code::NoConvergence,
-                    format!("no step from t = {:?} s keeps the error within the tolerance", *t),
+                    format!("no step from t = {} keeps the error within the tolerance", instant(*t)),
                 )
                 .hint("the motion jumps there: take a method that locates events, or a coarser tolerance"));
             }
@@ -334,8 +343,8 @@ fn part<P: Problem>(
                 return Err(Error::new(
                     Code::NoConvergence,
                     format!(
-                        "the motion is too stiff for an explicit method at t = {:?} s",
-                        *t
+                        "the motion is too stiff for an explicit method at t = {}",
+                        instant(*t)
                     ),
                 )
                 .hint("take radau5"));
@@ -347,8 +356,9 @@ fn part<P: Problem>(
 }
 
 /// Hands over the steps taken. Inside a step the motion is that of one step of order 8 from its beginning, shifted by what the
-/// ends are apart: less than the step's own error.
-fn follow<P: Problem>(problem: &P, ask: &Ask, steps: &[(f64, Vec<f64>)]) -> Result<(), Error> {
+/// ends are apart: less than the step's own error. Gives the evaluations that took.
+fn follow<P: Problem>(problem: &P, ask: &Ask, steps: &[(f64, Vec<f64>)]) -> Result<u64, Error> {
+    let mut cost = Effort::default();
     for pair in steps.windows(2) {
         let [(from, start), (to, end)] = pair else {
             continue;
@@ -358,8 +368,7 @@ fn follow<P: Problem>(problem: &P, ask: &Ask, steps: &[(f64, Vec<f64>)]) -> Resu
             continue;
         }
         let mut step = Inside::new(Control::Fixed(span), Scale::plain(start.len()));
-        let cost = &mut Effort::default();
-        let (_, reached) = step.step(problem, (*from, start), *to, cost)?;
+        let (_, reached) = step.step(problem, (*from, start), *to, &mut cost)?;
         let inside = |step: &Inside, theta: f64, y: &mut [f64]| {
             Stepper::<P>::inside(step, theta, y);
             let apart = end.iter().zip(&reached).map(|(end, reached)| end - reached);
@@ -375,5 +384,5 @@ fn follow<P: Problem>(problem: &P, ask: &Ask, steps: &[(f64, Vec<f64>)]) -> Resu
             state: &mut |t, y| inside(&step, (t - from) / span, y),
         });
     }
-    Ok(())
+    Ok(cost.evaluations)
 }

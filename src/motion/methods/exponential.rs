@@ -11,6 +11,7 @@ use std::f64::consts::TAU;
 
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::base::units::instant;
 use crate::motion::events;
 use crate::motion::light;
 use crate::motion::pencil::add;
@@ -424,7 +425,7 @@ impl<'f> Stepper<Frozen<'f>> for Exponential {
             if !(h > 4.0 * f64::EPSILON * t.abs() && h > 0.0) && h < left {
                 return Err(Error::new(
                     Code::NoConvergence,
-                    format!("no step from t = {t:?} s keeps the error within the tolerance"),
+                    format!("no step from t = {} keeps the error within the tolerance", instant(t)),
                 )
                 .hint("what is not linear is stiff or jumps there: take radau5, or a coarser tolerance"));
             }

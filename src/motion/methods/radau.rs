@@ -6,6 +6,7 @@
 
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::base::units::{instant, seconds};
 use crate::motion::pencil::{Factored, Linearised, Pencil};
 use crate::motion::problem::Effort;
 use crate::motion::progress::inside;
@@ -364,7 +365,7 @@ impl<P: Linearised> Stepper<P> for Radau {
             if !(h > 4.0 * f64::EPSILON * t.abs() && h > 0.0) && h < left {
                 return Err(Error::new(
                     Code::NoConvergence,
-                    format!("no step from t = {t:?} s keeps the error within the tolerance"),
+                    format!("no step from t = {} keeps the error within the tolerance", instant(t)),
                 )
                 .hint("the motion jumps there or leaves the range of numbers: take a coarser tolerance, or look at the machine at that time"));
             }
@@ -396,7 +397,11 @@ impl<P: Linearised> Stepper<P> for Radau {
                     if matches!(self.control, Control::Fixed(_)) {
                         return Err(Error::new(
                             Code::NoConvergence,
-                            format!("Newton's iteration of a step of {h:?} s at t = {t:?} s does not converge"),
+                            format!(
+                                "Newton's iteration of a step of {} at t = {} does not converge",
+                                seconds(h),
+                                instant(t)
+                            ),
                         )
                         .hint("ask for a shorter step"));
                     }

@@ -13,11 +13,11 @@ use super::search::{Outcome, Reached, Search};
 use super::shared::Shared;
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::base::words::counted;
+use crate::base::units::{instant, seconds};
 use crate::motion::contact::Stand;
 use crate::motion::friction::Slip;
 use crate::motion::problem::{Ask, Effort, Sink, Stretch};
-use crate::motion::progress::within_budget;
+use crate::motion::progress::{too_dear, within_budget, work};
 use crate::motion::train::{BranchStand, Law, Regime, Train};
 use crate::motion::trouble;
 
@@ -137,7 +137,10 @@ pub fn run(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
             }
         }
         if journey.y.iter().any(|y| !y.is_finite()) {
-            let message = format!("the motion leaves the range of numbers at t = {:e} s", end);
+            let message = format!(
+                "the motion leaves the range of numbers at t = {}",
+                instant(end)
+            );
             return Err(
                 Error::new(Code::Overflow, message).hint("look for a machine that is not stable")
             );
@@ -212,7 +215,8 @@ fn has_a_phase(linear: &Linear, span: f64) -> Result<(), Error> {
         true => Ok(()),
         false => {
             let message = format!(
-                "in {span:e} s the fastest swing turns through {turned:.1e} rad, of which double precision keeps no phase"
+                "in {} the fastest swing turns through {turned:.1e} rad, of which double precision keeps no phase",
+                seconds(span)
             );
             Err(Error::new(Code::Hopeless, message)
                 .hint("ask for a shorter time, make what is so stiff rigid, or give it damping"))
@@ -318,8 +322,8 @@ impl Journey<'_> {
         if self.crowd.1 > CHATTER {
             let name = &self.shared.train.branches[border.branch].name;
             let message = format!(
-                "`{name}` switches without end at t = {:.6e} s",
-                self.now.high
+                "`{name}` switches without end at t = {}",
+                instant(self.now.high)
             );
             return Err(Error::new(Code::NoConvergence, message)
                 .hint("give it some damping, or take a method that does not locate switches"));
@@ -407,14 +411,7 @@ impl Journey<'_> {
     }
 
     fn spent(&self, t: f64) -> Error {
-        let message = format!(
-            "the budget of {} evaluations was spent at t = {t:.6e} s of {:.6e} s, after {}",
-            self.ask.budget,
-            self.ask.to,
-            counted(self.effort.events as usize, "switch")
-        );
-        let error =
-            Error::new(Code::Hopeless, message).hint("ask for a shorter time or a larger budget");
+        let error = too_dear(self.ask, work(self.ask, &self.effort, t), t);
         trouble::busiest(error, self.shared.train, &self.busy)
     }
 }

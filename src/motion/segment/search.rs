@@ -70,8 +70,8 @@ impl Search {
         let mut tau = 0.0;
         loop {
             effort.evaluations += 1;
-            if effort.evaluations + effort.steps > ask.budget
-                || effort.evaluations.is_multiple_of(LOOK) && ask.stop.is_due()
+            if effort.evaluations.is_multiple_of(LOOK)
+                && (effort.work(ask.start.len()) > ask.budget || ask.stop.is_due())
             {
                 return Outcome::Spent(tau);
             }

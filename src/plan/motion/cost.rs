@@ -6,15 +6,12 @@ use super::choice::{Choice, choose};
 use super::scene::MotionScene;
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::base::units::{duration, seconds};
+use crate::base::units::{duration, enough, seconds};
 use crate::base::words::counted;
 use crate::motion::methods::Method;
 use crate::motion::problem::{Problem, Wanted};
 use crate::motion::trouble::{Fastest, fastest};
 use crate::scene::study::SimulateStudy;
-
-/// Seconds that a motion may take.
-pub const ALLOWED: f64 = 3600.0;
 
 /// Numbers that a history may hold: 2 GB.
 const NUMBERS: f64 = 2.5e8;
@@ -123,14 +120,14 @@ pub fn refuse(scene: &MotionScene, choice: &Choice, study: &SimulateStudy) -> Re
             .map_err(|e| e.hint("ask for fewer --samples, or keep none with --no-history"))?;
     }
     let least = Cost::new(scene).least(choice.method, choice.wanted);
-    let Some(least) = least.filter(|least| least.seconds > ALLOWED) else {
+    let Some(least) = least.filter(|least| least.seconds > scene.allowed) else {
         return Ok(());
     };
     let message = format!(
         "{} is hopeless here: {}, and {} are allowed",
         choice.method.name,
         least.told(),
-        duration(ALLOWED)
+        duration(scene.allowed)
     );
     let free = SimulateStudy {
         method: None,
@@ -150,7 +147,9 @@ pub fn refuse(scene: &MotionScene, choice: &Choice, study: &SimulateStudy) -> Re
         Wanted::Tolerance(_) => "",
     };
     Err(Error::new(Code::Hopeless, message).hint(format!(
-        "ask for a shorter time (an hour reaches t = {} at most){step}{other}",
-        seconds(scene.until * ALLOWED / least.seconds)
+        "ask for a shorter time ({} reach t = {} at most), allow more with --allow {}{step}{other}",
+        duration(scene.allowed),
+        seconds(scene.until * scene.allowed / least.seconds),
+        enough(least.seconds)
     )))
 }

@@ -4,7 +4,6 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 use super::choice::Choice;
-use super::cost::ALLOWED;
 use super::reading::{Reader, Reading};
 use super::scene::MotionScene;
 use crate::base::error::Error;
@@ -44,7 +43,7 @@ pub fn ask(scene: &MotionScene, choice: &Choice, samples: usize, stop: &Stop) ->
         samples,
         effort: choice.wanted,
         budget: u64::MAX,
-        stop: stop.allowing(ALLOWED),
+        stop: stop.allowing(scene.allowed),
         follower: Follower::default(),
     }
 }
@@ -81,6 +80,7 @@ pub fn watched(
     let meter = energy.then(|| {
         let limit = Limit {
             readings: READINGS,
+            foresees: false,
             stop: stop.clone(),
         };
         let known = scene.moving.prescribed.as_ref();

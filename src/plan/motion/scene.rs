@@ -29,10 +29,15 @@ pub struct MotionScene {
     pub until: f64,
     /// How many equal steps the outputs divide the time into.
     pub samples: usize,
+    /// How long the work may take, s.
+    pub allowed: f64,
 }
 
 /// Samples where a study names no number.
 pub const SAMPLES: u32 = 1000;
+
+/// Seconds that the work of a motion may take where a study names no time.
+pub const ALLOWED: f64 = 3600.0;
 
 impl MotionScene {
     /// Assembles, finds the start, resolves the outputs.
@@ -123,6 +128,7 @@ impl MotionScene {
             outputs,
             until,
             samples,
+            allowed: study.allow.unwrap_or(ALLOWED),
         })
     }
 }

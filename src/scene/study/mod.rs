@@ -14,6 +14,7 @@ pub use speeds::SpeedRange;
 
 use crate::base::error::Error;
 use crate::base::fields::Fields;
+use crate::base::kind::Kind;
 use crate::base::notes::Range;
 use crate::base::place::Place;
 use crate::base::toml::Value;
@@ -96,6 +97,7 @@ pub fn read(f: &mut Fields) -> Option<Study> {
     let kind = match known? {
         Word::Modes => StudyKind::Modes(modes::modes(f)),
         Word::Simulate => StudyKind::Simulate(SimulateStudy {
+            allow: f.optional_quantity("allow", Kind::Time, Range::Positive),
             running: motion::running(f),
             ..motion::simulate(f)
         }),

@@ -28,6 +28,8 @@ pub struct SimulateStudy {
     pub energy: bool,
     /// Speed of the first node of `[speed]` in place of the model's, rad/s.
     pub speed: Option<f64>,
+    /// How long the work may take, s.
+    pub allow: Option<f64>,
     /// What is found while it runs.
     pub running: RunningStudy,
 }
@@ -47,6 +49,7 @@ pub(super) fn simulate(f: &mut Fields) -> SimulateStudy {
         samples: f.optional_count("samples", 1, MOST_SAMPLES),
         energy: f.flag("energy"),
         speed: f.optional_quantity("speed", Kind::Speed, Range::Any),
+        allow: None,
         running: RunningStudy::default(),
     }
 }

@@ -1,5 +1,7 @@
 //! What a step of a method makes of a mode.
 
+use std::f64::consts::TAU;
+
 use crate::base::error::Error;
 use crate::motion::methods::alpha::{Alpha, RADIUS};
 use crate::motion::methods::dop853_table::STAGES;
@@ -49,11 +51,59 @@ fn of_stages() -> Vec<f64> {
 
 /// |R(z)| of a stability polynomial, or of any other, at z = hλ.
 pub fn amplification(coefficients: &[f64], z: Complex) -> f64 {
-    let value = coefficients
-        .iter()
-        .rev()
-        .fold(Complex::ZERO, |sum, &c| sum * z + Complex::new(c, 0.0));
-    value.norm()
+    value(coefficients, z).norm()
+}
+
+/// `Σ c_k z^k`.
+fn value(c: &[f64], z: Complex) -> Complex {
+    let terms = c.iter().rev();
+    terms.fold(Complex::ZERO, |sum, &c| sum * z + Complex::new(c, 0.0))
+}
+
+/// `Σ k c_k z^(k−1)`.
+fn slope(c: &[f64], z: Complex) -> Complex {
+    let terms = c.iter().enumerate().skip(1).rev();
+    terms.fold(Complex::ZERO, |sum, (k, &c)| {
+        sum * z + Complex::new(k as f64 * c, 0.0)
+    })
+}
+
+/// P and Q of the rational function `R = P/Q` of a method of which a step makes R(hλ) of a mode.
+fn rational(method: &str) -> Option<(Vec<f64>, Vec<f64>)> {
+    match method {
+        "radau5" => Some((RADAU.0.to_vec(), RADAU.1.to_vec())),
+        _ => Some((polynomial(method)?, vec![1.0])),
+    }
+}
+
+/// The curve |R| = 1 from the origin upwards, followed as R turns round the circle; nothing for methods that are no function of hλ.
+pub fn boundary(method: &str) -> Vec<Complex> {
+    let Some((above, below)) = rational(method) else {
+        return Vec::new();
+    };
+    const STEPS: usize = 400;
+    const ROUNDS: usize = 20;
+    let degree = above.len().max(below.len()) - 1;
+    let mut z = Complex::ZERO;
+    let mut all = vec![z];
+    for k in 1..=STEPS * degree {
+        let angle = TAU * k as f64 / STEPS as f64;
+        let wanted = Complex::new(angle.cos(), angle.sin());
+        for _ in 0..ROUNDS {
+            let (p, q) = (value(&above, z), value(&below, z));
+            let turns = (slope(&above, z) * q - p * slope(&below, z)) / (q * q);
+            let move_by = (p / q - wanted) / turns;
+            z -= move_by;
+            if move_by.norm() < 1e-12 {
+                break;
+            }
+        }
+        all.push(z);
+        if z.im < -0.05 {
+            break;
+        }
+    }
+    all
 }
 
 /// Methods whose amplification is told.
@@ -103,27 +153,96 @@ pub fn amplified(eigenvalues: &[Complex], h: f64) -> Result<Vec<Amplified>, Erro
     TOLD.into_iter().map(of).collect()
 }
 
+/// What a step of each method makes of modes, over their size.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Spectrum {
+    /// The step, s.
+    pub step: f64,
+    /// Every method that is told.
+    pub methods: Vec<Course>,
+}
+
+/// What a step of a method makes of modes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Course {
+    /// The method.
+    pub method: &'static str,
+    /// Its steps have a limit.
+    pub limited: bool,
+    /// |hλ| and the factor on modes without damping.
+    pub line: Vec<(f64, f64)>,
+    /// The same of each eigenvalue.
+    pub marks: Vec<(f64, f64)>,
+}
+
+impl Spectrum {
+    /// What each method makes of the eigenvalues, rad/s, in a step, s.
+    ///
+    /// # Errors
+    /// `NoConvergence` where the eigenvalues of an amplification matrix are not found.
+    pub fn new(eigenvalues: &[Complex], step: f64) -> Result<Spectrum, Error> {
+        const POINTS: i32 = 300;
+        let sizes = eigenvalues.iter().map(|z| z.norm() * step);
+        let (low, high) = range(sizes.filter(|x| *x > 0.0));
+        let size = |k: i32| 10f64.powf(low + (high - low) * f64::from(k) / f64::from(POINTS));
+        let of = |method: &'static str| {
+            let at = |z: Complex| Ok((z.norm(), growth(method, z, 1.0)?));
+            let line = (0..=POINTS).map(|k| at(Complex::new(0.0, size(k))));
+            let moving = eigenvalues.iter().filter(|z| z.norm() > 0.0);
+            let marks = moving.map(|z| at(*z * step));
+            Ok(Course {
+                method,
+                limited: EXPLICIT.contains(&method),
+                line: line.collect::<Result<_, Error>>()?,
+                marks: marks.collect::<Result<_, Error>>()?,
+            })
+        };
+        let methods = TOLD.into_iter().map(of).collect::<Result<_, Error>>()?;
+        Ok(Spectrum { step, methods })
+    }
+
+    /// Methods of which no step is too long for a mode that does not grow by itself.
+    pub fn always_stable(&self) -> impl Iterator<Item = &'static str> {
+        let free = self.methods.iter().filter(|m| !m.limited);
+        free.map(|m| m.method)
+    }
+
+    /// The smallest and the largest |hλ| looked at, in powers of ten.
+    pub fn sizes(&self) -> (f64, f64) {
+        let line = self.methods.first().map_or(&[][..], |m| &m.line);
+        range(line.iter().map(|p| p.0))
+    }
+}
+
+/// The range of sizes in powers of ten, at least from a tenth to ten.
+fn range(sizes: impl Iterator<Item = f64>) -> (f64, f64) {
+    sizes.fold((-1.0, 1.0), |(low, high), x| {
+        (low.min(x.log10()), high.max(x.log10()))
+    })
+}
+
 /// The factor by which a step of `h` of a method multiplies a mode λ: |R(hλ)|, or the spectral radius of the amplification matrix.
 ///
 /// # Errors
 /// `NoConvergence` where the eigenvalues of that matrix are not found.
 pub fn growth(method: &str, lambda: Complex, h: f64) -> Result<f64, Error> {
     match method {
-        "radau5" => Ok(radau(lambda * h)),
         "newmark" => of_alpha(&Alpha::newmark(), lambda, h),
         "hht" => of_alpha(&Alpha::hht(RADIUS), lambda, h),
         "generalized-alpha" => of_alpha(&Alpha::generalized(RADIUS), lambda, h),
-        _ => Ok(polynomial(method).map_or(f64::NAN, |c| amplification(&c, lambda * h))),
+        _ => Ok(rational(method).map_or(f64::NAN, |(above, below)| {
+            amplification(&above, lambda * h) / amplification(&below, lambda * h)
+        })),
     }
 }
 
-/// |R(z)| of Radau IIA of order 5, `R = (1 + 2z/5 + z²/20)/(1 − 3z/5 + 3z²/20 − z³/60)`.
+/// P and Q of Radau IIA of order 5, `R = (1 + 2z/5 + z²/20)/(1 − 3z/5 + 3z²/20 − z³/60)`.
 ///
 /// Source: Hairer and Wanner, Solving Ordinary Differential Equations II, 2nd ed. 1996, IV.3, Table 3.1 (Padé's, 2 over 3).
-fn radau(z: Complex) -> f64 {
-    let above = amplification(&[1.0, 2.0 / 5.0, 1.0 / 20.0], z);
-    above / amplification(&[1.0, -3.0 / 5.0, 3.0 / 20.0, -1.0 / 60.0], z)
-}
+const RADAU: ([f64; 3], [f64; 4]) = (
+    [1.0, 2.0 / 5.0, 1.0 / 20.0],
+    [1.0, -3.0 / 5.0, 3.0 / 20.0, -1.0 / 60.0],
+);
 
 /// The spectral radius of a step of the generalised α family on a mode, in `x, h v, h² a`; on a real root in `v, h a`.
 ///

@@ -74,6 +74,13 @@ pub const CASES: &[(&str, Change)] = &[
     ("duration × 1000", |x| x.until *= 1000.0),
 ];
 
+/// All cases, where they are left out together.
+pub const ALL: &str = "all extremes";
+
+/// Why they are, where a study says nothing of time.
+pub const NO_DURATION: &str =
+    "nothing says how long the motion lasts: add --until \"2 s\", or `until` to the study";
+
 /// Names of the cases, in their order.
 pub fn cases() -> impl Iterator<Item = &'static str> {
     CASES.iter().map(|c| c.0)

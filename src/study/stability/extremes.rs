@@ -10,6 +10,7 @@ use crate::base::units::seconds;
 use crate::motion::meter::{Balance, Limit, Meter};
 use crate::motion::methods::{Ladder, METHODS, Method};
 use crate::motion::problem::{Ask, Wanted};
+use crate::motion::progress::rounded;
 use crate::plan::motion::choice::{TOLERANCE, choose, named};
 use crate::plan::motion::scene::MotionScene;
 use crate::scene::study::SimulateStudy;
@@ -51,14 +52,11 @@ impl Verdict {
     }
 }
 
-/// Evaluations after which an extreme case is refused.
-const BUDGET: u64 = 3_000_000;
-
-/// Readings of the powers after which its energy is.
-const READINGS: u64 = 1_000_000;
-
-/// Seconds after which an extreme case is given up.
-const PATIENCE: f64 = 4.0;
+/// The work after which a case is refused, in evaluations of the equations of motion as [`Effort::work`] counts them, a reading of the
+/// powers being one as well: some seconds for twenty freedoms. It is counted, so that a verdict does not depend on what else a computer does.
+///
+/// [`Effort::work`]: crate::motion::problem::Effort::work
+pub const BUDGET: u64 = 3_000_000;
 
 /// What may be missing of the energy, the doubt about it counted in: the share a user would see in a plot.
 pub const ADDS_UP: f64 = 1e-3;
@@ -167,10 +165,10 @@ pub fn rerun(
     if let Some(why) = (method.refuses)(&train) {
         return refused(why);
     }
-    let stop_early = stop.within(PATIENCE);
     let limit = Limit {
-        readings: READINGS,
-        stop: stop_early.clone(),
+        readings: BUDGET,
+        foresees: true,
+        stop: stop.clone(),
     };
     let (meter, follower) = Meter::new(&train, known.as_ref(), [0.0, extreme.until], limit);
     let ask = Ask {
@@ -183,13 +181,12 @@ pub fn rerun(
             _ => Wanted::Tolerance(extreme.tolerance),
         },
         budget: BUDGET,
-        stop: stop_early,
+        stop: stop.clone(),
         follower,
     };
-    let (mut reached, mut finite) = (0.0, true);
-    let ran = (method.run)(&train, &ask, &mut |t, y, _| {
+    let mut finite = true;
+    let ran = (method.run)(&train, &ask, &mut |_, y, _| {
         finite &= y.iter().all(|x| x.is_finite());
-        reached = t;
         ControlFlow::Continue(())
     });
     if stop.is_raised() {
@@ -201,7 +198,6 @@ pub fn rerun(
             let words = "the answer holds what is no number".to_string();
             Some(case((Verdict::Fail, None, Some(words))))
         }
-        Ok(_) if reached < extreme.until => refused(given_up(reached, extreme.until)),
         Ok(effort) => {
             let balance = meter.borrow().balance();
             let asked = match method.ladder {
@@ -219,19 +215,6 @@ fn told(error: Error) -> String {
         Code::Hopeless => error.message,
         code => format!("{} [{}]", error.message, code.word()),
     }
-}
-
-/// Patience has run out.
-fn given_up(reached: f64, until: f64) -> String {
-    let share = reached / until;
-    let whole = match share > 0.0 {
-        true => format!("about {}", seconds(PATIENCE / share)),
-        false => format!("far more than {}", seconds(PATIENCE)),
-    };
-    format!(
-        "{PATIENCE} s brought it to t = {reached:.3e} s, {:.2} % of the time; the whole would take {whole}",
-        100.0 * share
-    )
 }
 
 /// How exact a run was asked to be.
@@ -277,11 +260,15 @@ pub fn judged(balance: &Balance, asked: Asked) -> (Verdict, Option<f64>, Option<
     let gap = balance.gap().abs();
     let refused = |figure, why| (Verdict::Refused, figure, Some(why));
     if let Some(share) = balance.given_up {
-        let whole = balance.readings as f64 / share.max(f64::MIN_POSITIVE);
+        let whole = match share > 0.0 {
+            true => format!("about {}", rounded(balance.readings as f64 / share)),
+            false => "more than can be told".to_string(),
+        };
         let words = format!(
-            "its energy cannot be told: {} readings of the powers came through {:.2} % of the time; the whole would take about {whole:.1e}, and {READINGS} are allowed",
-            balance.readings,
-            100.0 * share
+            "its energy cannot be told: {} readings of the powers came through {} % of the time; the whole would take {whole}, and {} are allowed",
+            rounded(balance.readings as f64),
+            brief_share(share),
+            rounded(BUDGET as f64)
         );
         return refused(None, words);
     }
@@ -298,5 +285,15 @@ pub fn judged(balance: &Balance, asked: Asked) -> (Verdict, Option<f64>, Option<
             "whether its energy adds up cannot be told: it closes to {gap:.0e}, known to {doubt:.0e}"
         );
         refused(Some(gap), words)
+    }
+}
+
+/// A share in per cent, never rounded to all of it.
+fn brief_share(share: f64) -> String {
+    let cent = 100.0 * share;
+    match cent {
+        0.0 => "0".to_string(),
+        c if c >= 1.0 => format!("{:.0}", c.floor()),
+        c => format!("{c:.1e}"),
     }
 }

@@ -33,6 +33,14 @@ impl Facts {
         limits.find(|(name, _)| *name == method).map(|l| l.1)
     }
 
+    /// 2π over the slowest |λ|, s; a second where nothing swings or decays.
+    pub fn slowest_period(&self) -> f64 {
+        match self.slowest.is_finite() {
+            true => TAU / self.slowest,
+            false => 1.0,
+        }
+    }
+
     /// A twentieth of the slowest period, s: a step that shows it well.
     pub fn usual_step(&self) -> f64 {
         const TWENTIETH: f64 = 0.05;

@@ -7,7 +7,6 @@
 use std::ops::ControlFlow;
 
 use super::{Kin, Ladder, Method};
-use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::motion::problem::{Ask, Effort, Problem, Sink, Stretch};
 use crate::motion::progress::{check, within_budget};
@@ -103,9 +102,6 @@ fn run(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
             return Ok(finished(walk));
         }
         walk.pass(leg)?;
-        if walk.effort.steps + walk.effort.evaluations > ask.budget {
-            return Err(over_budget(&walk, ask));
-        }
     }
 }
 
@@ -114,14 +110,4 @@ fn finished(walk: Walk) -> Effort {
         machines: walk.tables.machines as u64,
         ..walk.effort
     }
-}
-
-fn over_budget(walk: &Walk, ask: &Ask) -> Error {
-    let message = format!(
-        "the run reached {} s of {} s with its budget of {} evaluations used up",
-        ask.from + walk.elapsed(-1.0),
-        ask.to,
-        ask.budget
-    );
-    Error::new(Code::Hopeless, message).hint("ask for a shorter time")
 }

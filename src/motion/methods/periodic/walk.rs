@@ -4,6 +4,7 @@ use std::rc::Rc;
 
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::base::units::instant;
 use crate::motion::bracket::{Border, first_root, value_and_slope};
 use crate::motion::contact::Affine;
 use crate::motion::problem::Effort;
@@ -352,8 +353,9 @@ impl<'a> Walk<'a> {
         let names = &self.tables.train.branches;
         let (branch, _) = self.crossed[self.crossed.len() - 1];
         let message = format!(
-            "the contact {} opens and closes without end at {at} s",
-            names[branch].name
+            "the contact {} opens and closes without end at t = {}",
+            names[branch].name,
+            instant(at)
         );
         Error::new(Code::NoConvergence, message)
             .hint("give the contact damping, or another convention of losses")
