@@ -78,7 +78,7 @@ pub enum Command {
     #[command(after_help = "Examples:
   geardyn plan models/y2250.toml --damped
   geardyn plan models/y2250.toml --advise 200 --tolerance 0.01
-  geardyn plan examples/smooth_mesh.toml --method radau5 --tolerance 1e-6")]
+  geardyn plan models/chain_20.toml --until 1 --method radau5 --tolerance 1e-6")]
     Plan(PlanArgs),
     /// Natural frequencies, damping, shapes, energies and sensitivities
     #[command(after_help = "Examples:
