@@ -1,10 +1,13 @@
 //! Speeds at which a machine cannot run: where its varying stiffness feeds a motion, near `(ω_i + ω_j)/n`.
 
+use std::f64::consts::TAU;
+
 use super::meeting::{Meeting, Modes};
 use super::{Monodromy, NEUTRAL, monodromy};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::stop::Stop;
+use crate::motion::methods::periodic::free::period;
 use crate::motion::methods::periodic::grid::frequencies;
 use crate::motion::train::{Branch, Law, Train};
 use crate::motion::wave::Phase;
@@ -61,7 +64,7 @@ pub fn tongues(
     points: usize,
     stop: &Stop,
 ) -> Result<Vec<Tongue>, Error> {
-    let base = base_frequency(train)?;
+    let base = TAU / period(train, 0.0)?.1.period;
     let at = |factor: f64| -> Result<Monodromy, Error> {
         if stop.is_due() {
             return Err(Error::new(Code::Interrupted, "the chart was not finished"));
@@ -181,11 +184,6 @@ pub fn at_speed(train: &Train, factor: f64) -> Train {
     train
 }
 
-/// 2π over the common period, rad/s.
-fn base_frequency(train: &Train) -> Result<f64, Error> {
-    Ok(std::f64::consts::TAU / monodromy(train, None)?.period)
-}
-
 /// The edge between an unstable factor and a stable one, by bisection.
 fn edge(
     growth: &impl Fn(f64) -> Result<f64, Error>,
@@ -277,6 +275,11 @@ fn mean_frequencies(train: &Train) -> Result<Vec<f64>, Error> {
             for (j, w) in b.direction.scaled() {
                 k[(i, j)] += stiffness * u * w;
             }
+        }
+    }
+    if let Some((general, _)) = &train.general {
+        for j in 0..n {
+            (0..n).for_each(|i| k[(i, j)] += 0.5 * (general[(i, j)] + general[(j, i)]));
         }
     }
     let unit = |j: usize| {
