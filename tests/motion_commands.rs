@@ -9,7 +9,7 @@ use serde_json::Value;
 #[path = "support/command.rs"]
 mod command;
 
-use command::{document, geardyn};
+use command::{document, geardyn, printed, put, said};
 
 fn text(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
@@ -584,4 +584,67 @@ fn refused_studies_name_their_place() {
             .iter()
             .all(|c| !left.contains(&c["case"].as_str().unwrap()))
     );
+}
+
+/// `J ω̇ = stall (1 − ω/idle) + T`: a constant load against the motor slows it to `idle (1 + T/stall)`; one that pushes its way stood
+/// for it.
+#[test]
+fn exact_loads_on_the_node_of_a_motor() {
+    let folder = tempfile::tempdir().unwrap();
+    for (torque, share) in [(-10.0, 0.8), (10.0, 1.0)] {
+        let text = format!(
+            "title = \"t\"\nsource = \"t\"\nunits = \"SI\"\ninertia = [{{ name = \"a\", J = 0.5 }}]\n\
+             motor = [{{ name = \"m\", at = \"a\", kind = \"dc\", stall = 50.0, idle = 150.0 }}]\n\
+             load = [{{ at = \"a\", torque = {torque} }}]\n"
+        );
+        let scene = put(folder.path(), "motor.toml", &text);
+        let scene = scene.to_str().unwrap();
+        let found = printed(&[
+            "simulate",
+            scene,
+            "--until",
+            "60",
+            "--output",
+            "a.theta.speed",
+            "--json",
+        ]);
+        let speed = found["readings"]["a.theta.speed_rad_s"]["end"]
+            .as_f64()
+            .unwrap();
+        assert!((speed - 150.0 * share).abs() < 1e-8, "{torque}: {speed}");
+    }
+}
+
+/// Numbers that are none end the run: nothing is printed of them.
+#[test]
+fn refused_where_numbers_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "title = \"t\"\nsource = \"t\"\nunits = \"SI\"\ninertia = [{ name = \"a\", J = 1.0 }, { name = \"b\", J = 1.0 }]\n\
+                shaft = [{ name = \"s\", between = [\"a\", \"b\"], k = 1000.0, damping_ratio = 0.01 }]\n";
+    put(folder.path(), "model.toml", text);
+    let start =
+        "model = \"model.toml\"\n[start]\nangle = { a = \"1e308 rad\", b = \"-1e308 rad\" }\n";
+    for (text, until) in [(text, "1e300"), (start, "1")] {
+        let scene = put(folder.path(), "far.toml", text);
+        let arguments = ["simulate", scene.to_str().unwrap(), "--until", until];
+        let (code, _, words) = said(&[&arguments[..], &["--output", "s.deflection"]].concat());
+        assert_eq!(code, Some(3), "{words}");
+        assert!(
+            words.contains("[overflow]") && words.contains("t = "),
+            "{words}"
+        );
+    }
+}
+
+/// Samples a whole period of the mesh apart see one phase of it: that is said, and how many would do.
+#[test]
+fn law_coarse_samples_are_told() {
+    let pair = ["simulate", "examples/backlash_pair.toml", "--until", "0.02"];
+    let codes = |samples: &str| {
+        let found = printed(&[&pair[..], &["--samples", samples, "--json"]].concat());
+        let warnings = found["warnings"].as_array().unwrap().clone();
+        let coarse = warnings.iter().filter(|w| w["code"] == "coarse-samples");
+        coarse.count()
+    };
+    assert_eq!((codes("50"), codes("2000")), (1, 0));
 }

@@ -390,6 +390,11 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "A step was asked for, and the method that would be exact for the machine takes none, so that one with an error took the motion. Leave the step out, or let `geardyn accuracy` show how large the error is.",
     ),
     (
+        "coarse-samples",
+        Warning,
+        "The samples lie far apart beside a period of what acts on the machine at an imposed speed: a load, an error or a stiffness wave. Extremes, means and what is read off the outputs are those of the samples; what lies between is missed, and a step of whole periods sees one and the same phase always. Ask for more --samples, with --no-history where only extremes are wanted.",
+    ),
+    (
         "handed-over",
         Warning,
         "The method that suits the structure of the machine did not converge, as where contacts chatter, and the one named took the motion from its start: its local errors keep to the tolerance, and it locates no switches. Give the contact named some damping, or name a --method.",

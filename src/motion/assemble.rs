@@ -487,13 +487,25 @@ impl Site<'_> {
         self.machine.histories.iter().filter_map(load).collect()
     }
 
+    /// Whether a constant torque stood for a motor that is there now: one that pushes the way the motor starts, or any where the
+    /// motion itself is prescribed.
+    fn stands_for_motor(&self, freedom: usize, torque: f64) -> bool {
+        let mut motors = self.machine.motors.iter();
+        motors.any(|motor| {
+            let takes = match &motor.drive {
+                laws::Drive::Curve { curve, .. } => curve.torque(0.0) * torque >= 0.0,
+                laws::Drive::Speed(_) | laws::Drive::Angle(_) => true,
+            };
+            motor.freedom == freedom && takes
+        })
+    }
+
     /// Loads over time by freedom, orders where they turn at the mean speed.
     fn loads(&self) -> Result<Vec<(usize, Signal)>, Error> {
         let mut loads = Vec::new();
-        // A motor takes the place of the constant torque that stood for it.
-        let motors: Vec<usize> = self.machine.motors.iter().map(|m| m.freedom).collect();
         for (freedom, history) in &self.machine.histories {
-            if matches!(history, History::Constant(_)) && motors.contains(freedom) {
+            if matches!(history, History::Constant(torque) if self.stands_for_motor(*freedom, *torque))
+            {
                 continue;
             }
             let signal = match history {

@@ -10,6 +10,7 @@ use super::prepared::Prepared;
 use super::stages::Verdict;
 use crate::base::error::{Error, Warning};
 use crate::base::stop::Stop;
+use crate::motion::methods::periodic::grid::frequencies;
 use crate::scene::Scene;
 use crate::scene::laws::History;
 use crate::scene::study::SimulateStudy;
@@ -67,6 +68,7 @@ impl Moved {
             .filter(|w| !OF_LINEAR_STUDIES.contains(&w.code))
             .chain(handed_over)
             .chain(choice.passed_over.map(|exact| not_exact(&choice, exact)))
+            .chain(coarse_samples(&ready))
             .chain(found.warnings.clone())
             .collect();
         Ok(Moved {
@@ -92,6 +94,35 @@ fn not_exact(choice: &Choice, exact: &str) -> Warning {
         hint: Some("leave the step out; `geardyn accuracy` shows what its error is".to_string()),
     }
 }
+
+/// Samples too far apart to see what the loads, the errors and the stiffness waves of imposed speed do.
+fn coarse_samples(scene: &MotionScene) -> Option<Warning> {
+    let train = &scene.moving.train;
+    let fastest = train
+        .harmonics()
+        .chain(frequencies(train))
+        .fold(0.0, f64::max);
+    let step = scene.until / scene.samples as f64;
+    let per_period = std::f64::consts::TAU / (fastest * step);
+    (per_period < FEWEST).then(|| Warning {
+        code: "coarse-samples",
+        message: format!(
+            "{per_period:.2} samples in a period of the fastest that acts, {:.4} Hz: extremes and means of the outputs are those of the samples, and miss what lies between",
+            fastest / std::f64::consts::TAU
+        ),
+        hint: Some(format!(
+            "--samples {:.0} gives {} in each",
+            (FINE / per_period * scene.samples as f64).ceil(),
+            FINE
+        )),
+    })
+}
+
+/// Samples in a period below which extremes may be a fifth short, cos(π/5).
+const FEWEST: f64 = 5.0;
+
+/// Samples in a period from which extremes are true to 1 %: cos(π/20).
+const FINE: f64 = 20.0;
 
 /// One method gave a motion up, another took it.
 fn handed_over(first: &Choice, next: &Choice, error: Error) -> Warning {

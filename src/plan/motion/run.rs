@@ -6,8 +6,10 @@ use std::time::Instant;
 use super::choice::Choice;
 use super::reading::{Reader, Reading};
 use super::scene::MotionScene;
+use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::stop::Stop;
+use crate::base::units::instant;
 use crate::motion::meter::{Balance, Limit, Meter, READINGS};
 use crate::motion::problem::{Ask, Effort, Follower};
 use crate::motion::progress::too_long;
@@ -94,6 +96,10 @@ pub fn watched(
     let start = Instant::now();
     let effort = (choice.method.run)(train, &ask, &mut |t, y, regime| {
         let now = scene.outputs.at(train, regime, t, y);
+        if let Some(at) = now.iter().position(|value| !value.is_finite()) {
+            refused = Some(beyond_numbers(&scene.outputs.list[at].name, now[at], t));
+            return ControlFlow::Break(());
+        }
         for (reader, value) in readers.iter_mut().zip(&now) {
             reader.push(t, *value);
         }
@@ -131,6 +137,13 @@ pub fn watched(
         balance,
         interrupted: count <= ask.samples,
     })
+}
+
+fn beyond_numbers(output: &str, value: f64, t: f64) -> Error {
+    let message = format!("{output} is {value} at t = {}", instant(t));
+    Error::new(Code::Overflow, message).hint(
+        "look at the sizes of loads, stiffness, inertia and the start, and at how long it runs",
+    )
 }
 
 /// Samples between two looks at how long the whole would take.
