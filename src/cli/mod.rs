@@ -33,14 +33,14 @@ pub mod check;
 /// `explain`.
 pub mod explain;
 
+/// Flags of motion as a study.
+pub mod motion_flags;
+
 /// `plan`.
 pub mod plan;
 
 /// `modes`.
 pub mod modes;
-
-/// Flags of motion as a study.
-pub mod motion_flags;
 
 /// `simulate`.
 pub mod simulate;
