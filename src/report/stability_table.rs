@@ -103,11 +103,15 @@ pub fn table(found: &Stability) -> String {
     for (method, reason, cases) in ends {
         told.add_row([method.to_string(), reason.to_string(), cases.join(", ")]);
     }
-    for (cases, why) in &found.left_out {
-        text += &format!("\nleft out {cases}: {why}\n");
+    for (at, (cases, why)) in found.left_out.iter().enumerate() {
+        let apart = if at == 0 { "\n" } else { "" };
+        text += &format!("{apart}left out {cases}: {why}\n");
     }
     if told.row_count() > 0 {
         text += &format!("\nrefused or failed\n{}", finish(&told));
+    }
+    if found.cases.is_empty() {
+        return text;
     }
     text + &format!(
         "\n{} pass, {} refused, {} fail\n",

@@ -287,7 +287,9 @@ fn highest_order(settings: &Settings, rows: usize, nc: usize, nr: usize) -> Resu
             Code::OutOfRange,
             format!("the highest order is {highest}; {rows} block rows allow {possible}"),
         )
-        .hint("a mode needs an order of 2: raise the order or the block rows"));
+        .hint(
+            "a mode needs an order of 2: raise the order, or take more channels or a longer record",
+        ));
     }
     Ok(highest)
 }
