@@ -312,6 +312,33 @@ fn law_course_by_the_command() {
     assert_eq!(refused(folder, &other), "usage");
 }
 
+/// An output with noise of its own follows no AR model: that the recursion's errors are not white is said, and of the same output
+/// without noise it is not.
+#[test]
+fn law_errors_of_a_recursion_are_tested() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    for (noise, told) in [(0.0, 0), (3.0, 1)] {
+        let mut rng = fastrand::Rng::with_seed(5);
+        let (mut y1, mut y2) = (0.0, 0.0);
+        let mut text = String::from("time [s],a [m/s^2]\n");
+        for t in 0..8000 {
+            let w = TAU * 60.0 / 400.0;
+            let r = (-0.02 * w).exp();
+            let y = 2.0 * r * w.cos() * y1 - r * r * y2 + normal(&mut rng);
+            (y2, y1) = (y1, y);
+            let seen = y + noise * normal(&mut rng);
+            text += &format!("{:.4},{seen:.6e}\n", f64::from(t) / 400.0);
+        }
+        std::fs::write(folder.join("noisy.csv"), text).unwrap();
+        let call = ["identify", "noisy.csv", "--output", "a", "--method", "rls"];
+        let found = document(folder, &[&call[..], &["--order", "1", "--json"]].concat());
+        let warnings = found["warnings"].as_array().unwrap();
+        let of_residuals = warnings.iter().filter(|w| w["code"] == "residuals");
+        assert_eq!(of_residuals.count(), told, "{warnings:?}");
+    }
+}
+
 /// Responses written are responses read: the same modes from the file of them.
 #[test]
 fn law_responses_written_are_responses_read() {

@@ -48,6 +48,8 @@ pub struct Course {
     pub tried: Vec<Trial>,
     /// Mean square of the output over the samples predicted.
     pub output_variance: f64,
+    /// Errors with which the samples were predicted, but for the first ones, which start the recursion.
+    pub errors: Vec<f64>,
     /// Seconds from the first sample, and the model then.
     pub instants: Vec<(f64, SeriesModel)>,
 }
@@ -106,6 +108,7 @@ pub fn follow(record: &Record, orders: &[usize], memory: Option<f64>) -> Result<
         highest: runs.family(orders.last().copied().unwrap_or(order)),
         tried,
         output_variance: mean_square(&runs.output[runs.first..]),
+        errors: best.errors,
         instants: best.instants,
     })
 }
@@ -180,13 +183,13 @@ impl Runs {
         let step = (self.output.len() / INSTANTS).max(1);
         let unknowns = 4.0 * family.unknowns() as f64;
         let settled = memory.min(self.samples() / 10.0).max(unknowns) as usize;
-        let mut sum = 0.0;
+        let mut errors = Vec::with_capacity(self.output.len() - self.first);
         let mut instants = Vec::new();
         for (k, &y) in self.output.iter().enumerate() {
             let u = self.input.as_ref().map_or(0.0, |u| u[k]);
             let error = following.push(u, y)?;
             if k >= self.first {
-                sum += error * error;
+                errors.push(error);
             }
             if k >= settled && (k + 1) % step == 0 {
                 // Where nothing moves, the samples in memory determine no model.
@@ -194,13 +197,13 @@ impl Runs {
                 instants.extend(model.map(|m| (k as f64 / self.rate_hz, m)));
             }
         }
-        let error_variance = sum / (self.output.len() - self.first) as f64;
         Ok(Run {
             trial: Trial {
                 family,
                 memory,
-                error_variance,
+                error_variance: mean_square(&errors),
             },
+            errors,
             instants,
         })
     }
@@ -209,6 +212,7 @@ impl Runs {
 /// A trial, and the model as it was at some instants.
 struct Run {
     trial: Trial,
+    errors: Vec<f64>,
     instants: Vec<(f64, SeriesModel)>,
 }
 

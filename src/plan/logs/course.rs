@@ -4,7 +4,7 @@ use super::found::{Evidence, FoundMode, FromSignals, ModeCourse};
 use super::method::{Method, family};
 use super::modal::within;
 use super::record::Record;
-use super::series::{ITERATED, check_cost, no_mode, of_samples, root_rule};
+use super::series::{ITERATED, check_cost, left_over, no_mode, of_samples, root_rule, whiteness};
 use super::study::IdentifyStudy;
 use crate::base::error::{Error, Warning};
 use crate::identify::mode::IdentifiedMode;
@@ -41,6 +41,10 @@ pub fn identify(
             message: "no model predicts the output better than its mean: it is noise, as far as this method sees".into(),
             hint: Some("look whether the channel is the right one; take a longer record".into()),
         });
+    }
+    if !is_noise {
+        let fitted = course.instants.last().map_or(0, |(_, model)| model.a.len());
+        warnings.extend(left_over("white", &whiteness(&course.errors, fitted)?));
     }
     let is_last = course.taken.family == course.highest && orders.len() > 1;
     if is_last && !is_noise {

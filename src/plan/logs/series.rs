@@ -17,7 +17,7 @@ use crate::identify::series::autoregressive;
 use crate::identify::series::model::{Family, SeriesModel, Shares};
 use crate::identify::series::order::{self, Criterion};
 use crate::identify::series::record;
-use crate::identify::series::residuals::{cross_correlation, ljung_box};
+use crate::identify::series::residuals::{Test, cross_correlation, ljung_box};
 
 /// The highest order of a recursion over orders, and of a linear fit for each.
 const LINEAR: usize = 60;
@@ -99,22 +99,11 @@ pub fn identify(
     let (modes, harmonics) = apart(modes);
     warnings.extend(operational::of_harmonics(&harmonics));
     let tests = tests(&model, &record)?;
-    for (what, test) in &tests {
-        if test.probability < UNLIKELY {
-            let message = format!(
-                "the residuals are not {what}: chance gives as much with {}, so the intervals are too narrow",
-                match test.probability < 1e-16 {
-                    true => "p below 1e-16".to_string(),
-                    false => format!("p = {:.1e}", test.probability),
-                }
-            );
-            warnings.push(Warning {
-                code: "residuals",
-                message,
-                hint: Some("state a higher --order, or take another family of models".to_string()),
-            });
-        }
-    }
+    warnings.extend(
+        tests
+            .iter()
+            .filter_map(|(what, test)| left_over(what, test)),
+    );
     let rule = format!(
         "{} {}; {}",
         method::family(model.family),
@@ -278,17 +267,34 @@ fn of_order(method: Method, n: usize) -> Family {
     }
 }
 
+/// That residuals hold what should have been modelled, where chance does not give as much.
+pub(super) fn left_over(what: &str, test: &Test) -> Option<Warning> {
+    (test.probability < UNLIKELY).then(|| Warning {
+        code: "residuals",
+        message: format!(
+            "the residuals are not {what}: chance gives as much with {}, so the intervals are too narrow",
+            match test.probability < 1e-16 {
+                true => "p below 1e-16".to_string(),
+                false => format!("p = {:.1e}", test.probability),
+            }
+        ),
+        hint: Some("state a higher --order, or take another family of models".to_string()),
+    })
+}
+
+/// Whether residuals of a model of so many fitted coefficients are white.
+pub(super) fn whiteness(residuals: &[f64], fitted: usize) -> Result<Test, Error> {
+    ljung_box(residuals, fitted + LAGS, fitted)
+}
+
 /// Whether the residuals are white, and unrelated to the input.
-fn tests(
-    model: &SeriesModel,
-    record: &record::Record,
-) -> Result<Vec<(&'static str, crate::identify::series::residuals::Test)>, Error> {
+fn tests(model: &SeriesModel, record: &record::Record) -> Result<Vec<(&'static str, Test)>, Error> {
     let all = model.residuals(record)?;
     // The first ones only start the recursion.
     let start = model.family.unknowns().min(all.len());
     let residuals = &all[start..];
     let fitted = model.a.len() + model.c.len();
-    let mut tests = vec![("white", ljung_box(residuals, fitted + LAGS, fitted)?)];
+    let mut tests = vec![("white", whiteness(residuals, fitted)?)];
     if let Some(input) = record.input().filter(|_| !model.b.is_empty()) {
         let test = cross_correlation(residuals, &input[start..], LAGS)?;
         tests.push(("unrelated to the input", test));
