@@ -230,15 +230,16 @@ fn law_amplification() {
     assert!((newmark - 1.0).abs() < 1e-12 && hht < generalized && generalized < 0.9999);
 }
 
+/// A swing of 10 rad/s without damping.
+const SWING: &str = r#"
+inertia = [{ name = "disc", J = 2.0 }]
+shaft = [{ name = "bar", between = ["ground", "disc"], k = 200.0 }]
+"#;
+
 /// An undamped swing by the method itself: after N steps its energy is what the factor of a step, squared, makes of it N times.
 #[test]
 fn law_amplification_is_what_the_method_does() {
-    let scene = scene_of(
-        r#"
-inertia = [{ name = "disc", J = 2.0 }]
-shaft = [{ name = "bar", between = ["ground", "disc"], k = 200.0 }]
-"#,
-    );
+    let scene = scene_of(SWING);
     for (method, h) in [
         ("rk4", 0.1),
         ("newmark", 0.1),
@@ -266,12 +267,7 @@ shaft = [{ name = "bar", between = ["ground", "disc"], k = 200.0 }]
 /// is spent where far more would be needed.
 #[test]
 fn law_refusals_are_counted() {
-    let scene = scene_of(
-        r#"
-inertia = [{ name = "disc", J = 2.0 }]
-shaft = [{ name = "bar", between = ["ground", "disc"], k = 200.0 }]
-"#,
-    );
+    let scene = scene_of(SWING);
     let study = by("dopri5", 1.0);
     let mut ready = ready(&scene, &study);
     ready.start[0] = 1e-3;

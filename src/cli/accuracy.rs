@@ -104,7 +104,7 @@ fn response(args: &AccuracyArgs, listed: ResponseStudy) -> Result<ResponseStudy,
 fn idle_flag(args: &AccuracyArgs, of: Subject) -> Option<(&'static str, &'static str)> {
     const MOTION: &str = "--of motion";
     const RESPONSE: &str = "--of response";
-    let motion = &args.motion;
+    let how = &args.motion.integration;
     let (moves, answers) = (of == Subject::Motion, of == Subject::Response);
     let given = [
         (
@@ -116,16 +116,16 @@ fn idle_flag(args: &AccuracyArgs, of: Subject) -> Option<(&'static str, &'static
         (args.band.is_some() && !answers, "--band", RESPONSE),
         (args.lines.is_some() && !answers, "--lines", RESPONSE),
         (
-            !motion.output.is_empty() && of == Subject::Modes,
+            !args.motion.output.is_empty() && of == Subject::Modes,
             "--output",
             RESPONSE,
         ),
         (!args.methods.is_empty() && !moves, "--methods", MOTION),
-        (motion.until.is_some() && !moves, "--until", MOTION),
-        (motion.method.is_some() && !moves, "--method", MOTION),
-        (motion.tolerance.is_some() && !moves, "--tolerance", MOTION),
-        (motion.step.is_some() && !moves, "--step", MOTION),
-        (motion.samples.is_some() && !moves, "--samples", MOTION),
+        (how.until.is_some() && !moves, "--until", MOTION),
+        (how.method.is_some() && !moves, "--method", MOTION),
+        (how.tolerance.is_some() && !moves, "--tolerance", MOTION),
+        (how.step.is_some() && !moves, "--step", MOTION),
+        (how.samples.is_some() && !moves, "--samples", MOTION),
     ];
     let idle = given.into_iter().find(|g| g.0);
     idle.map(|(_, flag, wants)| (flag, wants))

@@ -1,6 +1,6 @@
 //! Flags of motion as a study.
 
-use super::args::MotionArgs;
+use super::args::{IntegrationArgs, MotionArgs};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::kind::Kind;
@@ -19,9 +19,13 @@ pub fn placed(error: Error, args: &MotionArgs, study: Option<&Place>) -> Error {
 }
 
 /// Whether the flags say anything.
-pub fn says(args: &MotionArgs) -> bool {
+fn says(args: &MotionArgs) -> bool {
+    !args.output.is_empty() || says_how(&args.integration)
+}
+
+/// Whether the flags say anything of how a motion is integrated.
+pub fn says_how(args: &IntegrationArgs) -> bool {
     args.until.is_some()
-        || !args.output.is_empty()
         || args.method.is_some()
         || args.tolerance.is_some()
         || args.step.is_some()
@@ -33,6 +37,21 @@ pub fn says(args: &MotionArgs) -> bool {
 /// # Errors
 /// A quantity without sense.
 pub fn study(args: &MotionArgs, listed: SimulateStudy) -> Result<SimulateStudy, Error> {
+    let study = integrated(&args.integration, listed)?;
+    Ok(match args.output.is_empty() {
+        true => study,
+        false => SimulateStudy {
+            outputs: args.output.clone(),
+            ..study
+        },
+    })
+}
+
+/// The study of a scene with what the flags say of its integration put in its place.
+///
+/// # Errors
+/// A quantity without sense.
+pub fn integrated(args: &IntegrationArgs, listed: SimulateStudy) -> Result<SimulateStudy, Error> {
     if args.tolerance.is_some_and(|t| !(t > 0.0 && t < 1.0)) {
         let error = Error::new(
             Code::OutOfRange,
@@ -50,19 +69,11 @@ pub fn study(args: &MotionArgs, listed: SimulateStudy) -> Result<SimulateStudy, 
     let said = tolerance.is_some() || step.is_some();
     Ok(SimulateStudy {
         until: time(&args.until, "--until")?.or(listed.until),
-        outputs: if args.output.is_empty() {
-            listed.outputs
-        } else {
-            args.output.clone()
-        },
         method: args.method.clone().or(listed.method),
         tolerance: if said { tolerance } else { listed.tolerance },
         step: if said { step } else { listed.step },
         samples: args.samples.or(listed.samples),
-        energy: listed.energy,
-        speed: listed.speed,
-        allow: listed.allow,
-        running: listed.running,
+        ..listed
     })
 }
 

@@ -2,7 +2,7 @@
 
 use serde_json::json;
 
-use super::args::{MotionArgs, PlanArgs};
+use super::args::{IntegrationArgs, PlanArgs};
 use super::{motion_flags, output, study};
 use crate::base::error::{Error, Errors};
 use crate::base::kind::Kind;
@@ -35,11 +35,16 @@ pub fn run(args: &PlanArgs) -> Result<u8, Errors> {
     let band_hz = band.transpose()?.map(|omega| omega / std::f64::consts::TAU);
     let advice = band_hz
         .map(|hz| {
-            let tolerance = args.tolerance.unwrap_or(DOES_NOT_MATTER);
+            let tolerance = args.integration.tolerance.unwrap_or(DOES_NOT_MATTER);
             Ok::<_, Error>((hz, could_leave_out(&prepared, hz, tolerance)?))
         })
         .transpose()?;
-    let motions = motions(&scene, &prepared, &asked(args))?;
+    // With --advise the tolerance is that of the advice.
+    let asked = IntegrationArgs {
+        tolerance: (args.integration.tolerance).filter(|_| args.advise.is_none()),
+        ..args.integration.clone()
+    };
+    let motions = motions(&scene, &prepared, &asked)?;
     if args.json {
         let mut document = report::json::plan(&scene.sources, plan.rows(), &prepared.warnings());
         let motion = |(kind, rows): &(&str, Rows)| json!({ "kind": kind, "stages": report::json::stages(each(rows)) });
@@ -81,28 +86,15 @@ fn each(rows: &Rows) -> impl Iterator<Item = (&str, &Verdict)> + Clone {
 /// Relative change of a frequency that does not matter, where nothing is said.
 const DOES_NOT_MATTER: f64 = 1e-3;
 
-/// What the flags say of motion.
-fn asked(args: &PlanArgs) -> MotionArgs {
-    MotionArgs {
-        until: args.until.clone(),
-        output: Vec::new(),
-        method: args.method.clone(),
-        // With --advise the tolerance is that of the advice.
-        tolerance: args.tolerance.filter(|_| args.advise.is_none()),
-        step: args.step.clone(),
-        samples: args.samples,
-    }
-}
-
 /// The plans of every study of motion that a scene lists; where it lists none and the flags ask for one, of that.
 fn motions(
     scene: &Scene,
     prepared: &Prepared,
-    asked: &MotionArgs,
+    asked: &IntegrationArgs,
 ) -> Result<Vec<(&'static str, Rows)>, Error> {
     let mut all = Vec::new();
     let in_time = |kind: &'static str, listed: &SimulateStudy| {
-        let motion = motion_flags::study(asked, listed.clone())?;
+        let motion = motion_flags::integrated(asked, listed.clone())?;
         let ready = MotionScene::new(prepared, &scene.start, &motion)?;
         let choice = choice::choose(&ready.moving.train, &motion)?;
         Ok::<_, Error>((kind, choice::plan(&ready, &choice, &motion)))
@@ -113,7 +105,7 @@ fn motions(
             StudyKind::Simulate(_) | StudyKind::Accuracy(_) | StudyKind::Stability(_)
         )
     };
-    if motion_flags::says(asked) && !scene.studies.iter().any(|s| moves(&s.kind)) {
+    if motion_flags::says_how(asked) && !scene.studies.iter().any(|s| moves(&s.kind)) {
         all.push(in_time("simulate", &SimulateStudy::default())?);
     }
     for study in &scene.studies {

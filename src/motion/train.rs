@@ -222,6 +222,11 @@ impl Branch {
         wave.map_or(1.0, |w| w.shape.greatest().abs().max(w.shape.least().abs()))
     }
 
+    /// The mean factor of its stiffness over its wave; one without.
+    pub fn mean_factor(&self) -> f64 {
+        self.variation.as_ref().map_or(1.0, |w| w.shape.mean())
+    }
+
     /// Inner states of its law.
     pub fn inner(&self) -> usize {
         usize::from(matches!(self.law, Law::Lagged { .. } | Law::Maxwell { .. }))

@@ -8,7 +8,10 @@ pub use encoders::EncoderArgs;
 pub use identify::{DelayWord, EstimatorWord, IdentifyArgs, KindWord, MapWord, MethodWord};
 pub use log::LogArgs;
 pub use modes::{HoldWord, ModesArgs, PlanArgs, ReduceWord, StudyArgs};
-pub use motion::{AccuracyArgs, MotionArgs, RunningArgs, SimulateArgs, StabilityArgs, SubjectWord};
+pub use motion::{
+    AccuracyArgs, IntegrationArgs, MotionArgs, RunningArgs, SimulateArgs, StabilityArgs,
+    SubjectWord,
+};
 pub use response::{ResponseArgs, ResponseKindWord, ResponseWayWord};
 pub use spectrum::{DetrendWord, MotionWord, SpectrumArgs, SpectrumWord};
 pub use te::TeArgs;

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::motion::count;
+use super::motion::IntegrationArgs;
 
 /// What is asked of the modes.
 #[derive(Debug, Args)]
@@ -137,29 +137,12 @@ pub struct PlanArgs {
     #[command(flatten)]
     pub study: StudyArgs,
     /// Also solve, and offer the freedoms that could follow statically while all frequencies up to here (Hz where bare) keep
-    /// within --tolerance
+    /// within --tolerance, then a relative change, 1e-3 where left out
     #[arg(long, value_name = "FREQUENCY")]
     pub advise: Option<String>,
-    /// With --advise the relative change of a frequency that does not matter, 1e-3 where left out; else as in `simulate`
-    #[arg(long, value_name = "X", allow_negative_numbers = true)]
-    pub tolerance: Option<f64>,
-    /// The motion's end, as in `simulate`
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
-    pub until: Option<String>,
-    /// The motion's method, as in `simulate`
-    #[arg(long, value_name = "METHOD")]
-    pub method: Option<String>,
-    /// The motion's fixed step, as in `simulate`
-    #[arg(
-        long,
-        value_name = "TIME",
-        conflicts_with = "tolerance",
-        allow_hyphen_values = true
-    )]
-    pub step: Option<String>,
-    /// The motion's samples, as in `simulate`
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count)]
-    pub samples: Option<u32>,
+    /// Of the motions it would integrate.
+    #[command(flatten)]
+    pub integration: IntegrationArgs,
     /// One JSON document on standard output
     #[arg(long)]
     pub json: bool,

@@ -1,18 +1,15 @@
-//! Flags of `simulate`, `accuracy` and `stability`.
+//! Flags of `simulate`, `accuracy` and `stability`, and of `plan` what it shares with them.
 
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-/// What is asked of motion.
-#[derive(Debug, Args)]
-pub struct MotionArgs {
+/// How a motion is integrated, and how long.
+#[derive(Debug, Clone, Args)]
+pub struct IntegrationArgs {
     /// How long (s where bare)
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     pub until: Option<String>,
-    /// Signals: motor.theta, motor.theta.speed, motor.theta.acceleration, motor.theta.load, belt.force, belt.deflection
-    #[arg(long, value_name = "SIGNALS", value_delimiter = ',')]
-    pub output: Vec<String>,
     /// Method of integration, chosen from the structure of the machine where left out: exact, switched, periodic; by --tolerance
     /// radau5, exponential, dop853-events, dop853, dopri5, generalized-alpha-controlled; by --step rk4, newmark, hht, generalized-alpha
     #[arg(long, value_name = "METHOD")]
@@ -33,8 +30,19 @@ pub struct MotionArgs {
     pub samples: Option<u32>,
 }
 
+/// What is asked of motion.
+#[derive(Debug, Args)]
+pub struct MotionArgs {
+    /// How.
+    #[command(flatten)]
+    pub integration: IntegrationArgs,
+    /// Signals: motor.theta, motor.theta.speed, motor.theta.acceleration, motor.theta.load, belt.force, belt.deflection
+    #[arg(long, value_name = "SIGNALS", value_delimiter = ',')]
+    pub output: Vec<String>,
+}
+
 /// A whole number, also written as 1e6.
-pub(super) fn count(text: &str) -> Result<u32, String> {
+fn count(text: &str) -> Result<u32, String> {
     let value: f64 = text.parse().map_err(|_| format!("`{text}` is no number"))?;
     match value {
         n if n.fract() != 0.0 || !n.is_finite() => Err(format!("{text} is no whole number")),

@@ -263,9 +263,7 @@ fn mean_frequencies(train: &Train) -> Result<Vec<f64>, Error> {
     let n = train.n();
     let stiffness = |b: &Branch| match &b.law {
         Law::Linear { stiffness, .. } => *stiffness,
-        Law::Contact(contact) => {
-            contact.stiffness * b.variation.as_ref().map_or(1.0, |w| w.shape.mean())
-        }
+        Law::Contact(contact) => contact.stiffness * b.mean_factor(),
         _ => 0.0,
     };
     let mut k = Matrix::zeros(n, n);

@@ -58,8 +58,7 @@ impl Modes {
     /// # Errors
     /// Branches that are not linear with all contacts closed; eigenvalues that are not found.
     pub fn new(train: &Train) -> Result<Modes, Error> {
-        let mean = |b: &Branch| b.variation.as_ref().map_or(1.0, |wave| wave.shape.mean());
-        let all = eigen(&closed(train, mean)?)?;
+        let all = eigen(&closed(train, Branch::mean_factor)?)?;
         let fastest = all.values.last().map_or(0.0, |value| value.norm());
         let values = all.values.iter().copied().enumerate();
         let mut swinging: Vec<(Complex, usize)> = values

@@ -336,7 +336,7 @@ pub fn run(weights: &Alpha, train: &Train, ask: &Ask, sink: &mut Sink) -> Result
                 meant = h;
             }
             let mut stepped = step(&mut constant, &state, t, h, clock, &scale, &mut effort);
-            let mut begun = state.clone();
+            let mut first = None;
             // Before the first step only the motion tells how a changes.
             if let Ok(trial) = stepped.as_ref()
                 && controlled
@@ -346,9 +346,11 @@ pub fn run(weights: &Alpha, train: &Train, ask: &Ask, sink: &mut Sink) -> Result
                 train.slope(clock(t + h), &there, &mut slope);
                 effort.evaluations += 1;
                 let rise: Vec<f64> = (0..n).map(|i| slope[n + i] - state.a[i]).collect();
-                begun.carry(weights, 1.0, &rise);
-                stepped = step(&mut constant, &begun, t, h, clock, &scale, &mut effort);
+                let carried = first.insert(state.clone());
+                carried.carry(weights, 1.0, &rise);
+                stepped = step(&mut constant, carried, t, h, clock, &scale, &mut effort);
             }
+            let begun = first.as_ref().unwrap_or(&state);
             let next = match stepped {
                 Err(_) if controlled && size > 1 => {
                     effort.rejected += 1;
@@ -362,7 +364,7 @@ pub fn run(weights: &Alpha, train: &Train, ask: &Ask, sink: &mut Sink) -> Result
             if let Wanted::Tolerance(tolerance) = ask.effort {
                 let before: Vec<f64> = [state.q.clone(), state.v.clone()].concat();
                 let sizes = scale.sizes(&before, &reached, h);
-                let error = local_errors(weights, [&begun, &next], h, last.as_ref());
+                let error = local_errors(weights, [begun, &next], h, last.as_ref());
                 let error = norm(&error, &sizes[..2 * n]) / tolerance;
                 if !(error <= 1.0) {
                     effort.rejected += 1;

@@ -7,7 +7,7 @@ use crate::base::error::Warning;
 use crate::identify::mode::IdentifiedMode;
 use crate::numeric::Complex;
 use crate::recording::quantity::ResponseKind;
-use crate::recording::responses::{FrequencyResponse, FrequencyResponses, Terminal};
+use crate::recording::responses::{FrequencyResponse, FrequencyResponses};
 use crate::spectrum::spectra::Spectra;
 
 /// Coherence below which a mode's response is mostly noise.
@@ -54,33 +54,33 @@ fn nearest(lines: &[f64], frequency_hz: f64) -> Option<usize> {
 
 /// Doubts that the kind of each response raises.
 pub fn of_kinds(responses: &FrequencyResponses) -> Vec<Warning> {
-    fn kind(f: &FrequencyResponse) -> Option<(&Terminal, ResponseKind)> {
-        let input = f.input.as_ref()?;
-        Some((input, ResponseKind::of(&input.unit, &f.output.unit)))
-    }
-    let ratio = responses.functions.iter().find_map(|f| {
-        let (input, kind) = kind(f)?;
-        match kind {
-            ResponseKind::Transmissibility => Some((input, f, false)),
-            ResponseKind::Inverse(_) => Some((input, f, true)),
+    let of = |f: &FrequencyResponse| {
+        let (input, output) = (f.input.as_ref()?, &f.output);
+        let over = format!("{} over {}", output.name, input.name);
+        let units = format!("{} over {}", output.unit, input.unit);
+        match ResponseKind::of(&input.unit, &output.unit) {
+            ResponseKind::Transmissibility => {
+                let message = format!(
+                    "{over} is a transmissibility ({units}): its poles are those of the structure held at {}, not its modes",
+                    input.name
+                );
+                let hint = "name the channel of the force as --input, or leave --input out";
+                Some(warning("transmissibility", message, hint))
+            }
+            ResponseKind::Inverse(_) => {
+                let message = format!(
+                    "{over} is a force over a motion ({units}): its poles are the zeros of the structure's responses, not its modes"
+                );
+                let hint = "swap --input and --output: the force drives";
+                Some(warning("inverse-response", message, hint))
+            }
             _ => None,
         }
-    });
-    ratio
-        .map(|(input, f, is_inverse)| {
-            if is_inverse {
-                let message = format!(
-                    "{} over {} is a force over a motion ({} over {}): its poles are the zeros of the structure's responses, not its modes",
-                    f.output.name, input.name, f.output.unit, input.unit
-                );
-                return warning("inverse-response", message, "swap --input and --output: the force drives");
-            }
-            let message = format!(
-                "{} over {} is a transmissibility ({} over {}): its poles are those of the structure held at {}, not its modes",
-                f.output.name, input.name, f.output.unit, input.unit, input.name
-            );
-            warning("transmissibility", message, "name the channel of the force as --input, or leave --input out")
-        })
+    };
+    responses
+        .functions
+        .iter()
+        .find_map(of)
         .into_iter()
         .collect()
 }
