@@ -648,3 +648,102 @@ fn law_coarse_samples_are_told() {
     };
     assert_eq!((codes("50"), codes("2000")), (1, 0));
 }
+
+/// Two discs of 1 kg·m² on a shaft that swings at 10 Hz, wound up.
+fn swinging(folder: &Path) -> String {
+    let k = 0.5 * (20.0 * std::f64::consts::PI).powi(2);
+    let text = format!(
+        "title = \"t\"\nsource = \"t\"\nunits = \"SI\"\ninertia = [{{ name = \"a\", J = 1.0 }}, {{ name = \"b\", J = 1.0 }}]\n\
+         shaft = [{{ name = \"s\", between = [\"a\", \"b\"], k = {k} }}]\n"
+    );
+    put(folder, "swing.toml", &text);
+    let scene = "model = \"swing.toml\"\n[start]\nangle = { a = \"0.1 rad\" }\n";
+    put(folder, "swings.toml", scene)
+        .to_str()
+        .unwrap()
+        .to_string()
+}
+
+/// The warnings of a code in a run.
+fn told(arguments: &[&str], code: &str) -> Vec<String> {
+    let found = printed(&[arguments, &["--json"]].concat());
+    let warnings = found["warnings"].as_array().unwrap().clone();
+    let of = warnings.iter().filter(|w| w["code"] == code);
+    of.map(|w| format!("{} {}", w["message"], w["hint"]))
+        .collect()
+}
+
+/// Free vibration at 10 Hz read from fewer than five samples in a period, and from far fewer than one: said of every quantity, with
+/// how many lie in it; from ten and more it is not.
+#[test]
+fn law_coarse_samples_of_free_vibration_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = swinging(folder.path());
+    for output in [
+        "s.deflection",
+        "s.force",
+        "a.theta.speed",
+        "b.theta.acceleration",
+    ] {
+        for (samples, per_period) in [
+            ("997", None),
+            ("4999", None),
+            ("347", Some(3.47)),
+            ("97", Some(0.97)),
+            ("13", Some(0.13)),
+        ] {
+            let said = told(
+                &[
+                    "simulate",
+                    &scene,
+                    "--until",
+                    "10",
+                    "--output",
+                    output,
+                    "--samples",
+                    samples,
+                ],
+                "coarse-samples",
+            );
+            match per_period {
+                None => assert!(said.is_empty(), "{output} {samples}: {said:?}"),
+                Some(expected) => {
+                    let number = said[0].split("so fast that ").nth(1).unwrap();
+                    let number: f64 = number.split(' ').next().unwrap().parse().unwrap();
+                    // The mean over fourteen samples or more of a sine's size.
+                    assert!((number / expected - 1.0).abs() < 0.2, "{output}: {said:?}");
+                }
+            }
+        }
+    }
+}
+
+/// A fixed step beyond the limit of an explicit method, or of a few to a period of 10 Hz, is told with the limit and the branch.
+#[test]
+fn law_long_steps_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = swinging(folder.path());
+    for (method, step, words) in [
+        // 2.97 over 62.8 rad/s.
+        ("rk4", "50 ms", Some("longer than 47.3 ms")),
+        ("rk4", "25 ms", Some("4.00 steps in a period")),
+        ("rk4", "15 ms", None),
+        ("newmark", "25 ms", Some("4.00 steps in a period")),
+        ("generalized-alpha", "0.1 s", Some("1.00 steps in a period")),
+        ("hht", "8 ms", None),
+    ] {
+        let said = told(
+            &[
+                "simulate", &scene, "--until", "0.3", "--method", method, "--step", step,
+            ],
+            "long-step",
+        );
+        match words {
+            None => assert!(said.is_empty(), "{method} {step}: {said:?}"),
+            Some(words) => assert!(
+                said[0].contains(words) && said[0].contains("10.0 Hz, is that of `s`"),
+                "{method} {step}: {said:?}"
+            ),
+        }
+    }
+}

@@ -390,9 +390,14 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "A step was asked for, and the method that would be exact for the machine takes none, so that one with an error took the motion. Leave the step out, or let `geardyn accuracy` show how large the error is.",
     ),
     (
+        "long-step",
+        Warning,
+        "The fixed step is long beside a period of the fastest that can swing in the machine while its contacts carry, or that acts on it. Beyond the limit of an explicit method every such swing grows without bound. Implicit methods stay bounded, and take what swings within a few steps for something slower, or damp it: no harm where the motion does not excite it. Take a shorter step, or a method that chooses its own; `geardyn accuracy` shows errors over steps.",
+    ),
+    (
         "coarse-samples",
         Warning,
-        "The samples lie far apart beside a period of what acts on the machine at an imposed speed: a load, an error or a stiffness wave. Extremes, means and what is read off the outputs are those of the samples; what lies between is missed, and a step of whole periods sees one and the same phase always. Ask for more --samples, with --no-history where only extremes are wanted.",
+        "The samples lie far apart beside a period of what acts on the machine at an imposed speed (a load, an error or a stiffness wave), or beside how fast an output swings, as its own slope tells. Extremes, means, answers to steps and what is read off the outputs are those of the samples; what lies between is missed, and a step of whole periods sees one and the same phase always. Ask for more --samples, with --no-history where only extremes are wanted.",
     ),
     (
         "handed-over",

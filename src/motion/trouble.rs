@@ -104,10 +104,19 @@ impl Fastest<'_> {
 /// Rounds of the power method; the value never falls, and has settled to a few per cent long before.
 const ROUNDS: usize = 40;
 
-/// The fastest free motion over the springs that always act, by the power method on M⁻¹K from the branch that would be fastest by
-/// itself; Rayleigh's quotient is no larger than the largest ω² (Courant and Fischer). Absent where no spring always acts.
+/// The fastest free motion over the springs that always act. Absent where none does.
 pub fn fastest(train: &Train) -> Option<Fastest<'_>> {
-    let springs: Vec<(&Branch, f64)> = train.branches.iter().filter_map(spring).collect();
+    fastest_of(train, train.branches.iter().filter_map(spring).collect())
+}
+
+/// The fastest free motion while every contact carries and every stiffness wave is at its crest. Absent where there is no spring.
+pub fn fastest_closed(train: &Train) -> Option<Fastest<'_>> {
+    fastest_of(train, train.branches.iter().filter_map(closed).collect())
+}
+
+/// By the power method on M⁻¹K from the branch that would be fastest by itself; Rayleigh's quotient is no larger than the largest ω²
+/// (Courant and Fischer).
+fn fastest_of<'t>(train: &'t Train, springs: Vec<(&'t Branch, f64)>) -> Option<Fastest<'t>> {
     let along = |b: &Branch| {
         let mut x = vec![0.0; train.n()];
         b.direction.scaled().for_each(|(i, a)| x[i] += a);
@@ -158,4 +167,15 @@ fn spring(branch: &Branch) -> Option<(&Branch, f64)> {
     let least = branch.variation.as_ref().map_or(1.0, |w| w.shape.least());
     let same = branch.force.is_none();
     (same && k * least > 0.0).then_some((branch, k * least))
+}
+
+/// The greatest stiffness of a branch.
+fn closed(branch: &Branch) -> Option<(&Branch, f64)> {
+    let k = match &branch.law {
+        Law::Linear { stiffness, .. } => *stiffness,
+        Law::Contact(contact) => contact.stiffness,
+        _ => return None,
+    };
+    let greatest = k * branch.greatest_factor();
+    (branch.force.is_none() && greatest > 0.0).then_some((branch, greatest))
 }

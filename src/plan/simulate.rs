@@ -1,16 +1,24 @@
 //! A motion from its scene to all that is said of it: prepared, a method chosen, integrated, and handed to the next method where this one
 //! gives it up.
 
+use std::f64::consts::TAU;
+
 use super::motion::choice::{self, Choice};
 use super::motion::cost;
-use super::motion::run::{self, Motion, Watch};
+use super::motion::fineness::Coarse;
+use super::motion::run::{self, FEWEST, Motion, Watch};
 use super::motion::scene::MotionScene;
 use super::on_the_fly::{Found, OnTheFly};
 use super::prepared::Prepared;
 use super::stages::Verdict;
 use crate::base::error::{Error, Warning};
 use crate::base::stop::Stop;
+use crate::base::units::seconds;
 use crate::motion::methods::periodic::grid::frequencies;
+use crate::motion::problem::Wanted;
+use crate::motion::progress::rounded;
+use crate::motion::train::Train;
+use crate::motion::trouble::fastest_closed;
 use crate::scene::Scene;
 use crate::scene::laws::History;
 use crate::scene::study::SimulateStudy;
@@ -68,7 +76,8 @@ impl Moved {
             .filter(|w| !OF_LINEAR_STUDIES.contains(&w.code))
             .chain(handed_over)
             .chain(choice.passed_over.map(|exact| not_exact(&choice, exact)))
-            .chain(coarse_samples(&ready))
+            .chain(long_step(&ready.moving.train, &choice))
+            .chain(coarse_samples(&ready).or_else(|| coarse_output(&ready, &motion)))
             .chain(found.warnings.clone())
             .collect();
         Ok(Moved {
@@ -103,23 +112,86 @@ fn coarse_samples(scene: &MotionScene) -> Option<Warning> {
         .chain(frequencies(train))
         .fold(0.0, f64::max);
     let step = scene.until / scene.samples as f64;
-    let per_period = std::f64::consts::TAU / (fastest * step);
+    let per_period = TAU / (fastest * step);
     (per_period < FEWEST).then(|| Warning {
         code: "coarse-samples",
         message: format!(
             "{per_period:.2} samples in a period of the fastest that acts, {:.4} Hz: extremes and means of the outputs are those of the samples, and miss what lies between",
-            fastest / std::f64::consts::TAU
+            fastest / TAU
         ),
-        hint: Some(format!(
-            "--samples {:.0} gives {} in each",
-            (FINE / per_period * scene.samples as f64).ceil(),
-            FINE
-        )),
+        hint: Some(finer(scene, per_period)),
     })
 }
 
-/// Samples in a period below which extremes may be a fifth short, cos(π/5).
-const FEWEST: f64 = 5.0;
+/// Samples too far apart to see how an output swings.
+fn coarse_output(scene: &MotionScene, motion: &Motion) -> Option<Warning> {
+    let Coarse { output, per_period } = motion.coarse?;
+    Some(Warning {
+        code: "coarse-samples",
+        message: format!(
+            "`{}` swings so fast that {per_period:.2} samples lie in a period: extremes and means of the outputs are those of the samples, and miss what lies between",
+            scene.outputs.list[output].name
+        ),
+        hint: Some(finer(scene, per_period)),
+    })
+}
+
+/// How many samples would do.
+fn finer(scene: &MotionScene, per_period: f64) -> String {
+    let samples = (FINE / per_period * scene.samples as f64).ceil();
+    format!("--samples {} gives {FINE} in each", rounded(samples))
+}
+
+/// A fixed step too long for what can swing in the machine, or acts on it.
+fn long_step(train: &Train, choice: &Choice) -> Option<Warning> {
+    let Wanted::Step(step) = choice.wanted else {
+        return None;
+    };
+    let free = fastest_closed(train);
+    if let (Some(bound), Some(free)) = (choice.method.bound, free)
+        && step * free.rate > bound.radius
+    {
+        let limit = bound.radius / free.rate;
+        return Some(Warning {
+            code: "long-step",
+            message: format!(
+                "a step of {} is longer than {}, beyond which every free motion so fast grows from step to step; {}",
+                seconds(step),
+                seconds(limit),
+                free.told()
+            ),
+            hint: Some(format!(
+                "take --step \"{}\" or less, or leave method and step out",
+                seconds(0.5 * limit)
+            )),
+        });
+    }
+    let acting = train.harmonics().chain(frequencies(train));
+    let acting = acting.fold(0.0, f64::max);
+    let (rate, told) = match free {
+        Some(free) if free.rate >= acting => (free.rate, free.told()),
+        _ => (
+            acting,
+            format!("the fastest that acts has {:.4} Hz", acting / TAU),
+        ),
+    };
+    // The period of a swing is then off by 2 to 3 %: (hω)²/12 of Newmark's average acceleration, (hω)⁴/120 of Runge and Kutta's order 4.
+    let fewest = match choice.method.order {
+        Some(2) => 10.0,
+        _ => 5.0,
+    };
+    let per_period = TAU / (step * rate);
+    (per_period < fewest).then(|| Warning {
+        code: "long-step",
+        message: format!(
+            "{per_period:.2} steps in a period of the fastest that can swing: where it does, it is not followed; {told}"
+        ),
+        hint: Some(format!(
+            "--step \"{}\" gives {FINE} in each; where half the step changes nothing, it does not swing",
+            seconds(step * per_period / FINE)
+        )),
+    })
+}
 
 /// Samples in a period from which extremes are true to 1 %: cos(π/20).
 const FINE: f64 = 20.0;

@@ -17,7 +17,7 @@ pub struct IntegrationArgs {
     /// Local error of a step, relative to the size of each state; 1e-8 where left out
     #[arg(long, value_name = "X", allow_negative_numbers = true)]
     pub tolerance: Option<f64>,
-    /// Fixed step (s where bare), for methods that go by one
+    /// Fixed step (s where bare), for methods that go by one: equal steps from one known jump of a load to the next, so long at most
     #[arg(
         long,
         value_name = "TIME",

@@ -1,8 +1,9 @@
 //! The explicit methods of ode_solvers: Runge and Kutta's of order 4, Dormand and Prince's of order 5 and 8.
 //!
 //! Two of its faults are gone round. Its Dormand–Prince method of order 8 has wrong nodes for explicit time, so time is
-//! one more state. Its dense output is wrong at the last point, so only its steps are used: it is started anew at every
-//! sample and every known break, and arrives there exactly.
+//! one more state. Its dense output is wrong at the last point, so only its steps are used. By a tolerance it is started anew at
+//! every sample and every known break, and arrives there exactly; a fixed step is what was asked for whatever the samples are, and
+//! these are read off between its steps.
 
 use std::cell::Cell;
 
@@ -161,24 +162,29 @@ fn from_sizes<P: Problem>(
     samples.give_until(t, &mut y, None, |_, _| ())?;
     while samples.due().is_some() && t < ask.to {
         let stop = next_stop(|t| problem.next_break(t), t, ask.to);
-        let start = t;
+        let between = [t, stop];
         while let Some(due) = samples.due().filter(|_| t < stop) {
-            let end = due.min(stop);
-            part(
-                method,
+            let end = match ask.effort {
+                Wanted::Tolerance(_) => due.min(stop),
+                Wanted::Step(_) => stop,
+            };
+            let part = Part {
                 problem,
                 ask,
-                [start, stop],
-                (&mut t, &mut y),
+                between,
+                from: (t, &y),
                 end,
-                &mut sizes,
-                &mut effort,
-            )?;
+            };
+            let steps = part.pass(method, &mut sizes, &mut effort)?;
             let grown = |(now, first): (&f64, &f64)| now / first > BEYOND_BELIEF;
             if matches!(ask.effort, Wanted::Step(_)) && sizes.iter().zip(&first).any(grown) {
-                return Err(out_of_range(start, t));
+                return Err(out_of_range(t, end));
             }
-            samples.give_until(t, &mut y, None, |_, _| ())?;
+            effort.evaluations += hand_over(problem, ask, &steps, &mut samples)?;
+            if let Some((reached, state)) = steps.into_iter().next_back() {
+                (t, y) = (reached, state);
+            }
+            within_budget(ask, &effort, t)?;
         }
     }
     Ok(effort)
@@ -208,26 +214,34 @@ fn first_sizes<P: Problem>(problem: &P, ask: &Ask) -> Vec<f64> {
     ask.start.iter().map(|x| x.abs().max(least)).collect()
 }
 
-/// From t to `end`, within the stretch between two breaks.
-#[allow(clippy::too_many_arguments, reason = "a part of a run has these parts")]
-fn part<P: Problem>(
-    method: Explicit,
-    problem: &P,
-    ask: &Ask,
-    stretch: [f64; 2],
-    (t, y): (&mut f64, &mut Vec<f64>),
+/// A part of the stretch between two breaks.
+struct Part<'a, P> {
+    problem: &'a P,
+    ask: &'a Ask,
+    /// Both breaks, s.
+    between: [f64; 2],
+    /// Where it begins, s, and the state there.
+    from: (f64, &'a [f64]),
+    /// Where it is to end, s.
     end: f64,
-    sizes: &mut [f64],
-    effort: &mut Effort,
-) -> Result<(), Error> {
-    let n = sizes.len();
-    let failed = Cell::new(false);
-    while *t < end && !ask.stop.is_due() {
-        let left = end - *t;
+}
+
+impl<P: Problem> Part<'_, P> {
+    /// Goes as far as one call of the package leads, the ends of all steps with their states, its own beginning first.
+    fn pass(
+        &self,
+        method: Explicit,
+        sizes: &mut [f64],
+        effort: &mut Effort,
+    ) -> Result<Vec<(f64, Vec<f64>)>, Error> {
+        let n = sizes.len();
+        let failed = Cell::new(false);
+        let (from, y) = self.from;
+        let left = self.end - from;
         let system = Clocked {
-            problem,
-            stretch,
-            from: *t,
+            problem: self.problem,
+            stretch: self.between,
+            from,
             sizes,
             failed: &failed,
         };
@@ -235,7 +249,7 @@ fn part<P: Problem>(
         start.push(0.0);
         let start = DVector::from_vec(start);
         // With a fixed step no error is too large.
-        let (tolerance, first, longest) = match ask.effort {
+        let (tolerance, first, longest) = match self.ask.effort {
             Wanted::Tolerance(tolerance) => (tolerance, 0.0, left),
             Wanted::Step(h) => {
                 let h = equal_part(left, h);
@@ -291,73 +305,69 @@ fn part<P: Problem>(
             Explicit::Dopri5 => controlled!(Dopri5, 10.0, 0.2),
             Explicit::Dop853 => controlled!(Dop853, 6.0, 0.333),
         };
-        let now = *t;
         if failed.get() {
-            return Err(out_of_range(now, end));
+            return Err(out_of_range(from, self.end));
         }
-        let reached = match method {
-            Explicit::Rk4 => Some(left),
-            _ => times.last().copied(),
-        };
-        if ask.follower.is_there() {
-            let instants = times.iter().map(|x| (now + x).min(end));
-            let whole = states
-                .iter()
-                .map(|s| (0..n).map(|i| s[i] * sizes[i]).collect());
-            let steps: Vec<(f64, Vec<f64>)> = instants.zip(whole).collect();
-            effort.evaluations += follow(problem, ask, &steps)?;
-        }
-        if let Some(last) = states.last() {
-            for i in 0..n {
-                y[i] = last[i] * sizes[i];
-            }
-        }
+        let instants = times.iter().map(|x| (from + x).min(self.end));
+        let whole = states
+            .iter()
+            .map(|s| (0..n).map(|i| s[i] * sizes[i]).collect());
+        let mut steps: Vec<(f64, Vec<f64>)> = instants.zip(whole).collect();
         for i in 0..n {
             let peak = states.iter().map(|s| s[i].abs()).fold(0.0, f64::max);
             sizes[i] = sizes[i].max(peak * sizes[i]);
         }
-        *t = match (&outcome, reached) {
-            (Ok(_), _) if now + left >= end => end,
-            (_, Some(x)) => now + x,
-            (_, None) => now,
+        let reached = match (&outcome, method) {
+            (Ok(_), _) if from + left >= self.end => self.end,
+            (_, Explicit::Rk4) => from + left,
+            _ => steps.last().map_or(from, |(t, _)| *t),
         };
+        if let Some(last) = steps.last_mut() {
+            last.0 = reached;
+        }
         match outcome {
             Ok(stats) => {
                 effort.steps += u64::from(stats.accepted_steps);
                 effort.rejected += u64::from(stats.rejected_steps);
                 effort.evaluations += u64::from(stats.num_eval);
+                Ok(steps)
             }
             Err(IntegrationError::MaxNumStepReached { n_step, .. }) => {
                 let stages = if method == Explicit::Dopri5 { 6 } else { 12 };
                 effort.steps += u64::from(n_step);
                 effort.evaluations += u64::from(n_step) * stages;
+                Ok(steps)
             }
-            Err(IntegrationError::StepSizeUnderflow { .. }) => {
-                return Err(Error::new(
-                    Code::NoConvergence,
-                    format!("no step from t = {} keeps the error within the tolerance", instant(*t)),
-                )
-                .hint("the motion jumps there: take a method that locates events, or a coarser tolerance"));
-            }
-            Err(IntegrationError::StiffnessDetected { .. }) => {
-                return Err(Error::new(
-                    Code::NoConvergence,
-                    format!(
-                        "the motion is too stiff for an explicit method at t = {}",
-                        instant(*t)
-                    ),
-                )
-                .hint("take radau5"));
-            }
+            Err(IntegrationError::StepSizeUnderflow { .. }) => Err(Error::new(
+                Code::NoConvergence,
+                format!(
+                    "no step from t = {} keeps the error within the tolerance",
+                    instant(reached)
+                ),
+            )
+            .hint(
+                "the motion jumps there: take a method that locates events, or a coarser tolerance",
+            )),
+            Err(IntegrationError::StiffnessDetected { .. }) => Err(Error::new(
+                Code::NoConvergence,
+                format!(
+                    "the motion is too stiff for an explicit method at t = {}",
+                    instant(reached)
+                ),
+            )
+            .hint("take radau5")),
         }
-        within_budget(ask, effort, *t)?;
     }
-    Ok(())
 }
 
-/// Hands over the steps taken. Inside a step the motion is that of one step of order 8 from its beginning, shifted by what the
-/// ends are apart: less than the step's own error. Gives the evaluations that took.
-fn follow<P: Problem>(problem: &P, ask: &Ask, steps: &[(f64, Vec<f64>)]) -> Result<u64, Error> {
+/// Hands over the steps taken and the samples due in them. Inside a step the motion is that of one step of order 8 from its
+/// beginning, shifted by what the ends are apart: less than the step's own error. Gives the evaluations that took.
+fn hand_over<P: Problem>(
+    problem: &P,
+    ask: &Ask,
+    steps: &[(f64, Vec<f64>)],
+    samples: &mut Samples,
+) -> Result<u64, Error> {
     let mut cost = Effort::default();
     for pair in steps.windows(2) {
         let [(from, start), (to, end)] = pair else {
@@ -367,22 +377,33 @@ fn follow<P: Problem>(problem: &P, ask: &Ask, steps: &[(f64, Vec<f64>)]) -> Resu
         if span <= 0.0 {
             continue;
         }
-        let mut step = Inside::new(Control::Fixed(span), Scale::plain(start.len()));
-        let (_, reached) = step.step(problem, (*from, start), *to, &mut cost)?;
-        let inside = |step: &Inside, theta: f64, y: &mut [f64]| {
-            Stepper::<P>::inside(step, theta, y);
+        let at_end = |t: f64| to - t <= 4.0 * f64::EPSILON * to.abs();
+        let mut inside = None;
+        if ask.follower.is_there() || samples.due_by(*to).is_some_and(|due| !at_end(due)) {
+            let mut step = Inside::new(Control::Fixed(span), Scale::plain(start.len()));
+            let (_, reached) = step.step(problem, (*from, start), *to, &mut cost)?;
             let apart = end.iter().zip(&reached).map(|(end, reached)| end - reached);
-            y.iter_mut()
-                .zip(apart)
-                .for_each(|(y, apart)| *y += theta * apart);
+            inside = Some((step, apart.collect::<Vec<f64>>()));
+        }
+        let mut at = |t: f64, y: &mut [f64]| match &inside {
+            Some((step, apart)) if !at_end(t) => {
+                let theta = (t - from) / span;
+                Stepper::<P>::inside(step, theta, y);
+                y.iter_mut()
+                    .zip(apart)
+                    .for_each(|(y, apart)| *y += theta * apart);
+            }
+            _ => y.copy_from_slice(end),
         };
         ask.follower.follow(Stretch {
             from: *from,
             to: *to,
             grain: span,
             regime: None,
-            state: &mut |t, y| inside(&step, (t - from) / span, y),
+            state: &mut at,
         });
+        let mut sample = vec![0.0; start.len()];
+        samples.give_until(*to, &mut sample, None, at)?;
     }
     Ok(cost.evaluations)
 }

@@ -18,5 +18,8 @@ pub mod cost;
 /// What can be read off an output.
 pub mod reading;
 
+/// Whether samples follow it.
+pub mod fineness;
+
 /// The run.
 pub mod run;

@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 use super::choice::Choice;
+use super::fineness::{Coarse, Fineness};
 use super::reading::{Reader, Reading};
 use super::scene::MotionScene;
 use crate::base::code::Code;
@@ -24,6 +25,8 @@ pub struct Motion {
     pub values: Vec<Vec<f64>>,
     /// Extremes and means of each output.
     pub readings: Vec<Option<Reading>>,
+    /// The output that its samples follow least, where too few of them lie in a period to read extremes off.
+    pub coarse: Option<Coarse>,
     /// How far it came, s.
     pub reached: f64,
     /// What it cost.
@@ -92,6 +95,7 @@ pub fn watched(
     });
     let (mut time, mut values) = (Vec::new(), vec![Vec::new(); scene.outputs.list.len()]);
     let mut readers = vec![Reader::default(); scene.outputs.list.len()];
+    let mut fineness = Fineness::new(scene);
     let (mut count, mut reached, mut refused) = (0, 0.0, None);
     let start = Instant::now();
     let effort = (choice.method.run)(train, &ask, &mut |t, y, regime| {
@@ -103,6 +107,7 @@ pub fn watched(
         for (reader, value) in readers.iter_mut().zip(&now) {
             reader.push(t, *value);
         }
+        fineness.look(scene, (t, y), regime, &now);
         if keep {
             time.push(t);
             for (list, value) in values.iter_mut().zip(&now) {
@@ -131,6 +136,7 @@ pub fn watched(
         time,
         values,
         readings: readers.iter().map(Reader::reading).collect(),
+        coarse: fineness.coarsest(FEWEST),
         reached,
         effort,
         seconds,
@@ -145,6 +151,9 @@ fn beyond_numbers(output: &str, value: f64, t: f64) -> Error {
         "look at the sizes of loads, stiffness, inertia and the start, and at how long it runs",
     )
 }
+
+/// Samples in a period below which extremes may be a fifth short, cos(π/5).
+pub const FEWEST: f64 = 5.0;
 
 /// Samples between two looks at how long the whole would take.
 const LOOK: usize = 1024;
