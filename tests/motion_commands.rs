@@ -258,7 +258,8 @@ fn law_stability_finds_the_principal_region() {
     for (over, said) in [
         ("depth=1:0:3", "no second axis"),
         ("width=0:1:3", "no second axis"),
-        ("depth=0:3:4", "falls below zero"),
+        ("depth=0:3:4", "falls to zero or below"),
+        ("depth=0:1e300:3", "at 5e299 times its depth"),
     ] {
         let output = geardyn(&["stability", scene.to_str().unwrap(), "--over", over]);
         assert_eq!(output.status.code(), Some(2));
@@ -622,12 +623,11 @@ fn refused_where_numbers_end() {
     let text = "title = \"t\"\nsource = \"t\"\nunits = \"SI\"\ninertia = [{ name = \"a\", J = 1.0 }, { name = \"b\", J = 1.0 }]\n\
                 shaft = [{ name = \"s\", between = [\"a\", \"b\"], k = 1000.0, damping_ratio = 0.01 }]\n";
     put(folder.path(), "model.toml", text);
-    let start =
-        "model = \"model.toml\"\n[start]\nangle = { a = \"1e308 rad\", b = \"-1e308 rad\" }\n";
-    for (text, until) in [(text, "1e300"), (start, "1")] {
+    let start = "model = \"model.toml\"\n[start]\nspeed = { a = \"1e50 rad/s\" }\n";
+    for (text, output) in [(text, "s.deflection"), (start, "a.theta")] {
         let scene = put(folder.path(), "far.toml", text);
-        let arguments = ["simulate", scene.to_str().unwrap(), "--until", until];
-        let (code, _, words) = said(&[&arguments[..], &["--output", "s.deflection"]].concat());
+        let arguments = ["simulate", scene.to_str().unwrap(), "--until", "1e300"];
+        let (code, _, words) = said(&[&arguments[..], &["--output", output]].concat());
         assert_eq!(code, Some(3), "{words}");
         assert!(
             words.contains("[overflow]") && words.contains("t = "),
@@ -746,4 +746,45 @@ fn law_long_steps_are_told() {
             ),
         }
     }
+}
+
+/// A method named twice is one.
+#[test]
+fn law_methods_named_twice_run_once() {
+    let found = printed(&[
+        "accuracy",
+        "examples/linear_chain.toml",
+        "--until",
+        "0.001",
+        "--methods",
+        "newmark,newmark",
+        "--methods",
+        "newmark",
+        "--json",
+    ]);
+    let runs = found["runs"].as_array().unwrap();
+    let steps: Vec<f64> = runs.iter().filter_map(|r| r["step_s"].as_f64()).collect();
+    assert_eq!(steps.len(), runs.len());
+    assert!(
+        steps.len() > 1 && steps.windows(2).all(|p| p[1] < p[0]),
+        "{steps:?}"
+    );
+}
+
+/// Numbers of hundreds of digits are told by a power of ten.
+#[test]
+fn law_large_numbers_are_short() {
+    let chain = [
+        "response",
+        "examples/linear_chain.toml",
+        "--input",
+        "chain.1.theta",
+    ];
+    let asked = ["--output", "chain.20.theta", "--band", "10:1e300"];
+    let (code, _, words) = said(&[&chain[..], &asked].concat());
+    assert_eq!(code, Some(3), "{words}");
+    assert!(
+        words.contains("at 1e299 Hz the forces of inertia"),
+        "{words}"
+    );
 }

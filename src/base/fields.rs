@@ -3,7 +3,7 @@
 use super::code::Code;
 use super::error::Error;
 use super::kind::Kind;
-use super::notes::{Notes, Range};
+use super::notes::{Notes, Range, SMALLEST};
 use super::place::Place;
 use super::toml::{Entry, Item, Table, Value};
 use super::units;
@@ -120,7 +120,17 @@ impl<'a, 'n> Fields<'a, 'n> {
     /// A quantity that may be left out.
     pub fn optional_quantity(&mut self, key: &str, kind: Kind, range: Range) -> Option<f64> {
         let item = self.item(key, kind.units())?;
-        self.quantity_of(key, item, kind, range)
+        let value = self.quantity_of(key, item, kind, range)?;
+        if value != 0.0 && value.abs() < SMALLEST && range != Range::Any {
+            let written = units::shortened(item.place.text());
+            let message = format!(
+                "`{key}` is below {SMALLEST:e} in SI units, where products are lost as zero, and is {written}"
+            );
+            let hint = "look at its unit; where nothing is meant, write 0 or leave it out";
+            self.refuse(Code::OutOfRange, message, &item.place, hint);
+            return None;
+        }
+        Some(value)
     }
 
     /// A quantity; NaN where it is missing or wrong, which is then noted.

@@ -34,6 +34,12 @@ impl Notes {
     }
 }
 
+/// The largest number taken: products of a stiffness, two lengths and what they are compared with stay within the range of numbers.
+pub const LARGEST: f64 = 1e50;
+
+/// The smallest size in SI units that is told from zero, for the same reason.
+pub const SMALLEST: f64 = 1e-50;
+
 /// Which numbers a key takes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Range {
@@ -59,10 +65,13 @@ impl Range {
             Range::Within(low, high, _) => (low..high).contains(&value),
             Range::Between(low, high, _) => value > low && value < high,
         };
-        if good && value.is_finite() {
+        if good && value.abs() <= LARGEST {
             return None;
         }
         Some(match self {
+            _ if good && value.is_finite() => format!(
+                "must not exceed {LARGEST:e} in SI units, beyond which products leave the range of numbers"
+            ),
             _ if !value.is_finite() => "must be a finite number".into(),
             Range::Any | Range::NotNegative => "must not be negative".into(),
             Range::Positive => "must be above zero".into(),

@@ -51,10 +51,15 @@ pub fn seconds(time_s: f64) -> String {
 
 /// An instant at which something happened, in seconds to six digits: enough to find it in a history.
 pub fn instant(time_s: f64) -> String {
-    let rounded: f64 = format!("{time_s:.5e}").parse().unwrap_or(time_s);
+    format!("{} s", figure(time_s))
+}
+
+/// A number to six digits, by a power of ten where it is very small or large: `66.9221`, `1e300`.
+pub fn figure(x: f64) -> String {
+    let rounded: f64 = format!("{x:.5e}").parse().unwrap_or(x);
     match rounded.abs() {
-        t if t == 0.0 || (1e-4..1e6).contains(&t) => format!("{rounded} s"),
-        _ => format!("{rounded:e} s"),
+        size if size == 0.0 || (1e-4..1e6).contains(&size) => format!("{rounded}"),
+        _ => format!("{rounded:e}"),
     }
 }
 
@@ -348,6 +353,7 @@ mod tests {
             assert_eq!(instant(time), words);
         }
         assert_eq!(enough(100_000.0), "31h");
+        assert_eq!([66.922_099, 1e300].map(figure), ["66.9221", "1e300"]);
     }
 
     #[test]

@@ -87,7 +87,7 @@ fn running(args: &RunningArgs, listed: RunningStudy) -> Result<RunningStudy, Err
     if args.turns == Some(0) {
         return Err(
             Error::new(Code::OutOfRange, "--turns takes a count of at least 1")
-                .hint("8 parts orders a quarter apart"),
+                .hint("with 8 turns orders a quarter apart are told from each other; more tell nearer ones apart"),
         );
     }
     let track = args

@@ -219,15 +219,6 @@ impl Shape {
         }
     }
 
-    /// No value is below this.
-    pub fn least(&self) -> f64 {
-        match self {
-            Shape::Rectangular { high, low, .. } => high.min(*low),
-            Shape::Fourier { mean, terms } => mean - terms.iter().map(|t| t.1.abs()).sum::<f64>(),
-            Shape::Table(values) => values.iter().copied().fold(f64::INFINITY, f64::min),
-        }
-    }
-
     /// No value is above this.
     pub fn greatest(&self) -> f64 {
         match self {

@@ -13,7 +13,7 @@ use super::prepared::Prepared;
 use super::stages::Verdict;
 use crate::base::error::{Error, Warning};
 use crate::base::stop::Stop;
-use crate::base::units::seconds;
+use crate::base::units::{figure, seconds};
 use crate::motion::methods::periodic::grid::frequencies;
 use crate::motion::problem::Wanted;
 use crate::motion::progress::rounded;
@@ -116,8 +116,8 @@ fn coarse_samples(scene: &MotionScene) -> Option<Warning> {
     (per_period < FEWEST).then(|| Warning {
         code: "coarse-samples",
         message: format!(
-            "{per_period:.2} samples in a period of the fastest that acts, {:.4} Hz: extremes and means of the outputs are those of the samples, and miss what lies between",
-            fastest / TAU
+            "{per_period:.2} samples in a period of the fastest that acts, {} Hz: extremes and means of the outputs are those of the samples, and miss what lies between",
+            figure(fastest / TAU)
         ),
         hint: Some(finer(scene, per_period)),
     })
@@ -172,7 +172,7 @@ fn long_step(train: &Train, choice: &Choice) -> Option<Warning> {
         Some(free) if free.rate >= acting => (free.rate, free.told()),
         _ => (
             acting,
-            format!("the fastest that acts has {:.4} Hz", acting / TAU),
+            format!("the fastest that acts has {} Hz", figure(acting / TAU)),
         ),
     };
     // The period of a swing is then off by 2 to 3 %: (hω)²/12 of Newmark's average acceleration, (hω)⁴/120 of Runge and Kutta's order 4.

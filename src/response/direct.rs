@@ -3,6 +3,7 @@
 use super::system::{Factor, System};
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::base::units::figure;
 use crate::numeric::sparse_lu::Pattern;
 use crate::numeric::{Complex, ComplexMatrix, Matrix, definite};
 
@@ -214,11 +215,17 @@ impl Direct {
 /// Of the largest entry of a row: less along a rigid motion is rounding of ratios that are fractions.
 const RELATIVE: f64 = 1e-12;
 
-fn resonance(omega: f64) -> Error {
-    let message = format!(
-        "at {} Hz the machine is at a resonance that nothing damps",
-        omega / std::f64::consts::TAU
-    );
+/// Frequencies whose square times an inertia may leave the range of numbers, rad/s.
+const HIGHEST: f64 = 1e100;
+
+/// No answer at a frequency, rad/s.
+pub(super) fn resonance(omega: f64) -> Error {
+    let at = format!("at {} Hz", figure(omega / std::f64::consts::TAU));
+    if omega > HIGHEST {
+        let message = format!("{at} the forces of inertia leave the range of numbers");
+        return Error::new(Code::Overflow, message).hint("ask for lower frequencies");
+    }
+    let message = format!("{at} the machine is at a resonance that nothing damps");
     Error::new(Code::Indefinite, message)
         .hint("give the machine its damping, or ask beside this frequency")
 }

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use super::direct::Direct;
+use super::direct::{Direct, resonance};
 use super::modal::Modes;
 use super::ports::Ports;
 use super::system::{Setting, System};
@@ -222,10 +222,5 @@ fn finite(value: ComplexMatrix, omega: f64) -> Result<ComplexMatrix, Error> {
     if (0..value.ncols()).all(|j| value.col_as_slice(j).iter().all(is)) {
         return Ok(value);
     }
-    let message = format!(
-        "at {} Hz the machine is at a resonance that nothing damps",
-        omega / std::f64::consts::TAU
-    );
-    Err(Error::new(Code::Indefinite, message)
-        .hint("give the machine its damping, or ask beside this frequency"))
+    Err(resonance(omega))
 }

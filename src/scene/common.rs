@@ -218,6 +218,7 @@ pub fn along(f: &mut Fields, suffix: &str) -> Contact {
         range: Range::NotNegative,
         damping: Kind::Damping,
         deflection: Kind::Length,
+        most: (1.0, "1 m"),
         characteristic: characteristic::along_tooth,
     };
     resisting(f, suffix, UNITS)
@@ -241,6 +242,7 @@ pub fn coupled(f: &mut Fields) -> Contact {
         range: Range::Any,
         damping: Kind::TorsionalDamping,
         deflection: Kind::Angle,
+        most: (100.0, "100 rad"),
         characteristic: characteristic::torsional,
     };
     resisting(f, "", UNITS)
@@ -252,6 +254,9 @@ struct Units {
     range: Range,
     damping: Kind,
     deflection: Kind,
+    /// The largest play. A contact's deflection is what the distance of its sides exceeds half the play by: this much keeps its force to
+    /// 1e-9 of what a micrometre, or a hundredth of a degree, of it exerts.
+    most: (f64, &'static str),
     characteristic: fn(&mut Fields) -> Option<Characteristic>,
 }
 
@@ -275,6 +280,14 @@ fn resisting(f: &mut Fields, suffix: &str, units: Units) -> Contact {
         wave: None,
         characteristic,
     };
+    if contact.backlash > units.most.0 {
+        let message = format!(
+            "`{backlash}` must not exceed {}: the deflection of the contact would be lost in the digits of the play",
+            units.most.1
+        );
+        let hint = "look at its unit; what never touches is left out";
+        f.refuse_key(Code::OutOfRange, &backlash, message, hint);
+    }
     if contact.backlash > 0.0 && contact.backlash < LEAST_PLAY {
         let message = format!(
             "`{backlash}` is {:e} in SI units, less than any play",

@@ -62,6 +62,17 @@ pub enum Shape {
     Table(Vec<f64>),
 }
 
+impl Shape {
+    /// No value is below this.
+    pub fn least(&self) -> f64 {
+        match self {
+            Shape::Rectangular { high, low, .. } => high.min(*low),
+            Shape::Fourier { mean, terms } => mean - terms.iter().map(|t| t.1.abs()).sum::<f64>(),
+            Shape::Table(values) => values.iter().copied().fold(f64::INFINITY, f64::min),
+        }
+    }
+}
+
 /// `F = sign(δ̇) [F_c + (F_s − F_c) exp(−(δ̇/v_s)²)]` sliding; anything up to F_s sticking.
 ///
 /// Source: Armstrong-Hélouvry, Dupont and Canudas de Wit 1994, the static model.

@@ -54,20 +54,22 @@ pub fn stiffness(f: &mut Fields) -> Option<StiffnessWave> {
             let phases =
                 f.optional_quantities("phases", Kind::Angle, Range::Any, Some(amplitudes.len()));
             let terms = with_phases(&amplitudes, phases);
-            if terms.iter().map(|t| t.1.abs()).sum::<f64>() >= mean {
-                let hint = "a stiffness below zero pushes instead of pulling: the amplitudes together must stay below the mean";
-                f.refuse_key(
-                    Code::OutOfRange,
-                    "amplitudes",
-                    "the wave goes down to zero or below",
-                    hint,
-                );
-                return None;
-            }
             Shape::Fourier { mean, terms }
         }
         Word::Table => Shape::Table(numbers(f, "values", Range::NotNegative)?),
     };
+    if shape.least() <= 0.0 {
+        let key = match &shape {
+            Shape::Rectangular { high, low, .. } if high < low => "high",
+            Shape::Rectangular { .. } => "low",
+            Shape::Fourier { .. } => "amplitudes",
+            Shape::Table(_) => "values",
+        };
+        let hint = "below zero a spring pushes instead of pulling, and at zero nothing carries though teeth are in mesh: keep every factor above zero, of a Fourier series the amplitudes together below the mean";
+        let message = format!("`{key}` lets the wave go down to zero or below");
+        f.refuse_key(Code::OutOfRange, key, message, hint);
+        return None;
+    }
     Some(StiffnessWave { shape, lead })
 }
 

@@ -14,7 +14,7 @@ use crate::base::stop::Stop;
 use crate::base::units;
 use crate::motion::methods::{METHODS, Method};
 use crate::motion::problem::{Effort, Wanted};
-use crate::plan::motion::choice::named;
+use crate::plan::motion::choice::each_named;
 use crate::plan::motion::cost::{Cost, room};
 use crate::plan::motion::scene::MotionScene;
 
@@ -84,10 +84,7 @@ pub fn study(
 ) -> Result<Accuracy, Error> {
     let chosen: Vec<&'static Method> = match methods.is_empty() {
         true => METHODS.iter().collect(),
-        false => methods
-            .iter()
-            .map(|name| named(name))
-            .collect::<Result<_, Error>>()?,
+        false => each_named(methods)?,
     };
     room(scene, KEPT)?;
     let cost = Cost::new(scene);

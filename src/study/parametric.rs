@@ -3,6 +3,7 @@
 use super::watch::Watch;
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::base::units::figure;
 use crate::machine::kinematics::mean_speeds;
 use crate::motion::floquet::{self, chart::Tongue, chart::tongues};
 use crate::motion::train::{Law, Train};
@@ -138,9 +139,11 @@ fn changed(train: &Train, over: Over, factor: f64) -> Result<Train, Error> {
                 .filter_map(|b| b.variation.as_mut())
             {
                 wave.shape = deeper(&wave.shape, factor);
-                if wave.shape.least() < 0.0 {
-                    let message =
-                        format!("at {factor} times its depth a stiffness falls below zero");
+                if wave.shape.least() <= 0.0 {
+                    let message = format!(
+                        "at {} times its depth a stiffness falls to zero or below",
+                        figure(factor)
+                    );
                     return Err(Error::new(Code::OutOfRange, message)
                         .hint("end the range of `over` sooner"));
                 }

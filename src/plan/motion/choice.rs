@@ -202,6 +202,21 @@ pub fn named(name: &str) -> Result<&'static Method, Error> {
     })
 }
 
+/// The methods of words, each once however often it is named.
+///
+/// # Errors
+/// Those of [`named`].
+pub fn each_named(names: &[String]) -> Result<Vec<&'static Method>, Error> {
+    let mut all: Vec<&'static Method> = Vec::new();
+    for name in names {
+        let method = named(name)?;
+        if all.iter().all(|known| known.name != method.name) {
+            all.push(method);
+        }
+    }
+    Ok(all)
+}
+
 fn automatic(train: &Train, study: &SimulateStudy) -> Result<(&'static Method, String), Error> {
     let able = |name: &&&str| {
         methods::find(name).is_some_and(|m| {

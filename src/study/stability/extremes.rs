@@ -11,7 +11,7 @@ use crate::motion::meter::{Balance, Limit, Meter};
 use crate::motion::methods::{Ladder, METHODS, Method};
 use crate::motion::problem::{Ask, Wanted};
 use crate::motion::progress::rounded;
-use crate::plan::motion::choice::{TOLERANCE, choose, named};
+use crate::plan::motion::choice::{TOLERANCE, choose, each_named};
 use crate::plan::motion::scene::MotionScene;
 use crate::scene::study::SimulateStudy;
 use crate::study::watch::Watch;
@@ -125,8 +125,7 @@ type Chosen = (Vec<&'static Method>, Vec<&'static Method>);
 
 fn chosen(scene: &MotionScene, study: &SimulateStudy, names: &[String]) -> Result<Chosen, Error> {
     if !names.is_empty() {
-        let all = names.iter().map(|name| named(name));
-        let all = all.collect::<Result<Vec<_>, Error>>()?;
+        let all = each_named(names)?;
         let by_step = |m: &&&Method| m.ladder == Ladder::Step;
         let stepped = all.iter().filter(by_step).copied().collect();
         return Ok((all, stepped));
