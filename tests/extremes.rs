@@ -15,8 +15,8 @@ use geardyn::scene::{self, Scene};
 use geardyn::study::stability::amplification::{
     EXPLICIT, Spectrum, TOLD, amplified, boundary, growth,
 };
-use geardyn::study::stability::cases::Extreme;
-use geardyn::study::stability::extremes::{ADDS_UP, Asked, BUDGET, Verdict, judged, rerun};
+use geardyn::study::stability::cases::{BUDGET, Extreme};
+use geardyn::study::stability::extremes::{ADDS_UP, Asked, Verdict, judged, rerun};
 
 fn scene_of(text: &str) -> Scene {
     let head = "title = \"t\"\nsource = \"t\"\nunits = \"SI\"\n";
@@ -322,6 +322,34 @@ shaft = [
     // Steps are powers of two of a part of the time, so that the error of one is up to eight times below the tolerance.
     let slope = (gaps[0] / gaps[2]).log10() / 6.0;
     assert!((slope - 2.0 / 3.0).abs() < 0.15, "{gaps:?}");
+}
+
+/// Teeth that strike and let go with more than critical damping: a jump of the force behind the point at which a step looks is an error
+/// of the step that it ends, so what is missing of the energy falls as in the swing above; left to the next step it would fall with
+/// their length, by the tolerance to the power of a third.
+#[test]
+fn law_controlled_alpha_meets_switches_in_time() {
+    let scene = scene_of(
+        r#"
+inertia = [{ name = "near", J = 1.0 }, { name = "far", J = 0.5 }]
+shaft = [{ name = "spring", between = ["ground", "near"], k = 500.0, c = 1.0 }]
+coupling = [{ name = "dogs", between = ["near", "far"], k = 4e4, c = 600.0, backlash = 0.04, contact_damping = "no-pull" }]
+load = [{ at = "far", kind = "harmonic", torque = 40.0, frequency = 3.0 }]
+"#,
+    );
+    let gaps = [1e-4, 1e-9].map(|tolerance| {
+        let mut study = by("generalized-alpha-controlled", 2.0);
+        study.tolerance = Some(tolerance);
+        let ready = ready(&scene, &study);
+        let balance = moved(&ready, &study).balance.unwrap();
+        assert!(
+            balance.doubt().unwrap() < 0.1 * balance.gap().abs(),
+            "{balance:?}"
+        );
+        balance.gap().abs()
+    });
+    let slope = (gaps[0] / gaps[1]).log10() / 5.0;
+    assert!(slope > 0.55, "{gaps:?}: {slope}");
 }
 
 /// On the curve around a region a step neither grows nor shrinks a mode; Radau's keeps clear of the left half-plane. The spectrum

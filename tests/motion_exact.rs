@@ -14,6 +14,7 @@ use geardyn::motion::curve::Curve;
 use geardyn::motion::friction::Friction;
 use geardyn::motion::methods;
 use geardyn::motion::problem::{Ask, Effort, Follower, Problem, Wanted};
+use geardyn::motion::segment::{journey, met};
 use geardyn::motion::signal::Signal;
 use geardyn::motion::train::{Branch, BranchStand, Drive, Law, Mass, Train};
 use geardyn::motion::wave::{Phase, Shape, Wave};
@@ -948,6 +949,27 @@ fn law_samples_do_not_matter() {
     assert_near(&few[7].1, &many[400].1, 1e-13);
     assert_eq!(effort.events, again.events);
     println!("{effort:?}");
+}
+
+/// However few machines are kept of the regimes that were met, the end is the same; where there is no room for any, nearly every switch
+/// makes one anew.
+#[test]
+fn law_room_for_machines_does_not_matter() {
+    let (machine, start) = two_meshes(7, 20, true);
+    let ask = ask(&start, 5.0, 1);
+    let ends = [met::ROOM, 0].map(|room| {
+        let mut end = Vec::new();
+        let effort = journey::run(&machine, &ask, room, &mut |_, y, _| {
+            end = y.to_vec();
+            ControlFlow::Continue(())
+        });
+        (end, effort.unwrap())
+    });
+    let [(roomy, kept), (narrow, anew)] = ends;
+    assert_near(&narrow, &roomy, 1e-13);
+    assert_eq!(kept.events, anew.events);
+    assert!(kept.machines < 20, "{kept:?}");
+    assert!(anew.machines > anew.events / 2, "{anew:?}");
 }
 
 // dry friction

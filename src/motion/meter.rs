@@ -184,8 +184,10 @@ impl Meter {
             Some(last) => self.balance.put_in += self.jumped(last, &start),
         }
         self.seen(stored);
+        // Nor is one shorter than its instants can be told apart.
+        let shortest = (SHORTEST * (to - from)).max(16.0 * f64::EPSILON * to.abs());
         let mut t = from;
-        let mut length = stretch.grain.min(to - from);
+        let mut length = stretch.grain.min(to - from).max(shortest);
         while t < to {
             let end = if t + 1.25 * length < to {
                 t + length
@@ -196,7 +198,7 @@ impl Meter {
             let share = (end - t) / (self.run[1] - self.run[0]);
             let allowed = OF_WORK * panel.work + OF_ALL * share * self.balance.size();
             let off = panel.off[0].abs() + panel.off[1].abs();
-            if off > allowed && end - t > SHORTEST * (to - from) {
+            if off > allowed && end - t > shortest {
                 length = 0.5 * (end - t);
             } else {
                 self.balance.put_in += panel.put_in;

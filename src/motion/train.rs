@@ -388,7 +388,7 @@ impl Train {
     }
 
     /// Where every piece and every contact is at a state; friction pairs stick or slide by their rates alone.
-    fn placed(&self, t: f64, y: &[f64]) -> Regime {
+    pub fn placed(&self, t: f64, y: &[f64]) -> Regime {
         let (q, v) = (&y[..self.n()], &y[self.n()..2 * self.n()]);
         let mut pieces = self.pieces(t);
         let stands = self.branches.iter().enumerate().map(|(at, b)| {

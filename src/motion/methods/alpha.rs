@@ -6,6 +6,8 @@
 //!
 //! Sources: Newmark 1959; Hilber, Hughes and Taylor 1977; Chung and Hulbert 1993, equations 3 to 8 and 17, 25.
 
+use std::borrow::Cow;
+
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::units::{instant, seconds};
@@ -79,12 +81,29 @@ impl Alpha {
         1.0 / 6.0 - self.beta - 0.5 * (self.inertia - self.force)
     }
 
+    /// Positions and speeds for which the equation of motion holds in a step.
+    fn mixed(&self, from: &State, to: &State) -> Vec<f64> {
+        [
+            mix(&from.q, &to.q, self.force),
+            mix(&from.v, &to.v, self.force),
+        ]
+        .concat()
+    }
+
     /// The factor of `h³ ä` in the local error of speeds, ä the second derivative of a: with `δ = α_m − α_f` and `γ = ½ − δ`
     /// it is `1/12 − δ²/2`, from Taylor's series of `v₁ = v₀ + h ((1 − γ) a(t₀ + δh) + γ a(t₁ + δh))`.
     pub fn local_error_of_speed(&self) -> f64 {
         let offset = self.inertia - self.force;
         1.0 / 12.0 - 0.5 * offset * offset
     }
+}
+
+/// A share of the old and the rest of the new.
+fn mix(old: &[f64], new: &[f64], share: f64) -> Vec<f64> {
+    let pairs = old.iter().zip(new);
+    pairs
+        .map(|(old, new)| share * old + (1.0 - share) * new)
+        .collect()
 }
 
 /// Newmark's average acceleration.
@@ -132,8 +151,12 @@ pub fn refuses(train: &Train) -> Option<String> {
 /// Rounds of Newton's iteration; from the tenth on half steps, which end cycles about a corner.
 const ROUNDS: u32 = 60;
 
-/// Parts a stretch is divided into where the step is chosen by the error: steps are powers of two of them.
-const PARTS: u64 = 1 << 40;
+/// Parts a stretch is divided into where the step is chosen by the error, as a power of two: steps are powers of two of them, and the
+/// shortest, which a jump of the force needs, are near rounding.
+const HALVINGS: u32 = 50;
+
+/// As many.
+const PARTS: u64 = 1 << HALVINGS;
 
 /// The constant parts of a machine.
 struct Constant<'a> {
@@ -270,6 +293,13 @@ struct State {
     a: Vec<f64>,
 }
 
+/// Where a step leads.
+struct Stepped {
+    to: State,
+    /// How contacts were held to stand; absent where they stood as the mixed state put them.
+    held: Option<Regime>,
+}
+
 impl State {
     /// The method's a stands for an instant `(α_m − α_f) h` after the state's, so it goes with the step: to another step, longer by a share
     /// of that in which a rose by so much. Left as it is, a rings by the difference for some steps (Arnold and Brüls 2007).
@@ -326,7 +356,7 @@ pub fn run(weights: &Alpha, train: &Train, ask: &Ask, sink: &mut Sink) -> Result
                 Wanted::Step(_) => (part, 1),
                 // A step of a power of two begins at a multiple of itself.
                 Wanted::Tolerance(_) => {
-                    size = size.min(1 << done.trailing_zeros().min(40));
+                    size = size.min(1 << done.trailing_zeros().min(HALVINGS));
                     (part * size as f64, size)
                 }
             };
@@ -342,7 +372,7 @@ pub fn run(weights: &Alpha, train: &Train, ask: &Ask, sink: &mut Sink) -> Result
                 && controlled
                 && last.is_none()
             {
-                let there = [&trial.q[..], &trial.v[..]].concat();
+                let there = [&trial.to.q[..], &trial.to.v[..]].concat();
                 train.slope(clock(t + h), &there, &mut slope);
                 effort.evaluations += 1;
                 let rise: Vec<f64> = (0..n).map(|i| slope[n + i] - state.a[i]).collect();
@@ -351,7 +381,7 @@ pub fn run(weights: &Alpha, train: &Train, ask: &Ask, sink: &mut Sink) -> Result
                 stepped = step(&mut constant, carried, t, h, clock, &scale, &mut effort);
             }
             let begun = first.as_ref().unwrap_or(&state);
-            let next = match stepped {
+            let Stepped { to: next, held } = match stepped {
                 Err(_) if controlled && size > 1 => {
                     effort.rejected += 1;
                     size /= 2;
@@ -364,7 +394,12 @@ pub fn run(weights: &Alpha, train: &Train, ask: &Ask, sink: &mut Sink) -> Result
             if let Wanted::Tolerance(tolerance) = ask.effort {
                 let before: Vec<f64> = [state.q.clone(), state.v.clone()].concat();
                 let sizes = scale.sizes(&before, &reached, h);
-                let error = local_errors(weights, [begun, &next], h, last.as_ref());
+                let mut error = local_errors(weights, [begun, &next], h, last.as_ref());
+                let times = [t, t + h].map(clock);
+                let late = late(&constant, [begun, &next], times, held.as_ref(), &mut effort);
+                for (error, late) in error[n..].iter_mut().zip(&late) {
+                    *error = error.abs() + h * late.abs();
+                }
                 let error = norm(&error, &sizes[..2 * n]) / tolerance;
                 if !(error <= 1.0) {
                     effort.rejected += 1;
@@ -397,7 +432,7 @@ pub fn run(weights: &Alpha, train: &Train, ask: &Ask, sink: &mut Sink) -> Result
             scale.note(&reached);
             let at = |due: f64, into: &mut [f64]| match due == u {
                 true => into.copy_from_slice(&reached),
-                false => between(&state, &next, h, (due - t) / h, into),
+                false => between(weights, [begun, &next], h, (due - t) / h, into),
             };
             ask.follower.follow(Stretch {
                 from: t,
@@ -439,6 +474,37 @@ fn local_errors(
     positions.chain(speeds).collect()
 }
 
+/// What a jumps by at the end of a step because contacts stand otherwise there than in the step, which knows the mixed state alone: the
+/// switch came too late for it. Empty where nothing does.
+fn late(
+    constant: &Constant,
+    [from, to]: [&State; 2],
+    [begin, end]: [f64; 2],
+    held: Option<&Regime>,
+    effort: &mut Effort,
+) -> Vec<f64> {
+    let (train, w) = (constant.train, constant.weights);
+    let contact = |&&b: &&usize| matches!(train.branches[b].law, Law::Contact(_));
+    let contacts: Vec<usize> = constant.others.iter().filter(contact).copied().collect();
+    if contacts.is_empty() {
+        return Vec::new();
+    }
+    effort.evaluations += 1;
+    let u = w.force * begin + (1.0 - w.force) * end;
+    let mixed = || train.placed(u, &w.mixed(from, to));
+    let stood = held.map_or_else(|| Cow::Owned(mixed()), Cow::Borrowed);
+    let y = [&to.q[..], &to.v[..]].concat();
+    let mut jump = vec![0.0; train.n()];
+    for b in contacts {
+        let force = |regime| train.force(b, regime, end, &y, 0.0).0;
+        let more = force(None) - force(Some(&*stood));
+        let acts = train.branches[b].acts();
+        acts.scaled().for_each(|(i, a)| jump[i] -= a * more);
+    }
+    train.accelerate(&mut jump);
+    jump
+}
+
 /// One step of length `h` from `t`.
 fn step(
     constant: &mut Constant,
@@ -448,7 +514,7 @@ fn step(
     clock: impl Fn(f64) -> f64,
     scale: &Scale,
     effort: &mut Effort,
-) -> Result<State, Error> {
+) -> Result<Stepped, Error> {
     let at = constant.system(h, effort)?;
     let (train, w) = (constant.train, constant.weights);
     let n = train.n();
@@ -472,13 +538,7 @@ fn step(
     };
     let mut held: Option<Regime> = None;
     for round in 0..ROUNDS {
-        let mix = |old: &[f64], new: &[f64], share: f64| -> Vec<f64> {
-            old.iter()
-                .zip(new)
-                .map(|(old, new)| share * old + (1.0 - share) * new)
-                .collect()
-        };
-        let y = [mix(&from.q, &to.q, w.force), mix(&from.v, &to.v, w.force)].concat();
+        let y = w.mixed(from, &to);
         let a = mix(&from.a, &to.a, w.inertia);
         let pushed = train.pushed(held.as_ref(), u, &y);
         effort.evaluations += 1;
@@ -510,7 +570,7 @@ fn step(
             break;
         }
         if size < 1e-13 || constant.others.is_empty() {
-            return Ok(to);
+            return Ok(Stepped { to, held });
         }
         // A contact whose force jumps may have no solution at its border: it stands as it stood.
         let only_contacts = || {
@@ -532,16 +592,16 @@ fn step(
     .hint("ask for a shorter step, or widen the creep speed of dry friction"))
 }
 
-/// The motion inside a step: the cubic through both ends' positions and speeds.
-fn between(from: &State, to: &State, h: f64, theta: f64, y: &mut [f64]) {
+/// The motion inside a step: the cubic through both ends' positions and speeds. How far the mean speed is from the mean of the speeds
+/// comes from a, `h (γ/2 − β) (a₀ − a₁)` by the method's two lines: as a difference of positions it would drown in rounding where a
+/// switch makes steps short.
+fn between(weights: &Alpha, [from, to]: [&State; 2], h: f64, theta: f64, y: &mut [f64]) {
     let n = from.q.len();
-    let rest = 1.0 - theta;
     for i in 0..n {
-        let rise = to.q[i] - from.q[i];
-        let (left, right) = (h * from.v[i] - rise, rise - h * to.v[i]);
-        y[i] = from.q[i] + theta * (rise + rest * (rest * left + theta * right));
-        y[n + i] =
-            (rise + (rest - theta) * (rest * left + theta * right) + theta * rest * (right - left))
-                / h;
+        let (v, gain) = (from.v[i], to.v[i] - from.v[i]);
+        let apart = h * (0.5 * weights.gamma - weights.beta) * (from.a[i] - to.a[i]);
+        let bulge = theta * theta * (3.0 - 2.0 * theta) * apart;
+        y[i] = from.q[i] + h * (theta * (v + 0.5 * theta * gain) + bulge);
+        y[n + i] = v + theta * (gain + 6.0 * (1.0 - theta) * apart);
     }
 }

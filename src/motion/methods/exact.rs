@@ -5,6 +5,7 @@ use crate::base::error::Error;
 use crate::motion::problem::{Ask, Effort, Problem, Sink};
 use crate::motion::progress::check;
 use crate::motion::segment::journey;
+use crate::motion::segment::met::ROOM;
 use crate::motion::train::Train;
 
 /// A sum of exponentials.
@@ -23,7 +24,7 @@ pub const METHOD: Method = Method {
 /// Checks what is asked, and flies.
 fn run(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
     check(ask, train.len())?;
-    journey::run(train, ask, sink)
+    journey::run(train, ask, ROOM, sink)
 }
 
 fn refuses(train: &Train) -> Option<String> {

@@ -1,19 +1,15 @@
 //! A run from switch to switch: regimes, their machines, known times, samples.
 
-use std::rc::Rc;
-
 use super::clock::{Clock, Tick};
 use super::flight::{BLOCK, Flight};
 use super::instant::Instant;
-use super::ladder::Ladder;
-use super::law::{Held, held};
-use super::linear::Linear;
 use super::machine::Machine;
+use super::met::Met;
 use super::search::{Outcome, Reached, Search};
 use super::shared::Shared;
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::base::units::{instant, seconds};
+use crate::base::units::instant;
 use crate::motion::contact::Stand;
 use crate::motion::friction::Slip;
 use crate::motion::problem::{Ask, Effort, Sink, Stretch};
@@ -30,11 +26,11 @@ const MANY: f64 = 8.0;
 /// Segments between two looks at whether the run is to end.
 const LOOK: u64 = 16;
 
-/// Runs a machine that is linear between switches.
+/// Runs a machine that is linear between switches; the machines of the regimes it meets are kept while they fill `room`, in bytes.
 ///
 /// # Errors
 /// A machine that is not; no convergence; a budget spent; switches that pile up at an instant.
-pub fn run(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
+pub fn run(train: &Train, ask: &Ask, room: usize, sink: &mut Sink) -> Result<Effort, Error> {
     let shared = Shared::new(train, ask.to - ask.from)?;
     let mut clock = Clock::new(train, ask.from)?;
     let mut regime = train.regime(ask.from, &ask.start);
@@ -56,7 +52,7 @@ pub fn run(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
         busy: vec![0; train.branches.len()],
         crowd: (ask.from, 0),
     };
-    let mut met = Met::new(train);
+    let mut met = Met::new(train, room);
     let mut flight = Flight::default();
     let mut search = Search::default();
     let mut next = vec![0.0; ask.start.len()];
@@ -70,15 +66,17 @@ pub fn run(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
             within_budget(ask, &journey.effort, journey.now.high)
                 .map_err(|e| trouble::busiest(e, train, &journey.busy))?;
         }
+        crossed = met.make_room(crossed);
         let place = met.place(&shared, &journey.regime.stands)?;
-        journey.effort.machines = met.machines.len() as u64;
+        journey.effort.machines = met.made();
         journey.effort.steps += 1;
-        met.machines[place].take_up(&shared.inputs, &journey.regime.pieces);
-        let machine = &met.machines[place];
+        met.machine_mut(place)
+            .take_up(&shared.inputs, &journey.regime.pieces);
+        let machine = met.machine(place);
         let known = clock.next(&journey.regime.pieces, |branch| journey.heeds(branch));
         let end = known.min(ask.to);
         let span = journey.now.until(end).max(0.0);
-        let from = crossed.map(|(machine, border)| &met.machines[machine].borders[border]);
+        let from = crossed.map(|(machine, border)| &met.machine(machine).borders[border]);
         flight.start(
             &shared,
             machine,
@@ -87,7 +85,7 @@ pub fn run(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
             span,
             from,
         );
-        let ladder = &mut met.ladders[met.kinds[place]];
+        let (machine, ladder) = met.with_ladder(place);
         let effort = (&mut journey.effort, ask);
         let reached = match search.next(machine, ladder, &mut flight, span, effort) {
             Outcome::Clear => None,
@@ -144,82 +142,6 @@ pub fn run(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
             return Err(
                 Error::new(Code::Overflow, message).hint("look for a machine that is not stable")
             );
-        }
-    }
-}
-
-/// The machines met so far, by how what can switch stood.
-struct Met {
-    /// Branches that can stand in more than one way.
-    switching: Vec<usize>,
-    stands: Vec<Vec<BranchStand>>,
-    machines: Vec<Machine>,
-    /// Which linear machine each of these is.
-    kinds: Vec<usize>,
-    linears: Vec<Rc<Linear>>,
-    /// Of every linear machine.
-    ladders: Vec<Ladder>,
-}
-
-impl Met {
-    fn new(train: &Train) -> Met {
-        let switches = |law: &Law| matches!(law, Law::Contact(_) | Law::Friction(_));
-        let branches = 0..train.branches.len();
-        Met {
-            switching: branches
-                .filter(|&b| switches(&train.branches[b].law))
-                .collect(),
-            stands: Vec::new(),
-            machines: Vec::new(),
-            kinds: Vec::new(),
-            linears: Vec::new(),
-            ladders: Vec::new(),
-        }
-    }
-
-    /// Where the machine of these stands is; it is made where there is none.
-    fn place(&mut self, shared: &Shared, stands: &[BranchStand]) -> Result<usize, Error> {
-        let own = || self.switching.iter().map(|&b| &stands[b]);
-        let is_it = |known: &Vec<BranchStand>| own().eq(known);
-        if let Some(place) = self.stands.iter().position(is_it) {
-            return Ok(place);
-        }
-        let laws = shared.train.branches.iter().zip(stands);
-        let laws: Vec<Held> = laws.map(|(b, s)| held(b, *s)).collect::<Result<_, _>>()?;
-        let kind = match self.linears.iter().position(|known| known.is_of(&laws)) {
-            Some(kind) => kind,
-            None => {
-                let linear = Linear::new(shared, &laws)?;
-                has_a_phase(&linear, shared.span)?;
-                self.linears.push(Rc::new(linear));
-                self.ladders.push(Ladder::default());
-                self.linears.len() - 1
-            }
-        };
-        let linear = Rc::clone(&self.linears[kind]);
-        let machine = Machine::new(shared, linear, &laws, stands)?;
-        self.stands.push(own().copied().collect());
-        self.machines.push(machine);
-        self.kinds.push(kind);
-        Ok(self.machines.len() - 1)
-    }
-}
-
-/// A phase of so many radians is known to a hundredth at best, and what is made of it to nothing.
-const PHASE_LOST: f64 = 1e-2 / f64::EPSILON;
-
-/// Refuses a swing that turns so often that double precision keeps nothing of its phase.
-fn has_a_phase(linear: &Linear, span: f64) -> Result<(), Error> {
-    let turned = linear.parts.turned(span);
-    match turned < PHASE_LOST {
-        true => Ok(()),
-        false => {
-            let message = format!(
-                "in {} the fastest swing turns through {turned:.1e} rad, of which double precision keeps no phase",
-                seconds(span)
-            );
-            Err(Error::new(Code::Hopeless, message)
-                .hint("ask for a shorter time, make what is so stiff rigid, or give it damping"))
         }
     }
 }

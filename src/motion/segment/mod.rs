@@ -72,5 +72,8 @@ pub mod flight;
 /// The next switch.
 pub mod search;
 
+/// The regimes met so far.
+pub mod met;
+
 /// From switch to switch.
 pub mod journey;
