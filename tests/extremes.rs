@@ -16,7 +16,10 @@ use geardyn::study::stability::amplification::{
     EXPLICIT, Spectrum, TOLD, amplified, boundary, growth,
 };
 use geardyn::study::stability::cases::{BUDGET, Extreme};
-use geardyn::study::stability::extremes::{ADDS_UP, Asked, Verdict, judged, rerun};
+use geardyn::study::stability::extremes::{
+    ADDS_UP, Asked, Methods, Verdict, extremes, judged, rerun,
+};
+use geardyn::study::watch::Watch;
 
 fn scene_of(text: &str) -> Scene {
     let head = "title = \"t\"\nsource = \"t\"\nunits = \"SI\"\n";
@@ -350,6 +353,34 @@ load = [{ at = "far", kind = "harmonic", torque = 40.0, frequency = 3.0 }]
     });
     let slope = (gaps[0] / gaps[1]).log10() / 5.0;
     assert!(slope > 0.55, "{gaps:?}: {slope}");
+}
+
+/// A method that cannot take the machine is left out once, with the reason, and is tried in no case.
+#[test]
+fn law_methods_that_cannot_are_left_out() {
+    let scene = scene_of(
+        r#"
+inertia = [{ name = "disc", J = 1.0 }]
+coupling = [{ name = "rubber", between = ["ground", "disc"], k = 100.0, maxwell = [{ k = 50.0, c = 5.0 }] }]
+load = [{ at = "disc", kind = "step", torque = 1.0, time = 0.0 }]
+"#,
+    );
+    let study = by("radau5", 0.1);
+    let ready = ready(&scene, &study);
+    let names = ["newmark", "radau5"].map(String::from);
+    let methods = Methods::new(&ready, &study, &names).unwrap();
+    let [(name, why)] = &methods.left_out[..] else {
+        panic!("{:?}", methods.left_out);
+    };
+    assert!(*name == "newmark" && why.contains("inner state"), "{why}");
+    let stop = Stop::default();
+    let mut watch = Watch {
+        stop: &stop,
+        hear: &mut |_| (),
+    };
+    let cases = extremes(&ready, &study, &methods, &mut watch);
+    assert!(cases.len() > 5 && cases.iter().all(|c| c.method == "radau5"));
+    assert_eq!(cases[0].verdict, Verdict::Pass);
 }
 
 /// On the curve around a region a step neither grows nor shrinks a mode; Radau's keeps clear of the left half-plane. The spectrum

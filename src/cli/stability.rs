@@ -15,7 +15,7 @@ use crate::scene::study::{Over, SimulateStudy, SpeedRange, StabilityStudy, Study
 use crate::scene::{self, Scene};
 use crate::study::parametric;
 use crate::study::stability::amplification::Spectrum;
-use crate::study::stability::extremes::{self, Verdict};
+use crate::study::stability::extremes::{self, Methods, Verdict};
 use crate::study::stability::{amplification, cases, facts};
 use crate::study::watch::Watch;
 
@@ -149,23 +149,28 @@ pub fn study_of(
     };
     let ready = MotionScene::new(&prepared, &scene.start, &nominal);
     let asks_motion = study.motion.until.is_some() || study.speeds.is_some();
-    let (floquet, cases, left_out) = match ready {
+    let (floquet, cases, left_out, methods_left_out) = match ready {
         // What keeps a model from moving is nothing to its linear facts.
         Err(error) if !asks_motion => {
             let why = error.message;
-            (Err(why), Vec::new(), vec![(cases::ALL, cases::NO_DURATION)])
+            let nothing = vec![(cases::ALL, cases::NO_DURATION)];
+            (Err(why), Vec::new(), nothing, Vec::new())
         }
         ready => {
             let ready = ready?;
             let floquet = parametric::study(&prepared, &ready, study, &mut watch)?;
-            let (cases, left_out) = match study.motion.until {
-                Some(_) => (
-                    extremes::extremes(&ready, &study.motion, &study.methods, &mut watch)?,
-                    cases::left_out(&ready).collect(),
-                ),
-                None => (Vec::new(), vec![(cases::ALL, cases::NO_DURATION)]),
+            let (cases, left_out, unable) = match study.motion.until {
+                Some(_) => {
+                    let methods = Methods::new(&ready, &study.motion, &study.methods)?;
+                    let cases = extremes::extremes(&ready, &study.motion, &methods, &mut watch);
+                    (cases, cases::left_out(&ready).collect(), methods.left_out)
+                }
+                None => {
+                    let nothing = vec![(cases::ALL, cases::NO_DURATION)];
+                    (Vec::new(), nothing, Vec::new())
+                }
             };
-            (floquet, cases, left_out)
+            (floquet, cases, left_out, unable)
         }
     };
     let step = study.motion.step.unwrap_or(facts.usual_step());
@@ -176,6 +181,7 @@ pub fn study_of(
         floquet,
         cases,
         left_out,
+        methods_left_out,
         interrupted: stop.is_raised(),
     })
 }

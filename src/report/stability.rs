@@ -12,7 +12,8 @@ use crate::base::place::Source;
 use crate::motion::floquet::chart::Tongue;
 use crate::study::parametric::{Chart, Parametric, Row};
 use crate::study::stability::amplification::Amplified;
-use crate::study::stability::extremes::{BUDGET, Case, Verdict};
+use crate::study::stability::cases::{AS_IT_IS, BUDGET};
+use crate::study::stability::extremes::{Case, Verdict};
 use crate::study::stability::facts::Facts;
 
 /// What a study of stability found.
@@ -27,6 +28,8 @@ pub struct Stability {
     pub cases: Vec<Case>,
     /// Cases that would change nothing, and why.
     pub left_out: Vec<(&'static str, &'static str)>,
+    /// Methods that cannot take the machine, and why.
+    pub methods_left_out: Vec<(&'static str, String)>,
     /// It ended before all was done.
     pub interrupted: bool,
 }
@@ -72,7 +75,9 @@ pub fn json(sources: &[Arc<Source>], found: &Stability) -> Value {
         "amplification": { "step_s": finite(*step), "methods": amplified },
         "floquet": floquet,
         "budget_evaluations": BUDGET,
+        "budget_as_it_is_evaluations": AS_IT_IS,
         "left_out": found.left_out.iter().map(|(case, reason)| json!({ "case": case, "reason": reason })).collect::<Vec<_>>(),
+        "methods_left_out": found.methods_left_out.iter().map(|(method, reason)| json!({ "method": method, "reason": reason })).collect::<Vec<_>>(),
         "cases": found.cases.iter().map(case).collect::<Vec<_>>(),
         "counts": {
             "pass": count(found, Verdict::Pass), "refused": count(found, Verdict::Refused), "fail": count(found, Verdict::Fail),

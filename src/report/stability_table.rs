@@ -9,7 +9,8 @@ use crate::base::units::seconds;
 use crate::motion::floquet::chart::Tongue;
 use crate::motion::progress::rounded;
 use crate::study::parametric::Chart;
-use crate::study::stability::extremes::{BUDGET, Verdict};
+use crate::study::stability::cases::{AS_IT_IS, BUDGET};
+use crate::study::stability::extremes::Verdict;
 
 /// Facts, parametric stability, the table of cases, what was refused and why.
 pub fn table(found: &Stability) -> String {
@@ -80,7 +81,8 @@ pub fn table(found: &Stability) -> String {
     right_but_first(&mut table);
     if !names.is_empty() {
         text += &format!(
-            "\nthe scene at its extremes, each case within the work of {} evaluations; the figure is what is missing of the energy, as a share of the largest part; up to 1e-3 passes, what it may be off by counted in\n{}",
+            "\nthe scene at its extremes, within the work of {} evaluations as it is and of {} in each other case; the figure is what is missing of the energy, as a share of the largest part; up to 1e-3 passes, what it may be off by counted in\n{}",
+            rounded(AS_IT_IS as f64),
             rounded(BUDGET as f64),
             finish(&table)
         );
@@ -103,9 +105,10 @@ pub fn table(found: &Stability) -> String {
     for (method, reason, cases) in ends {
         told.add_row([method.to_string(), reason.to_string(), cases.join(", ")]);
     }
-    for (at, (cases, why)) in found.left_out.iter().enumerate() {
+    let methods = found.methods_left_out.iter().map(|(m, why)| (*m, &why[..]));
+    for (at, (what, why)) in found.left_out.iter().copied().chain(methods).enumerate() {
         let apart = if at == 0 { "\n" } else { "" };
-        text += &format!("{apart}left out {cases}: {why}\n");
+        text += &format!("{apart}left out {what}: {why}\n");
     }
     if told.row_count() > 0 {
         text += &format!("\nrefused or failed\n{}", finish(&told));

@@ -52,12 +52,6 @@ impl Verdict {
     }
 }
 
-/// The work after which a case is refused, in evaluations of the equations of motion as [`Effort::work`] counts them, a reading of the
-/// powers being one as well: some seconds for twenty freedoms. It is counted, so that a verdict does not depend on what else a computer does.
-///
-/// [`Effort::work`]: crate::motion::problem::Effort::work
-pub const BUDGET: u64 = 3_000_000;
-
 /// What may be missing of the energy, the doubt about it counted in: the share a user would see in a plot.
 pub const ADDS_UP: f64 = 1e-3;
 
@@ -78,25 +72,77 @@ const STEPS: f64 = 1e5;
 /// The case of a step far too large, and its share of the time.
 const TOO_LARGE: (&str, f64) = ("step a tenth of the time", 0.1);
 
+/// The methods a scene is rerun by.
+pub struct Methods {
+    /// In every case.
+    every: Vec<&'static Method>,
+    /// Those given too large a step as well.
+    stepped: Vec<&'static Method>,
+    /// Those that cannot take the machine, and why.
+    pub left_out: Vec<(&'static str, String)>,
+}
+
+impl Methods {
+    /// Those named; where none is, what a plan would choose and one of every kind.
+    ///
+    /// # Errors
+    /// An unknown method.
+    pub fn new(
+        scene: &MotionScene,
+        study: &SimulateStudy,
+        names: &[String],
+    ) -> Result<Methods, Error> {
+        let train = &scene.moving.train;
+        let of = |names: &'static [&str]| METHODS.iter().filter(move |m| names.contains(&m.name));
+        let (mut every, mut stepped): (Vec<_>, Vec<_>) = if names.is_empty() {
+            let free = SimulateStudy {
+                method: None,
+                step: None,
+                ..study.clone()
+            };
+            let first = choose(train, &free)?.method;
+            let others = of(USUAL).filter(|m| m.name != first.name);
+            let every = [first].into_iter().chain(others).collect();
+            (every, of(STEPPED).collect())
+        } else {
+            let all = each_named(names)?;
+            let stepped = all.iter().copied().filter(|m| m.ladder == Ladder::Step);
+            (all.clone(), stepped.collect())
+        };
+        let mut left_out: Vec<(&str, String)> = Vec::new();
+        for method in every.iter().chain(&stepped) {
+            if let Some(why) = (method.refuses)(train)
+                && left_out.iter().all(|(name, _)| *name != method.name)
+            {
+                left_out.push((method.name, why));
+            }
+        }
+        let able = |m: &&Method| left_out.iter().all(|(name, _)| *name != m.name);
+        every.retain(able);
+        stepped.retain(able);
+        Ok(Methods {
+            every,
+            stepped,
+            left_out,
+        })
+    }
+}
+
 /// Reruns a scene at its extremes. Ended early, it gives the cases that were finished.
-///
-/// # Errors
-/// An unknown method.
 pub fn extremes(
     scene: &MotionScene,
     study: &SimulateStudy,
-    methods: &[String],
+    methods: &Methods,
     watch: &mut Watch,
-) -> Result<Vec<Case>, Error> {
-    let (chosen, stepped) = chosen(scene, study, methods)?;
+) -> Vec<Case> {
     let tolerance = study.tolerance.unwrap_or(TOLERANCE);
     let step = study.step.unwrap_or(scene.until / STEPS);
     let as_it_is = Extreme::of(scene, tolerance, step);
     let mut all = Vec::new();
     for (name, change) in CASES.iter().filter(|c| idle(c.0, scene).is_none()) {
-        for &method in &chosen {
+        for &method in &methods.every {
             if !watch.goes_on(&format!("{name}: {}", method.name)) {
-                return Ok(all);
+                return all;
             }
             let mut extreme = as_it_is.clone();
             change(&mut extreme);
@@ -106,9 +152,9 @@ pub fn extremes(
     }
     // A step far too large is for those that take what they are given.
     let (name, share) = TOO_LARGE;
-    for method in stepped {
+    for &method in &methods.stepped {
         if !watch.goes_on(&format!("{name}: {}", method.name)) {
-            return Ok(all);
+            return all;
         }
         let large = Extreme {
             step: share * scene.until,
@@ -117,29 +163,7 @@ pub fn extremes(
         let case = rerun(name, method, (&large, scene.samples), watch.stop);
         all.extend(case);
     }
-    Ok(all)
-}
-
-/// Methods for every case, and those that are given too large a step.
-type Chosen = (Vec<&'static Method>, Vec<&'static Method>);
-
-fn chosen(scene: &MotionScene, study: &SimulateStudy, names: &[String]) -> Result<Chosen, Error> {
-    if !names.is_empty() {
-        let all = each_named(names)?;
-        let by_step = |m: &&&Method| m.ladder == Ladder::Step;
-        let stepped = all.iter().filter(by_step).copied().collect();
-        return Ok((all, stepped));
-    }
-    let free = SimulateStudy {
-        method: None,
-        step: None,
-        ..study.clone()
-    };
-    let first = choose(&scene.moving.train, &free)?.method;
-    let of = |names: &'static [&str]| METHODS.iter().filter(move |m| names.contains(&m.name));
-    let others = of(USUAL).filter(|m| m.name != first.name);
-    let all = [first].into_iter().chain(others).collect();
-    Ok((all, of(STEPPED).collect()))
+    all
 }
 
 /// One case by one method, with so many samples; nothing where it was ended.
@@ -165,7 +189,7 @@ pub fn rerun(
         return refused(why);
     }
     let limit = Limit {
-        readings: BUDGET,
+        readings: extreme.budget,
         foresees: true,
         stop: stop.clone(),
     };
@@ -179,7 +203,7 @@ pub fn rerun(
             Ladder::Step => Wanted::Step(extreme.step),
             _ => Wanted::Tolerance(extreme.tolerance),
         },
-        budget: BUDGET,
+        budget: extreme.budget,
         stop: stop.clone(),
         follower,
     };
@@ -264,10 +288,9 @@ pub fn judged(balance: &Balance, asked: Asked) -> (Verdict, Option<f64>, Option<
             false => "more than can be told".to_string(),
         };
         let words = format!(
-            "its energy cannot be told: {} readings of the powers came through {} % of the time; the whole would take {whole}, and {} are allowed",
+            "its energy cannot be told: {} readings of the powers came through {} % of the time; the whole would take {whole}, more than is allowed",
             rounded(balance.readings as f64),
-            brief_share(share),
-            rounded(BUDGET as f64)
+            brief_share(share)
         );
         return refused(None, words);
     }
