@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use super::train::{Branch, Law, Train};
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::base::units::instant;
+use crate::base::units::{figure, instant};
 use crate::base::words::counted;
 
 /// The error, with the branch nearest to a switch named in its hint.
@@ -88,14 +88,14 @@ impl Fastest<'_> {
             branch,
             share,
         } = self;
-        let (times, unit) = match rate / TAU {
-            f if f >= 1e6 => (1e-6, "MHz"),
-            f if f >= 1e3 => (1e-3, "kHz"),
-            _ => (1.0, "Hz"),
+        let told = match rate / TAU {
+            f if f >= 1e12 => format!("{} Hz", figure(f)),
+            f if f >= 1e6 => format!("{:.1} MHz", 1e-6 * f),
+            f if f >= 1e3 => format!("{:.1} kHz", 1e-3 * f),
+            f => format!("{f:.1} Hz"),
         };
         format!(
-            "the fastest free motion, {:.1} {unit}, is that of `{branch}` ({:.0} % of its energy)",
-            times * rate / TAU,
+            "the fastest free motion, {told}, is that of `{branch}` ({:.0} % of its energy)",
             100.0 * share
         )
     }

@@ -20,6 +20,7 @@ use crate::motion::train::Train;
 /// # Errors
 /// Those of [`run`].
 pub fn machine(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
+    check(ask, train.len())?;
     run(train, ask, Scale::of_train(train, ask), sink)
 }
 
@@ -54,7 +55,7 @@ fn run<P: Problem>(
     while samples.due().is_some() && t < ask.to {
         let stop = next_stop(|t| problem.next_break(t), t, ask.to);
         let soon = 1e-2 * (ask.to - ask.from) / ask.samples.max(1) as f64;
-        let stretch = Stretch {
+        let passage = Passage {
             problem,
             from: t,
             to: stop,
@@ -63,14 +64,14 @@ fn run<P: Problem>(
             evaluations: Cell::new(0),
             failed: Cell::new(false),
         };
-        y = stretch.pass(tolerance, ask, &mut scale, &mut samples, &mut effort)?;
+        y = passage.pass(tolerance, ask, &mut scale, &mut samples, &mut effort)?;
         t = stop;
     }
     Ok(effort)
 }
 
 /// From one known break to the next, states over their sizes.
-struct Stretch<'a, P> {
+struct Passage<'a, P> {
     problem: &'a P,
     from: f64,
     to: f64,
@@ -83,7 +84,7 @@ struct Stretch<'a, P> {
 /// Part of a state's size by which it is moved to see how f changes: balances rounding against curvature.
 const MOVE: f64 = 1.5e-8;
 
-impl<P: Problem> Stretch<'_, P> {
+impl<P: Problem> Passage<'_, P> {
     /// ẏ over the sizes.
     fn slope(&self, t: f64, x: &[f64], dx: &mut [f64]) {
         self.evaluations.set(self.evaluations.get() + 1);
