@@ -20,7 +20,7 @@ pub struct Linear {
     pub transform: Vec<Vec<(usize, f64)>>,
     /// `M = Σ m v vᵀ`.
     pub masses: Vec<Mass>,
-    /// Branches with stiffness or damping.
+    /// Branches with stiffness or damping, in the order of their numbers.
     pub branches: Vec<LinearBranch>,
     /// Motions that strain no branch, over the coordinates that stay: the rigid-body modes.
     pub rigid: Vec<Vec<f64>>,
@@ -140,6 +140,12 @@ impl Linear {
         Ok(linear)
     }
 
+    /// The branch of this number in the machine; nothing where it is open or between what moves as one.
+    pub fn branch(&self, index: usize) -> Option<&LinearBranch> {
+        let at = self.branches.binary_search_by_key(&index, |b| b.index);
+        at.ok().map(|at| &self.branches[at])
+    }
+
     /// All freedoms from the coordinates that stay.
     pub fn recover(&self, p: &[f64]) -> Vec<f64> {
         self.transform
@@ -180,7 +186,7 @@ impl Linear {
             .any(|b| b.damping != 0.0 || b.loss_factor != 0.0)
             || global.mass != 0.0
             || global.stiffness != 0.0
-            || global.modal.iter().any(|&zeta| zeta != 0.0)
+            || global.is_modal()
     }
 
     fn check(&self, machine: &Machine, kinematics: &Kinematics) -> Result<(), Error> {

@@ -33,6 +33,19 @@ pub struct Basis {
     pub solver: Solver,
 }
 
+impl Basis {
+    /// No modes, over `n` coordinates.
+    pub fn none(n: usize) -> Basis {
+        Basis {
+            omega: Vec::new(),
+            n_rigid: 0,
+            shapes: Matrix::zeros(n, 0),
+            digits: Vec::new(),
+            solver: Solver::Factored,
+        }
+    }
+}
+
 /// Digits of the factored form: the worst relative error over chains, trees and loops with stiffness spread 1e14 and inertia
 /// spread 1e12 in tests/numeric_graded.rs is below 1e-14, of assembled machines in tests/graded_machines.rs below 1e-13.
 const FACTORED_DIGITS: f64 = 13.0;

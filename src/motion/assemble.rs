@@ -186,7 +186,7 @@ impl Site<'_> {
 
     /// K₀ and C₀: gyroscopic and centrifugal terms at the mean speeds, modal damping.
     fn general(&self) -> Result<Option<(Matrix, Matrix)>, Error> {
-        let modal = self.machine.damping.modal.iter().any(|&zeta| zeta != 0.0);
+        let modal = self.machine.damping.is_modal();
         if !modal && (self.machine.spins.is_empty() || self.speeds.is_none()) {
             return Ok(None);
         }

@@ -12,12 +12,10 @@ use crate::base::error::Error;
 pub struct Pattern {
     layout: SymbolicSparseColMat<usize>,
     order: SymbolicLu<usize>,
-    /// Row and column of each stored entry, by columns.
-    entries: Vec<(usize, usize)>,
 }
 
 impl Pattern {
-    /// Of the entries (row, column) that may differ from zero; those of the diagonal are always stored.
+    /// Of the entries (row, column) that may differ from zero, by columns, rows rising, none twice.
     ///
     /// # Errors
     /// `Hopeless` where memory runs out.
@@ -25,37 +23,26 @@ impl Pattern {
         n: usize,
         entries: impl IntoIterator<Item = (usize, usize)>,
     ) -> Result<Pattern, Error> {
-        let mut all: Vec<(usize, usize)> =
-            entries.into_iter().chain((0..n).map(|i| (i, i))).collect();
-        all.sort_by_key(|&(i, j)| (j, i));
-        all.dedup();
-        let mut start = vec![0; n + 1];
-        all.iter().for_each(|&(_, j)| start[j + 1] += 1);
+        let (mut start, mut rows) = (vec![0; n + 1], Vec::new());
+        for (row, column) in entries {
+            start[column + 1] += 1;
+            rows.push(row);
+        }
         (0..n).for_each(|j| start[j + 1] += start[j]);
-        let rows = all.iter().map(|e| e.0).collect();
         let layout = SymbolicSparseColMat::new_checked(n, n, start, None, rows);
         let memory = format!("no memory to factorise a matrix of {n} rows");
         let order =
             SymbolicLu::try_new(layout.as_ref()).map_err(|_| Error::new(Code::Hopeless, memory))?;
-        Ok(Pattern {
-            layout,
-            order,
-            entries: all,
-        })
+        Ok(Pattern { layout, order })
     }
 
-    /// `A⁻¹ B` for the entries that `value` gives by row and column.
+    /// `A⁻¹ B` for the values of the entries, in their order.
     ///
     /// # Errors
     /// `Indefinite` where A is singular to working precision.
-    pub fn solve(
-        &self,
-        value: impl Fn(usize, usize) -> Complex,
-        b: &ComplexMatrix,
-    ) -> Result<ComplexMatrix, Error> {
+    pub fn solve(&self, values: &[Complex], b: &ComplexMatrix) -> Result<ComplexMatrix, Error> {
         let singular = || Error::new(Code::Indefinite, "a sparse linear system is singular");
-        let values: Vec<Complex> = self.entries.iter().map(|&(i, j)| value(i, j)).collect();
-        let matrix = SparseColMatRef::new(self.layout.as_ref(), &values);
+        let matrix = SparseColMatRef::new(self.layout.as_ref(), values);
         let lu = Lu::try_new_with_symbolic(self.order.clone(), matrix).map_err(|_| singular())?;
         let x: ComplexMatrix = lu.solve(b);
         let finite = |j: usize| {

@@ -3,6 +3,7 @@
 //! A held freedom is a row `q_i = h`; a rigid joint with a displacement imposed in it, `wᵀq = e`, is released and becomes such
 //! a row. What r is over, the rows leave at zero; column h of T_h moves its own row by one and the others not at all.
 
+use super::entries::{Sparse, gathered};
 use super::ports::{Input, Output, Ports};
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -77,11 +78,7 @@ impl Coordinates {
             let mut linear = Linear::new(machine, &Kinematics::new(machine)?, from.operating)?;
             // A damping ratio refers to the masses of the machine as it is.
             for branch in &mut linear.branches {
-                let own = from
-                    .linear
-                    .branches
-                    .iter()
-                    .find(|b| b.index == branch.index);
+                let own = from.linear.branch(branch.index);
                 branch.damping = own.map_or(branch.damping, |b| b.damping);
             }
             Ok(linear)
@@ -115,8 +112,8 @@ impl Coordinates {
         })
     }
 
-    /// `[T_r, T_h]` over rigid motions and single coordinates of p.
-    pub fn plain(&self) -> Matrix {
+    /// Columns of `[T_r, T_h]` over rigid motions and single coordinates of p.
+    pub fn plain(&self) -> Vec<Sparse> {
         let mut taken = self.rows.pivots.clone();
         let mut rigid: Vec<Vec<f64>> = self.rigid.clone();
         for at in 0..rigid.len() {
@@ -136,13 +133,14 @@ impl Coordinates {
                     .for_each(|(x, y)| *x -= factor * y);
             }
         }
-        let mut columns = self.rigid.clone();
-        columns.extend(
-            (0..self.linear.n)
-                .filter(|j| !taken.contains(j))
-                .map(|j| self.rows.alone(j, self.linear.n)),
-        );
-        self.with_held(columns)
+        let mut free = vec![true; self.linear.n];
+        taken.iter().for_each(|&j| free[j] = false);
+        let alone = (0..self.linear.n)
+            .filter(|&j| free[j])
+            .map(|j| self.rows.alone(j));
+        let imposed = (0..self.held.len()).map(|h| self.rows.imposed(h));
+        let rigid = self.rigid.iter().map(|r| sparse(r.iter().copied()));
+        rigid.chain(alone).chain(imposed).collect()
     }
 
     /// `[T_r, T_h]` over modes of the machine with everything held still, and its coordinates without inertia.
@@ -154,7 +152,13 @@ impl Coordinates {
             unit[j] = 1.0;
             over(&unit)
         });
-        self.with_held(modes.chain(light).collect())
+        let imposed = (0..self.held.len()).map(|h| {
+            let mut column = vec![0.0; self.linear.n];
+            (self.rows.imposed(h).iter()).for_each(|&(j, a)| column[j] = a);
+            column
+        });
+        let columns: Vec<Vec<f64>> = modes.chain(light).chain(imposed).collect();
+        Matrix::from_fn(self.linear.n, columns.len(), |i, j| columns[j][i])
     }
 
     /// Modes of the machine itself over p, for modal damping.
@@ -167,11 +171,12 @@ impl Coordinates {
             ..basis.clone()
         }
     }
+}
 
-    fn with_held(&self, mut columns: Vec<Vec<f64>>) -> Matrix {
-        columns.extend((0..self.held.len()).map(|h| self.rows.imposed(h, self.linear.n)));
-        Matrix::from_fn(self.linear.n, columns.len(), |i, j| columns[j][i])
-    }
+/// What of a column is not zero.
+fn sparse(column: impl IntoIterator<Item = f64>) -> Sparse {
+    let all = column.into_iter().enumerate();
+    all.filter(|term| term.1 != 0.0).collect()
 }
 
 /// Held freedoms and joints that an input moves or whose force is measured, each once.
@@ -272,22 +277,15 @@ impl Rows {
     }
 
     /// Coordinate j moves alone, and what the rows make follow it.
-    fn alone(&self, j: usize, n: usize) -> Vec<f64> {
-        let mut column = vec![0.0; n];
-        column[j] = 1.0;
-        for (at, &pivot) in self.pivots.iter().enumerate() {
-            column[pivot] = -self.others[at][j];
-        }
-        column
+    fn alone(&self, j: usize) -> Sparse {
+        let follow = self.pivots.iter().zip(&self.others);
+        gathered(std::iter::once((j, 1.0)).chain(follow.map(|(&pivot, row)| (pivot, -row[j]))))
     }
 
     /// Row h moves by one.
-    fn imposed(&self, h: usize, n: usize) -> Vec<f64> {
-        let mut column = vec![0.0; n];
-        for (at, &pivot) in self.pivots.iter().enumerate() {
-            column[pivot] = self.imposed[at][h];
-        }
-        column
+    fn imposed(&self, h: usize) -> Sparse {
+        let follow = self.pivots.iter().zip(&self.imposed);
+        gathered(follow.map(|(&pivot, share)| (pivot, share[h])))
     }
 }
 

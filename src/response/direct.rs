@@ -1,6 +1,9 @@
 //! The dynamic stiffness factored line by line, scaled to unit diagonal; sparse where it is large and mostly empty.
 
-use super::system::{Factor, System};
+use super::entries::{Entries, Entry};
+use super::factor::Factor;
+use super::ports::Ports;
+use super::system::{Setting, System};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::units::figure;
@@ -10,6 +13,7 @@ use crate::numeric::{Complex, ComplexMatrix, Matrix, definite};
 /// A system ready to be solved at any frequency.
 pub struct Direct {
     system: System,
+    entries: Entries,
     pattern: Option<Pattern>,
 }
 
@@ -20,42 +24,18 @@ const SMALL: usize = 24;
 const SPARSE: f64 = 0.25;
 
 impl Direct {
-    /// Finds the order of elimination.
+    /// Sets up the equations and finds the order of elimination.
     ///
     /// # Errors
-    /// `Hopeless` where memory runs out.
-    pub fn new(system: System) -> Result<Direct, Error> {
-        let n = system.len();
-        let equations = &system.equations;
-        let lossy = |i, j| {
-            equations
-                .hysteretic
-                .as_ref()
-                .is_some_and(|h| h[(i, j)] != 0.0)
-        };
-        let filled = |i: usize, j: usize| {
-            equations.mass[(i, j)] != 0.0
-                || equations.damping[(i, j)] != 0.0
-                || equations.stiffness[(i, j)] != 0.0
-                || lossy(i, j)
-        };
-        if n <= SMALL {
-            return Ok(Direct {
-                system,
-                pattern: None,
-            });
-        }
-        let all: Vec<(usize, usize)> = (0..n)
-            .flat_map(|j| (0..n).map(move |i| (i, j)))
-            .filter(|&(i, j)| filled(i, j))
-            .collect();
-        let sparse = (all.len() as f64) < SPARSE * (n * n) as f64;
-        let pattern = if sparse {
-            Some(Pattern::new(n, all)?)
-        } else {
-            None
-        };
-        Ok(Direct { system, pattern })
+    /// Those of [`System::plain`]; `Hopeless` where memory runs out.
+    pub fn new(setting: &Setting, ports: &Ports) -> Result<Direct, Error> {
+        let (system, entries) = System::plain(setting, ports)?;
+        let pattern = pattern(&entries)?;
+        Ok(Direct {
+            system,
+            entries,
+            pattern,
+        })
     }
 
     /// What is solved.
@@ -78,10 +58,11 @@ impl Direct {
         if omega == 0.0 && system.rigid > 0 {
             return self.at_rest();
         }
-        let loads = complex(&system.loads);
-        let x = self.solve(s, &loads).map_err(|_| resonance(omega))?;
-        let seen = complex(&system.reads) * &x;
-        let answer = system.joined(s, |read, load| seen[(read, load)]);
+        let x = self.solve(s).map_err(|_| resonance(omega))?;
+        let answer = system.joined(s, |read, load| {
+            let of = |sum: Complex, &(j, c): &(usize, f64)| sum + x[(j, load)] * c;
+            system.reads[read].iter().fold(Complex::ZERO, of)
+        });
         let finite = (0..answer.ncols()).all(|j| {
             answer
                 .col_as_slice(j)
@@ -96,41 +77,9 @@ impl Direct {
     }
 
     /// `D(s)⁻¹ B`.
-    fn solve(&self, s: Complex, b: &ComplexMatrix) -> Result<ComplexMatrix, Error> {
-        let equations = &self.system.equations;
-        let n = equations.len();
-        if n == 0 {
-            return Ok(b.clone());
-        }
-        let sign = if s.im == 0.0 { 0.0 } else { s.im.signum() };
-        let (ss, h) = (s * s, equations.hysteretic.as_ref());
-        let entry = |i: usize, j: usize| {
-            let lossy = h.map_or(0.0, |h| sign * h[(i, j)]);
-            ss * equations.mass[(i, j)]
-                + s * equations.damping[(i, j)]
-                + Complex::new(equations.stiffness[(i, j)], lossy)
-        };
-        let size = |i: usize| {
-            let own = equations.stiffness[(i, i)].abs()
-                + s.norm() * equations.damping[(i, i)].abs()
-                + ss.norm() * equations.mass[(i, i)].abs();
-            // A power of two, so that scaling rounds nothing.
-            if own > 0.0 {
-                (-0.5 * own.log2()).round().exp2()
-            } else {
-                1.0
-            }
-        };
-        let scale: Vec<f64> = (0..n).map(size).collect();
-        let scaled = |i: usize, j: usize| entry(i, j) * (scale[i] * scale[j]);
-        let right = ComplexMatrix::from_fn(n, b.ncols(), |i, j| b[(i, j)] * scale[i]);
-        let y = match &self.pattern {
-            Some(pattern) => pattern.solve(scaled, &right)?,
-            None => definite::solve_complex(&ComplexMatrix::from_fn(n, n, scaled), &right)?,
-        };
-        Ok(ComplexMatrix::from_fn(n, b.ncols(), |i, j| {
-            y[(i, j)] * scale[i]
-        }))
+    fn solve(&self, s: Complex) -> Result<ComplexMatrix, Error> {
+        let b = self.system.load_columns();
+        solved(&self.entries, self.pattern.as_ref(), s, &b)
     }
 
     /// The limit at rest of a free machine: it accelerates as one under what does not balance, and deforms under the rest.
@@ -138,32 +87,31 @@ impl Direct {
     /// With R its rigid motions, `K x + M R a = b`, `Rᵀ M x = 0`: `x → x + R a / s²`.
     fn at_rest(&self) -> Result<ComplexMatrix, Error> {
         let system = &self.system;
-        let (equations, rigid, n) = (&system.equations, system.rigid, system.len());
-        let b = &system.loads;
+        let (rigid, n) = (system.rigid, system.len());
+        let b = system.load_columns();
         if system.undamped_rigid < rigid {
             let message = "a machine that only dampers hold has no answer at rest";
             return Err(Error::new(Code::Conflict, message)
                 .hint("ask above 0 Hz, or prescribe an angle: --hold NODE"));
         }
-        let own = Matrix::from_fn(rigid, rigid, |i, j| equations.mass[(i, j)]);
+        let mut own = Matrix::zeros(rigid, rigid);
+        let among = |e: &&Entry| e.row < rigid && e.column < rigid;
+        for e in self.entries.list.iter().filter(among) {
+            own[(e.row, e.column)] = e.mass;
+        }
         let push = Matrix::from_fn(rigid, b.ncols(), |i, j| b[(i, j)]);
         let a = definite::solve(&own, &push)?;
         // The rest deforms: rows and columns of K beyond the rigid motions, which are exactly zero there.
         let rest = n - rigid;
-        let k = Matrix::from_fn(rest, rest, |i, j| {
-            equations.stiffness[(rigid + i, rigid + j)]
-        });
-        let f = Matrix::from_fn(rest, b.ncols(), |i, j| {
-            b[(rigid + i, j)]
-                - (0..rigid)
-                    .map(|r| equations.mass[(rigid + i, r)] * a[(r, j)])
-                    .sum::<f64>()
-        });
-        let bent = if rest > 0 {
-            definite::solve(&k, &f)?
-        } else {
-            f
-        };
+        let mut f = Matrix::from_fn(rest, b.ncols(), |i, j| b[(rigid + i, j)]);
+        let across = |e: &&Entry| e.row >= rigid && e.column < rigid;
+        for e in self.entries.list.iter().filter(across) {
+            for j in 0..b.ncols() {
+                f[(e.row - rigid, j)] -= e.mass * a[(e.column, j)];
+            }
+        }
+        let k = self.entries.behind(rigid);
+        let bent = solved(&k, pattern(&k)?.as_ref(), Complex::ZERO, &f)?;
         let mut answer = ComplexMatrix::zeros(system.outputs.len(), system.inputs.len());
         for (o, terms) in system.outputs.iter().enumerate() {
             if self.turns_away(terms) {
@@ -179,11 +127,13 @@ impl Direct {
                 for &(_, load) in loads.iter().filter(|t| t.0 == Factor::ONE) {
                     for &(factor, row) in terms.iter().filter(|t| !t.0.lossy) {
                         let value = match factor.power {
-                            0 => (0..rest)
-                                .map(|j| system.reads[(row, rigid + j)] * bent[(j, load)])
+                            0 => (system.reads[row].iter())
+                                .filter(|term| term.0 >= rigid)
+                                .map(|&(j, c)| c * bent[(j - rigid, load)].re)
                                 .sum(),
-                            2 => (0..rigid)
-                                .map(|r| system.reads[(row, r)] * a[(r, load)])
+                            2 => (system.reads[row].iter())
+                                .filter(|term| term.0 < rigid)
+                                .map(|&(r, c)| c * a[(r, load)])
                                 .sum(),
                             _ => 0.0,
                         };
@@ -199,17 +149,66 @@ impl Direct {
 
     /// Whether rows for a displacement or a speed see a motion that strains nothing.
     fn turns_away(&self, terms: &[(Factor, usize)]) -> bool {
-        let (reads, rigid) = (&self.system.reads, self.system.rigid);
-        let largest = |row: usize, count: usize| {
-            (0..count)
-                .map(|j| reads[(row, j)].abs())
-                .fold(0.0, f64::max)
+        let rigid = self.system.rigid;
+        let turns = |row: usize| {
+            let read = &self.system.reads[row];
+            let largest = |count: usize| {
+                let own = read.iter().filter(|term| term.0 < count);
+                own.map(|term| term.1.abs()).fold(0.0, f64::max)
+            };
+            largest(rigid) > RELATIVE * largest(usize::MAX)
         };
-        terms
-            .iter()
-            .filter(|t| t.0.power < 2)
-            .any(|&(_, row)| largest(row, rigid) > RELATIVE * largest(row, reads.ncols()))
+        let mut terms = terms.iter().filter(|t| t.0.power < 2);
+        terms.any(|&(_, row)| turns(row))
     }
+}
+
+/// The order in which a matrix is eliminated as a sparse one; nothing where it is small or full.
+fn pattern(entries: &Entries) -> Result<Option<Pattern>, Error> {
+    let (n, list) = (entries.n, &entries.list);
+    let sparse = n > SMALL && (list.len() as f64) < SPARSE * (n * n) as f64;
+    let places = list.iter().map(|e| (e.row, e.column));
+    sparse.then(|| Pattern::new(n, places)).transpose()
+}
+
+/// `D(s)⁻¹ B`, with D scaled to unit diagonal.
+fn solved(
+    entries: &Entries,
+    pattern: Option<&Pattern>,
+    s: Complex,
+    b: &Matrix,
+) -> Result<ComplexMatrix, Error> {
+    let n = entries.n;
+    let mut scale = vec![1.0; n];
+    for own in entries.list.iter().filter(|e| e.row == e.column) {
+        let size = own.size(s);
+        // A power of two, so that scaling rounds nothing.
+        if size > 0.0 {
+            scale[own.row] = (-0.5 * size.log2()).round().exp2();
+        }
+    }
+    let scaled = |e: &Entry| e.at(s) * (scale[e.row] * scale[e.column]);
+    let right =
+        ComplexMatrix::from_fn(n, b.ncols(), |i, j| Complex::new(b[(i, j)] * scale[i], 0.0));
+    let mut x = match pattern {
+        _ if n == 0 => right,
+        Some(pattern) => {
+            let values: Vec<Complex> = entries.list.iter().map(scaled).collect();
+            pattern.solve(&values, &right)?
+        }
+        None => {
+            let mut full = ComplexMatrix::zeros(n, n);
+            for e in &entries.list {
+                full[(e.row, e.column)] = scaled(e);
+            }
+            definite::solve_complex(&full, &right)?
+        }
+    };
+    for j in 0..x.ncols() {
+        let column = x.col_as_slice_mut(j).iter_mut();
+        column.zip(&scale).for_each(|(x, scale)| *x *= *scale);
+    }
+    Ok(x)
 }
 
 /// Of the largest entry of a row: less along a rigid motion is rounding of ratios that are fractions.
@@ -228,25 +227,4 @@ pub(super) fn resonance(omega: f64) -> Error {
     let message = format!("{at} the machine is at a resonance that nothing damps");
     Error::new(Code::Indefinite, message)
         .hint("give the machine its damping, or ask beside this frequency")
-}
-
-fn complex(a: &Matrix) -> ComplexMatrix {
-    ComplexMatrix::from_fn(a.nrows(), a.ncols(), |i, j| Complex::new(a[(i, j)], 0.0))
-}
-
-impl System {
-    /// `Σ φ_c φ_b g(c, b) + d`, outputs by inputs, from `g = c D⁻¹ b` of every row and column.
-    pub(super) fn joined(&self, s: Complex, g: impl Fn(usize, usize) -> Complex) -> ComplexMatrix {
-        ComplexMatrix::from_fn(self.outputs.len(), self.inputs.len(), |o, i| {
-            let mut sum = Complex::ZERO;
-            for &(read, row) in &self.outputs[o] {
-                for &(load, column) in &self.inputs[i] {
-                    sum += read.at(s) * load.at(s) * g(row, column);
-                }
-            }
-            self.through[o][i]
-                .iter()
-                .fold(sum, |sum, &(factor, value)| sum + factor.at(s) * value)
-        })
-    }
 }

@@ -82,12 +82,12 @@ impl Solver {
     /// # Errors
     /// Prescribed motions that exclude each other; a displacement imposed where nothing carries it; those of the modes.
     pub fn new(setting: &Setting, ports: &Ports, way: Way) -> Result<Solver, Error> {
-        let direct = Direct::new(System::plain(setting, ports)?)?;
+        let direct = Direct::new(setting, ports)?;
         let modes = match way {
             Way::Direct => None,
             Way::Modal => {
-                let (system, basis) = System::modal(setting, ports)?;
-                Modes::new(system, &basis)?
+                let (system, equations, basis) = System::modal(setting, ports)?;
+                Modes::new(system, &equations, &basis)?
             }
         };
         let effort = Effort {

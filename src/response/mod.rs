@@ -3,8 +3,17 @@
 /// What drives and what is measured, by name.
 pub mod ports;
 
+/// Powers of s.
+mod factor;
+
+/// The dynamic stiffness entry by entry.
+mod entries;
+
 /// Coordinates beside motions that are prescribed.
 mod coordinates;
+
+/// What inputs push and outputs read.
+mod columns;
 
 /// Equations between inputs and outputs.
 pub mod system;

@@ -57,15 +57,19 @@ impl Modes {
     ///
     /// # Errors
     /// Those of the eigenvalue problem.
-    pub fn new(system: System, basis: &Basis) -> Result<Option<Modes>, Error> {
+    pub(super) fn new(
+        system: System,
+        equations: &Equations,
+        basis: &Basis,
+    ) -> Result<Option<Modes>, Error> {
         let modes = basis.omega.len();
-        if is_proportional(&system.equations, modes) {
-            return Modes::real(system, basis).map(Some);
+        if is_proportional(equations, modes) {
+            return Modes::real(system, equations, basis).map(Some);
         }
-        if system.equations.hysteretic.is_some() {
+        if equations.hysteretic.is_some() {
             return Ok(None);
         }
-        Modes::complex(system, basis)
+        Modes::complex(system, equations, basis)
     }
 
     /// The modes are complex.
@@ -73,21 +77,21 @@ impl Modes {
         self.complex
     }
 
-    fn real(system: System, basis: &Basis) -> Result<Modes, Error> {
-        let (modes, e) = (basis.omega.len(), &system.equations);
-        let terms = (0..modes).map(|k| second(&system, basis, k)).collect();
+    fn real(system: System, e: &Equations, basis: &Basis) -> Result<Modes, Error> {
+        let modes = basis.omega.len();
+        let (all_reads, all_loads) = (system.read_rows(), system.load_columns());
+        let ports = (&all_reads, &all_loads);
+        let terms = (0..modes).map(|k| second(ports, e, basis, k)).collect();
         let light = system.len() - modes;
         let still = match light {
-            0 => Matrix::zeros(system.reads.nrows(), system.loads.ncols()),
+            0 => Matrix::zeros(all_reads.nrows(), all_loads.ncols()),
             _ => {
                 let block =
                     Matrix::from_fn(light, light, |i, j| e.stiffness[(modes + i, modes + j)]);
-                let loads = Matrix::from_fn(light, system.loads.ncols(), |i, j| {
-                    system.loads[(modes + i, j)]
-                });
-                let reads = Matrix::from_fn(system.reads.nrows(), light, |i, j| {
-                    system.reads[(i, modes + j)]
-                });
+                let loads =
+                    Matrix::from_fn(light, all_loads.ncols(), |i, j| all_loads[(modes + i, j)]);
+                let reads =
+                    Matrix::from_fn(all_reads.nrows(), light, |i, j| all_reads[(i, modes + j)]);
                 reads * definite::solve(&block, &loads)?
             }
         };
@@ -99,9 +103,10 @@ impl Modes {
         })
     }
 
-    fn complex(system: System, basis: &Basis) -> Result<Option<Modes>, Error> {
-        let (e, rigid) = (&system.equations, system.rigid);
-        let n = system.len();
+    fn complex(system: System, e: &Equations, basis: &Basis) -> Result<Option<Modes>, Error> {
+        let (rigid, n) = (system.rigid, system.len());
+        let (all_reads, all_loads) = (system.read_rows(), system.load_columns());
+        let ports = (&all_reads, &all_loads);
         let couples = |i: usize| {
             (0..n).any(|j| {
                 j != i
@@ -114,7 +119,7 @@ impl Modes {
         if (0..rigid).any(couples) {
             return Ok(None);
         }
-        let mut terms: Vec<Term> = (0..rigid).map(|k| second(&system, basis, k)).collect();
+        let mut terms: Vec<Term> = (0..rigid).map(|k| second(ports, e, basis, k)).collect();
         let rest = n - rigid;
         let cut = |a: &Matrix| Matrix::from_fn(rest, rest, |i, j| a[(rigid + i, rigid + j)]);
         let elastic = Equations {
@@ -134,13 +139,9 @@ impl Modes {
             names: e.names[rigid..].to_vec(),
             transform: Matrix::zeros(0, rest),
         };
-        let forces = Matrix::from_fn(rest, system.loads.ncols(), |i, j| {
-            system.loads[(rigid + i, j)]
-        });
+        let forces = Matrix::from_fn(rest, all_loads.ncols(), |i, j| all_loads[(rigid + i, j)]);
         let first = first_order(&elastic, &forces)?;
-        let reads = Matrix::from_fn(system.reads.nrows(), rest, |i, j| {
-            system.reads[(i, rigid + j)]
-        });
+        let reads = Matrix::from_fn(all_reads.nrows(), rest, |i, j| all_reads[(i, rigid + j)]);
         let still = &reads * &first.at_u;
         let states = first.a.nrows();
         if states > 0 {
@@ -200,16 +201,11 @@ fn stiffness(e: &Equations, basis: &Basis, i: usize, j: usize) -> f64 {
 /// Relative: K summed from branches differs so from ω² of their squares by rounding, not by terms that are no squares.
 const SQUARE: f64 = 1e-9;
 
-fn second(system: &System, basis: &Basis, k: usize) -> Term {
-    let e = &system.equations;
+fn second((reads, loads): (&Matrix, &Matrix), e: &Equations, basis: &Basis, k: usize) -> Term {
     let real = |x: f64| Complex::new(x, 0.0);
     Term {
-        reads: (0..system.reads.nrows())
-            .map(|i| real(system.reads[(i, k)]))
-            .collect(),
-        loads: (0..system.loads.ncols())
-            .map(|j| real(system.loads[(k, j)]))
-            .collect(),
+        reads: (0..reads.nrows()).map(|i| real(reads[(i, k)])).collect(),
+        loads: (0..loads.ncols()).map(|j| real(loads[(k, j)])).collect(),
         root: Root::Second {
             damping: e.damping[(k, k)],
             stiffness: stiffness(e, basis, k, k),

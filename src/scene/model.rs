@@ -634,3 +634,10 @@ pub struct GlobalDamping {
     /// Where it is written.
     pub place: Option<Place>,
 }
+
+impl GlobalDamping {
+    /// Some mode has a damping ratio of its own.
+    pub fn is_modal(&self) -> bool {
+        self.modal.iter().any(|&zeta| zeta != 0.0)
+    }
+}

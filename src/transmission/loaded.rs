@@ -17,7 +17,7 @@ use crate::numeric::fraction::Fraction;
 use crate::response::direct::Direct;
 use crate::response::frequency::Way;
 use crate::response::ports::{Input, Output, Port, Ports};
-use crate::response::system::{Setting, System};
+use crate::response::system::Setting;
 use crate::scene::laws::Shape;
 use crate::scene::model::StiffnessWave;
 
@@ -159,7 +159,7 @@ fn under_load(
         outputs,
         held: chain.held.clone(),
     };
-    let at_rest = Direct::new(System::plain(setting, &ports)?)?.at(0.0)?;
+    let at_rest = Direct::new(setting, &ports)?.at(0.0)?;
     let of = |row: usize| {
         loads
             .iter()

@@ -84,14 +84,7 @@ impl Interior {
     pub fn fixed_modes(&self, linear: &Linear) -> Result<Basis, Error> {
         let fixed = self.fixed(linear);
         if fixed.n == fixed.massless.len() {
-            let shapes = Matrix::zeros(fixed.n, 0);
-            return Ok(Basis {
-                omega: Vec::new(),
-                n_rigid: 0,
-                shapes,
-                digits: Vec::new(),
-                solver: Solver::Factored,
-            });
+            return Ok(Basis::none(fixed.n));
         }
         let basis = basis::solve(&fixed, Solver::Factored)?;
         match basis.omega.first() {

@@ -7,16 +7,16 @@ use super::choice::{self, Choice};
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
 use crate::machine::kinematics::mean_speeds;
-use crate::modes::basis::{self, Solver as BasisSolver};
+use crate::modes::basis;
 use crate::numeric::Complex;
 use crate::plan::prepared::Prepared;
-use crate::plan::stages::Verdict;
+use crate::plan::stages::{self, Verdict};
 use crate::response::course::course;
 use crate::response::direct::Direct;
 use crate::response::frequency::{Effort, How, Solver};
 use crate::response::peaks::{self, Peak};
 use crate::response::ports::{Output, Port, Ports};
-use crate::response::system::{Setting, System};
+use crate::response::system::{Setting, held_frequencies};
 use crate::scene::study::{ResponseKind, ResponseStudy};
 
 /// Frequency responses with their peaks.
@@ -245,12 +245,10 @@ pub fn natural(prepared: &Prepared, ports: &Ports, (from, to): (f64, f64)) -> Ve
         return Vec::new();
     }
     let held = prepared.setting(None);
-    let omega = match System::modal(&held, ports) {
-        Ok((_, basis)) => basis.omega,
-        Err(_) => {
-            basis::solve(&prepared.linear, BasisSolver::Factored).map_or(Vec::new(), |b| b.omega)
-        }
-    };
+    let solver = stages::solver(prepared.linear.n);
+    let omega = held_frequencies(&held, ports, solver)
+        .or_else(|_| basis::solve(&prepared.linear, solver).map(|b| b.omega))
+        .unwrap_or_default();
     omega.into_iter().filter(|w| *w > from && *w < to).collect()
 }
 
@@ -284,7 +282,7 @@ impl<'a> Strain<'a> {
             .map(|b| (setting.machine.branches[b.index].element, b.stiffness))
             .collect();
         Ok(Strain {
-            direct: Direct::new(System::plain(setting, &ports)?)?,
+            direct: Direct::new(setting, &ports)?,
             springs,
             setting: *setting,
         })
