@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use super::args::ModesArgs;
-use super::{epilogue, output, study};
+use super::{epilogue, output, progress, study};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::modes::state_space::StateSpace;
@@ -26,7 +26,9 @@ pub fn run(args: &ModesArgs) -> Result<u8, Errors> {
     output::check(&outputs(args)?, &inputs)?;
     let prepared = Prepared::new(&scene.model)?;
     let plan = Plan::modes(&prepared, &study);
-    let answer = run::run(&prepared, &study, &plan)?;
+    let answer = progress::busy("finding modes", args.quiet, || {
+        run::run(&prepared, &study, &plan)
+    })?;
     let chosen = chosen(args, &answer)?;
     let mut written = Vec::new();
     if let Some(path) = &args.csv {

@@ -56,9 +56,11 @@ pub fn busy<T>(what: &'static str, quiet: bool, work: impl FnOnce() -> T) -> T {
 /// Work that knows how far it is: hears its share, 0 to 1, and `None` when it is done.
 pub fn share(what: &'static str, quiet: bool) -> impl Fn(Option<f64>) {
     let bar = (!quiet).then(|| {
-        let look = ProgressStyle::with_template("{msg} {wide_bar} {percent} %");
+        let look = ProgressStyle::with_template("{msg} {wide_bar} {percent} %, {elapsed}");
         let bar = ProgressBar::new(STEPS).with_message(what);
         bar.set_style(look.unwrap_or_else(|_| ProgressStyle::default_bar()));
+        // Between two shares there may be a long time.
+        bar.enable_steady_tick(BEAT);
         bar
     });
     move |share| match (&bar, share) {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::args::{ResponseArgs, ResponseKindWord, ResponseWayWord};
-use super::{epilogue, output};
+use super::{epilogue, output, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::kind::Kind;
@@ -22,7 +22,7 @@ pub fn run(args: &ResponseArgs) -> Result<u8, Errors> {
     let scene = scene::read(&args.scene)?;
     let study = asked(args, &scene)?;
     check_outputs(args, &scene)?;
-    let found = Linear::new(&scene, &study, args.svg.is_some())?;
+    let found = Linear::new(&scene, &study, args.svg.is_some(), args.quiet)?;
     let mut written = Vec::new();
     let mut put = |path: &Path, text: &str| -> Result<(), Error> {
         output::write(path, text.as_bytes())?;
@@ -62,9 +62,16 @@ impl Linear {
     ///
     /// # Errors
     /// Whatever is wrong with the machine, the study or the solution.
-    pub fn new(scene: &Scene, study: &ResponseStudy, drawn: bool) -> Result<Linear, Error> {
+    pub fn new(
+        scene: &Scene,
+        study: &ResponseStudy,
+        drawn: bool,
+        quiet: bool,
+    ) -> Result<Linear, Error> {
         let prepared = Prepared::new(&scene.model)?;
-        let answer = run::run(&prepared, study, drawn)?;
+        let answer = progress::busy("answering by frequency", quiet, || {
+            run::run(&prepared, study, drawn)
+        })?;
         Ok(Linear { prepared, answer })
     }
 

@@ -8,12 +8,11 @@ use super::harmonic_balance::Balanced;
 use super::response::Linear;
 use super::run_up::Raised;
 use super::te::Traced;
-use super::{interrupt, modes, output, simulate, stability};
+use super::{interrupt, modes, output, progress, simulate, stability};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::plan::prepared::Prepared;
 use crate::plan::run;
-use crate::plan::simulate::Moved;
 use crate::plan::stages::Plan;
 use crate::report;
 use crate::report::json::Detail;
@@ -46,10 +45,10 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
     let mut exit = 0;
     for study in &scene.studies {
         let (name, done) = match &study.kind {
-            StudyKind::Modes(study) => ("modes", natural(&scene, study)),
+            StudyKind::Modes(study) => ("modes", natural(&scene, study, args.quiet || args.json)),
             StudyKind::Simulate(study) => (
                 "simulate",
-                Moved::new(&scene, study, &stop).map(|moved| Done {
+                simulate::moved(&scene, study, &stop, args.quiet || args.json).map(|moved| Done {
                     text: simulate::text(&moved),
                     json: simulate::json(&moved, &scene),
                     epilogue: simulate::epilogue(&moved),
@@ -67,7 +66,7 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
             ),
             StudyKind::Response(study) => (
                 "response",
-                Linear::new(&scene, study, false).map(|found| Done {
+                Linear::new(&scene, study, false, args.quiet || args.json).map(|found| Done {
                     text: found.text(),
                     json: found.json(&scene),
                     epilogue: found.epilogue(),
@@ -140,10 +139,10 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
     Ok(exit)
 }
 
-fn natural(scene: &Scene, study: &ModesStudy) -> Result<Done, Error> {
+fn natural(scene: &Scene, study: &ModesStudy, quiet: bool) -> Result<Done, Error> {
     let prepared = Prepared::new(&scene.model)?;
     let plan = Plan::modes(&prepared, study);
-    let answer = run::run(&prepared, study, &plan)?;
+    let answer = progress::busy("finding modes", quiet, || run::run(&prepared, study, &plan))?;
     Ok(Done {
         text: report::table::modes(&prepared, &answer),
         json: report::json::modes(&scene.sources, &prepared, &answer, Detail::default()),

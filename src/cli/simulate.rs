@@ -5,9 +5,10 @@ use std::path::PathBuf;
 use serde_json::Value;
 
 use super::args::{RunningArgs, SimulateArgs};
-use super::{epilogue, interrupt, motion_flags, output};
+use super::{epilogue, interrupt, motion_flags, output, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
+use crate::base::stop::Stop;
 use crate::plan::simulate::Moved;
 use crate::report;
 use crate::scene::study::{self, BLOCKS, RunningStudy, SimulateStudy, StudyKind, TrackStudy};
@@ -46,7 +47,7 @@ pub fn run(args: &SimulateArgs) -> Result<u8, Errors> {
     if let Some(path) = &args.svg {
         output::ends(path, &["svg"])?;
     }
-    let moved = Moved::new(&scene, &study, &interrupt::stop())
+    let moved = moved(&scene, &study, &interrupt::stop(), args.quiet)
         .map_err(|e| motion_flags::placed(e, &args.motion, place))?;
     let mut written = Vec::new();
     if let Some(path) = &args.csv {
@@ -72,6 +73,22 @@ pub fn run(args: &SimulateArgs) -> Result<u8, Errors> {
         output::tell(&epilogue::written(&written));
     }
     Ok(exit(&moved))
+}
+
+/// Integrates; at a terminal it says how far the motion is.
+///
+/// # Errors
+/// Whatever is wrong with the machine or the motion.
+pub fn moved(
+    scene: &Scene,
+    study: &SimulateStudy,
+    stop: &Stop,
+    quiet: bool,
+) -> Result<Moved, Error> {
+    let bar = progress::share("integrating", quiet);
+    let moved = Moved::new(scene, study, stop, &|share| bar(Some(share)));
+    bar(None);
+    moved
 }
 
 /// What is found while the motion runs: that of the study with what the flags say put in its place.

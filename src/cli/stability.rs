@@ -17,7 +17,7 @@ use crate::study::parametric;
 use crate::study::stability::amplification::Spectrum;
 use crate::study::stability::extremes::{self, Methods, Verdict};
 use crate::study::stability::{amplification, cases, facts};
-use crate::study::watch::Watch;
+use crate::study::watch::{Watch, interrupted};
 
 /// Studies and prints; ends with 1 where a case failed.
 ///
@@ -141,7 +141,10 @@ pub fn study_of(
         hear: &mut |what| output::working(what, quiet),
     };
     let prepared = Prepared::new(&scene.model)?;
-    let facts = facts::facts(&prepared)?;
+    let facts = match watch.goes_on("modes with their damping") {
+        true => facts::facts(&prepared)?,
+        false => return Err(interrupted()),
+    };
     // Multipliers are of the machine, however long it moves; a period of the slowest motion stands in for a duration left out.
     let nominal = SimulateStudy {
         until: study.motion.until.or(Some(facts.slowest_period())),
@@ -149,6 +152,7 @@ pub fn study_of(
     };
     let ready = MotionScene::new(&prepared, &scene.start, &nominal);
     let asks_motion = study.motion.until.is_some() || study.speeds.is_some();
+    let budget = ready.as_ref().map_or(cases::BUDGET, cases::budget);
     let (floquet, cases, left_out, methods_left_out) = match ready {
         // What keeps a model from moving is nothing to its linear facts.
         Err(error) if !asks_motion => {
@@ -180,6 +184,7 @@ pub fn study_of(
         facts,
         floquet,
         cases,
+        budget,
         left_out,
         methods_left_out,
         interrupted: stop.is_raised(),

@@ -177,13 +177,20 @@ pub struct Effort {
 
 impl Effort {
     /// The work, in evaluations of f of a problem with so many states: a step is one; what factors a matrix or finds its entries as many
-    /// as half the states; the modes of a linear machine as many as the square of that.
+    /// as half the states, of more than 64 coordinates as many times more as they are times 64; the modes of a linear machine as many as the
+    /// square of half the states.
     pub fn work(&self, states: usize) -> u64 {
         // Below this the calls cost, not the rows.
         const LEAST_ROWS: u64 = 8;
+        // Up to here a factorisation goes by its rows, beyond by their square.
+        const FEW_ROWS: u64 = 64;
         let rows = (states as u64 / 2).max(LEAST_ROWS);
-        let matrices = self.factorisations + self.jacobians + self.machines * rows;
-        self.evaluations + self.steps + matrices * rows
+        let factors = rows * rows.div_ceil(FEW_ROWS);
+        let modes = rows * rows;
+        self.evaluations
+            + self.steps
+            + (self.factorisations + self.jacobians) * factors
+            + self.machines * modes
     }
 }
 

@@ -6,6 +6,7 @@ use super::prepared::Prepared;
 use super::stages::{COMPLEX, Plan, Stage, USUAL, Verdict, solver};
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
+use crate::base::units::duration;
 use crate::machine::kinematics::mean_speeds;
 use crate::modes::basis::{self, Basis, Solver};
 use crate::modes::campbell::{self, Campbell, CampbellOptions};
@@ -74,7 +75,7 @@ const ENOUGH_DIGITS: f64 = 9.0;
 /// # Errors
 /// Those of the stages.
 pub fn run(prepared: &Prepared, study: &ModesStudy, plan: &Plan) -> Result<Answer, Error> {
-    refuse_hopeless(prepared, study)?;
+    refuse_hopeless(prepared, study, plan)?;
     let mut run = Run {
         prepared,
         study,
@@ -97,18 +98,34 @@ pub fn run(prepared: &Prepared, study: &ModesStudy, plan: &Plan) -> Result<Answe
 const MOST: usize = 10_000;
 
 /// Says at once what would take hours or more memory than there is.
-fn refuse_hopeless(prepared: &Prepared, study: &ModesStudy) -> Result<(), Error> {
+fn refuse_hopeless(prepared: &Prepared, study: &ModesStudy, plan: &Plan) -> Result<(), Error> {
     let n = prepared.linear.n;
+    let runs =
+        |step: &(Stage, &str, Verdict)| matches!(step, (Stage::Complex, _, Verdict::Runs(_)));
+    if n > COMPLEX && plan.steps.iter().any(runs) {
+        return Err(complex_of_many(n));
+    }
     let systems = study.state_space.is_some() || study.reduce.is_some() || study.campbell.is_some();
     let all = systems || !prepared.linear.is_sum_of_squares();
     if (systems && n > COMPLEX) || (all && n > MOST) {
         let message = format!("this needs all modes of {n} freedoms in dense matrices");
         let hint = format!(
-            "up to {COMPLEX} freedoms this is a matter of seconds; model the machine with fewer"
+            "up to {COMPLEX} freedoms this is a matter of minutes; model the machine with fewer"
         );
         return Err(Error::new(Code::Hopeless, message).hint(hint));
     }
     Ok(())
+}
+
+fn complex_of_many(n: usize) -> Error {
+    // As measured on chains of 200 to 1000 discs.
+    let seconds = 1.2e-7 * (n as f64).powi(3);
+    let message = format!(
+        "complex modes of {n} freedoms would need a dense decomposition of twice that order, about {}, and {COMPLEX} freedoms are allowed",
+        duration(seconds)
+    );
+    let hint = "ask for undamped modes (they show an estimate of each damping ratio): leave out --damped; or model the machine with fewer freedoms";
+    Error::new(Code::Hopeless, message).hint(hint)
 }
 
 impl Answer {
@@ -233,12 +250,7 @@ impl Run<'_> {
             machine, linear, ..
         } = self.prepared;
         if linear.n > COMPLEX || self.basis.is_none() {
-            let message = format!(
-                "complex modes of {} freedoms would need a dense decomposition of twice that order",
-                linear.n
-            );
-            let hint = "leave out --damped (the undamped modes show an estimate of each damping ratio), or reduce the machine";
-            return Err(Error::new(Code::Hopeless, message).hint(hint));
+            return Err(complex_of_many(linear.n));
         }
         if let Some(basis) = &self.basis {
             let speeds = self.answer.speeds.as_deref();

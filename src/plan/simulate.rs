@@ -45,16 +45,24 @@ pub struct Moved {
 const OF_LINEAR_STUDIES: [&str; 3] = ["no-load", "contact-open", "loads-accelerate"];
 
 impl Moved {
-    /// Prepares, chooses, integrates.
+    /// Prepares, chooses, integrates; `hear` hears at every sample what share of the time is done.
     ///
     /// # Errors
     /// Whatever is wrong with the machine or the motion.
-    pub fn new(scene: &Scene, study: &SimulateStudy, stop: &Stop) -> Result<Moved, Error> {
+    pub fn new(
+        scene: &Scene,
+        study: &SimulateStudy,
+        stop: &Stop,
+        hear: &dyn Fn(f64),
+    ) -> Result<Moved, Error> {
         let prepared = Prepared::new(&scene.model)?;
         let ready = MotionScene::new(&prepared, &scene.start, study)?;
         let carry_out = |choice: &Choice| {
             let mut seen = OnTheFly::new(&prepared, &ready, &study.running)?;
-            let mut watch = |at: (f64, &[f64]), values: &[f64]| seen.watch(&ready, at, values);
+            let mut watch = |at: (f64, &[f64]), values: &[f64]| {
+                hear(at.0 / ready.until);
+                seen.watch(&ready, at, values)
+            };
             let kept = (study.running.history, &mut watch as &mut Watch);
             let motion = run::watched(&ready, choice, study.energy, stop, kept)?;
             let found = seen.finish(motion.interrupted)?;

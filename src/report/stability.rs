@@ -12,7 +12,7 @@ use crate::base::place::Source;
 use crate::motion::floquet::chart::Tongue;
 use crate::study::parametric::{Chart, Parametric, Row};
 use crate::study::stability::amplification::Amplified;
-use crate::study::stability::cases::{AS_IT_IS, BUDGET};
+use crate::study::stability::cases::AS_IT_IS;
 use crate::study::stability::extremes::{Case, Verdict};
 use crate::study::stability::facts::Facts;
 
@@ -26,6 +26,8 @@ pub struct Stability {
     pub floquet: Result<Parametric, String>,
     /// The scene at its extremes.
     pub cases: Vec<Case>,
+    /// The work each case may be, in evaluations.
+    pub budget: u64,
     /// Cases that would change nothing, and why.
     pub left_out: Vec<(&'static str, &'static str)>,
     /// Methods that cannot take the machine, and why.
@@ -74,8 +76,8 @@ pub fn json(sources: &[Arc<Source>], found: &Stability) -> Value {
         },
         "amplification": { "step_s": finite(*step), "methods": amplified },
         "floquet": floquet,
-        "budget_evaluations": BUDGET,
-        "budget_as_it_is_evaluations": AS_IT_IS,
+        "budget_evaluations": found.budget,
+        "budget_as_it_is_evaluations": AS_IT_IS * found.budget,
         "left_out": found.left_out.iter().map(|(case, reason)| json!({ "case": case, "reason": reason })).collect::<Vec<_>>(),
         "methods_left_out": found.methods_left_out.iter().map(|(method, reason)| json!({ "method": method, "reason": reason })).collect::<Vec<_>>(),
         "cases": found.cases.iter().map(case).collect::<Vec<_>>(),

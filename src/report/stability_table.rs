@@ -9,7 +9,7 @@ use crate::base::units::seconds;
 use crate::motion::floquet::chart::Tongue;
 use crate::motion::progress::rounded;
 use crate::study::parametric::Chart;
-use crate::study::stability::cases::{AS_IT_IS, BUDGET};
+use crate::study::stability::cases::AS_IT_IS;
 use crate::study::stability::extremes::Verdict;
 
 /// Facts, parametric stability, the table of cases, what was refused and why.
@@ -82,8 +82,8 @@ pub fn table(found: &Stability) -> String {
     if !names.is_empty() {
         text += &format!(
             "\nthe scene at its extremes, within the work of {} evaluations as it is and of {} in each other case; the figure is what is missing of the energy, as a share of the largest part; up to 1e-3 passes, what it may be off by counted in\n{}",
-            rounded(AS_IT_IS as f64),
-            rounded(BUDGET as f64),
+            rounded((AS_IT_IS * found.budget) as f64),
+            rounded(found.budget as f64),
             finish(&table)
         );
     }

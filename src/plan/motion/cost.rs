@@ -3,18 +3,19 @@
 use std::time::Instant;
 
 use super::choice::{Choice, choose};
+use super::dense::{Dense, ROOM};
 use super::scene::MotionScene;
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::units::{duration, enough, seconds};
 use crate::base::words::counted;
-use crate::motion::methods::Method;
+use crate::motion::methods::{METHODS, Method};
 use crate::motion::problem::{Problem, Wanted};
 use crate::motion::trouble::{Fastest, fastest};
 use crate::scene::study::SimulateStudy;
 
-/// Numbers that a history may hold: 2 GB.
-const NUMBERS: f64 = 2.5e8;
+/// Numbers that a history may hold.
+const NUMBERS: f64 = ROOM / 8.0;
 
 /// What steps of a scene cost.
 pub struct Cost<'s> {
@@ -119,6 +120,7 @@ pub fn refuse(scene: &MotionScene, choice: &Choice, study: &SimulateStudy) -> Re
         room(scene, 1)
             .map_err(|e| e.hint("ask for fewer --samples, or keep none with --no-history"))?;
     }
+    matrices(scene, choice)?;
     let least = Cost::new(scene).least(choice.method, choice.wanted);
     let Some(least) = least.filter(|least| least.seconds > scene.allowed) else {
         return Ok(());
@@ -152,4 +154,34 @@ pub fn refuse(scene: &MotionScene, choice: &Choice, study: &SimulateStudy) -> Re
         seconds(scene.until * scene.allowed / least.seconds),
         enough(least.seconds)
     )))
+}
+
+/// Refuses a method whose matrices would take longer or more room than is allowed.
+fn matrices(scene: &MotionScene, choice: &Choice) -> Result<(), Error> {
+    let train = &scene.moving.train;
+    let dense = Dense::of(choice.method, train.n());
+    let much = |dense: &Dense| dense.seconds > scene.allowed || dense.bytes > ROOM;
+    let Some(dense) = dense.filter(much) else {
+        return Ok(());
+    };
+    let message = format!(
+        "{} is hopeless here: {}, and {} and {:.0} GB are allowed",
+        choice.method.name,
+        dense.told(),
+        duration(scene.allowed),
+        1e-9 * ROOM
+    );
+    let explicit = METHODS.iter().filter(|m| m.bound.is_some());
+    let able: Vec<&str> = explicit
+        .filter(|m| (m.refuses)(train).is_none())
+        .map(|m| m.name)
+        .collect();
+    let hint = match able.is_empty() {
+        true => "model the machine with fewer coordinates".to_string(),
+        false => format!(
+            "{} go without matrices: name one by --method; or model the machine with fewer coordinates",
+            able.join(", ")
+        ),
+    };
+    Err(Error::new(Code::Hopeless, message).hint(hint))
 }

@@ -9,6 +9,9 @@ pub mod scene;
 /// What kind of equations a machine has.
 pub mod structure;
 
+/// What dense matrices cost.
+pub mod dense;
+
 /// Which method, and why.
 pub mod choice;
 

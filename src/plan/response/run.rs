@@ -6,9 +6,13 @@ use std::time::Instant;
 use super::choice::{self, Choice};
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
+use crate::base::stop::{Foreseen, Stop};
+use crate::base::units::duration;
+use crate::base::words::counted;
 use crate::machine::kinematics::mean_speeds;
 use crate::modes::basis;
 use crate::numeric::Complex;
+use crate::plan::motion::scene::ALLOWED;
 use crate::plan::prepared::Prepared;
 use crate::plan::stages::{self, Verdict};
 use crate::response::course::course;
@@ -105,6 +109,7 @@ pub fn run(prepared: &Prepared, study: &ResponseStudy, drawn: bool) -> Result<An
         .transpose()?;
     let setting = prepared.setting(speeds.as_deref());
     let choice = choice::choose(prepared, study);
+    choice::refuse(prepared, study, &choice)?;
     let lines = study.lines.unwrap_or(choice::LINES);
     let step = (to - from) / f64::from(lines - 1);
     let omega: Vec<f64> = (0..lines)
@@ -118,10 +123,16 @@ pub fn run(prepared: &Prepared, study: &ResponseStudy, drawn: bool) -> Result<An
         .collect();
     let mut solver = Solver::new(&setting, &ports, choice.way)?;
     solver.check(&omega)?;
-    let values = omega
-        .iter()
-        .map(|&w| solver.at(w))
-        .collect::<Result<Vec<_>, Error>>()?;
+    let allowed = Stop::default().allowing(ALLOWED);
+    let line = |(k, &w): (usize, &f64)| {
+        let done = k as f64 / omega.len() as f64;
+        match allowed.foresees(done) {
+            Some(foreseen) => Err(too_long(foreseen, k)),
+            None => solver.at(w),
+        }
+    };
+    let lined = omega.iter().enumerate().map(line);
+    let values = lined.collect::<Result<Vec<_>, Error>>()?;
 
     let natural = natural(prepared, &ports, (from, to));
     let strain = Strain::new(&setting, &ports)?;
@@ -193,6 +204,23 @@ pub fn run(prepared: &Prepared, study: &ResponseStudy, drawn: bool) -> Result<An
         choice,
         warnings,
     })
+}
+
+fn too_long(foreseen: Foreseen, lines: usize) -> Error {
+    let Foreseen {
+        spent,
+        whole,
+        allowed,
+    } = foreseen;
+    let message = format!(
+        "{} took {}; at this pace the whole would take {}, and {} are allowed",
+        counted(lines, "line"),
+        duration(spent),
+        duration(whole),
+        duration(allowed)
+    );
+    Error::new(Code::Hopeless, message)
+        .hint("ask for fewer --lines, or model the machine with fewer coordinates")
 }
 
 /// Places and half-power widths of all peaks, rad/s; where a neighbour hides the width, a hundredth of the place.

@@ -40,7 +40,7 @@ impl Extreme {
             until: scene.until,
             tolerance,
             step,
-            budget: BUDGET,
+            budget: budget(scene),
         }
     }
 
@@ -63,12 +63,18 @@ impl Extreme {
 /// [`Effort::work`]: crate::motion::problem::Effort::work
 pub const BUDGET: u64 = 3_000_000;
 
-/// And the unchanged scene, which is what is asked about.
-pub const AS_IT_IS: u64 = 10 * BUDGET;
+/// The unchanged scene, which is what is asked about, may take so many times as much.
+pub const AS_IT_IS: u64 = 10;
+
+/// [`BUDGET`] for a scene: of more than twenty freedoms, each evaluation costing in proportion, as many fewer as they are more.
+pub fn budget(scene: &MotionScene) -> u64 {
+    const TWENTY: u64 = 20;
+    BUDGET * TWENTY / TWENTY.max(scene.moving.train.n() as u64)
+}
 
 /// Every case, the unchanged scene first.
 pub const CASES: &[(&str, Change)] = &[
-    ("as it is", |x| x.budget = AS_IT_IS),
+    ("as it is", |x| x.budget *= AS_IT_IS),
     ("stiffness × 1e6", |x| stiffness(&mut x.train, 1e6)),
     ("stiffness × 1e-6", |x| stiffness(&mut x.train, 1e-6)),
     ("inertia × 1e6", |x| inertia(&mut x.train, 1e6)),
