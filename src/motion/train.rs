@@ -21,6 +21,10 @@ use crate::numeric::{Matrix, definite};
 /// A rate this small beside the rates it is a difference of is rounding.
 const ROUNDED: f64 = 64.0 * f64::EPSILON;
 
+/// An acceleration below this, rad/s² or m/s², is none: ahead of a wave that runs along a chain stand numbers of any smallness, and
+/// processors take a hundred times as long over those without all their digits.
+const NOTHING: f64 = 1e-280;
+
 /// A machine in motion.
 #[derive(Debug, Clone)]
 pub struct Train {
@@ -517,10 +521,14 @@ impl Train {
     /// M⁻¹ g, in place; what has no inertia is not accelerated.
     pub fn accelerate(&self, g: &mut [f64]) {
         match &self.mass {
-            Mass::Diagonal(mass) => g
-                .iter_mut()
-                .zip(mass)
-                .for_each(|(x, m)| *x = if *m == 0.0 { 0.0 } else { *x / m }),
+            Mass::Diagonal(mass) => g.iter_mut().zip(mass).for_each(|(x, m)| {
+                let own = *x / m;
+                *x = if *m == 0.0 || own.abs() < NOTHING {
+                    0.0
+                } else {
+                    own
+                };
+            }),
             Mass::Full { inverse, .. } => {
                 let force = g.to_vec();
                 for (i, x) in g.iter_mut().enumerate() {
