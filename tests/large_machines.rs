@@ -21,7 +21,7 @@ use geardyn::response::frequency::{How, Responses, Way, responses};
 use geardyn::response::ports::Ports;
 use geardyn::scene::study::SimulateStudy;
 use geardyn::scene::{self, Scene};
-use geardyn::study::stability::extremes::{BUDGET, budget};
+use geardyn::study::stability::cases::{BUDGET, budget};
 
 const INERTIA: f64 = 1.0;
 const STIFFNESS: f64 = 1e6;
@@ -215,14 +215,19 @@ fn exact_motion_of_a_long_chain() {
     }
 }
 
+/// For a second.
+fn ready(text: &str) -> MotionScene {
+    let study = until(1.0, "disc.1.theta");
+    MotionScene::new(&prepared(text), &read(text).start, &study).unwrap()
+}
+
 /// Few discs go by all modes; many too where a stiff shaft would hold steps short.
 #[test]
 fn case_steps_only_where_they_are_quicker() {
     let method = |text: &str| {
-        let scene = read(text);
+        let train = ready(text).moving.train;
         let study = until(1.0, "disc.1.theta");
-        let ready = MotionScene::new(&prepared(text), &scene.start, &study).unwrap();
-        choose(&ready.moving.train, &study).unwrap().method.name
+        choose(&train, &study).unwrap().method.name
     };
     assert_eq!(method(&struck(100, 30.0)), "exact");
     assert_eq!(method(&struck(2000, 30.0)), "dop853-events");
@@ -233,10 +238,8 @@ fn case_steps_only_where_they_are_quicker() {
 /// A case of stability of a hundred times as many freedoms may be a hundredth of the evaluations, each of which costs as many times more.
 #[test]
 fn law_budget_goes_by_size() {
-    assert_eq!(
-        (budget(2), budget(20), budget(2000)),
-        (BUDGET, BUDGET, BUDGET / 100)
-    );
+    let of = |count: usize| budget(&ready(&struck(count, 30.0)));
+    assert_eq!((of(2), of(20), of(2000)), (BUDGET, BUDGET, BUDGET / 100));
 }
 
 /// What full matrices of thousands of coordinates would take is known before the work.

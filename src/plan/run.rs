@@ -118,8 +118,8 @@ fn refuse_hopeless(prepared: &Prepared, study: &ModesStudy, plan: &Plan) -> Resu
 }
 
 fn complex_of_many(n: usize) -> Error {
-    // As measured on chains of 200 to 1000 discs.
-    let seconds = 1.2e-7 * (n as f64).powi(3);
+    // 3.1 s of a chain of 500 discs, 24 s of 1000.
+    let seconds = 2.5e-8 * (n as f64).powi(3);
     let message = format!(
         "complex modes of {n} freedoms would need a dense decomposition of twice that order, about {}, and {COMPLEX} freedoms are allowed",
         duration(seconds)

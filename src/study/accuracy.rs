@@ -133,8 +133,9 @@ fn climb(
 ) {
     let mut dear = None;
     for rung in ladder(scene, method) {
-        let least = rung.and_then(|wanted| judge.cost.least(method, wanted));
-        let least = least.filter(|least| least.seconds > judge.patience);
+        let wanted = rung.unwrap_or(Wanted::Tolerance(TIGHTEST));
+        let least = judge.cost.least(method, wanted);
+        let least = least.filter(|least| least.is_beyond(judge.patience));
         dear = dear.or(least.map(|least| format!("not run: {}", least.told())));
         let outcome = match &dear {
             Some(why) => Outcome::NotRun(String::clone(why)),

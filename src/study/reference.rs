@@ -181,7 +181,7 @@ fn climb(
             break;
         }
         let least = cost.least(method, wanted);
-        if let Some(least) = least.filter(|least| least.seconds > left) {
+        if let Some(least) = least.filter(|least| least.is_beyond(left)) {
             match trials.is_empty() {
                 true => return Err(Error::new(Code::Hopeless, least.told())),
                 false => break,

@@ -20,6 +20,7 @@ const NUMBERS: f64 = ROOM / 8.0;
 /// What steps of a scene cost.
 pub struct Cost<'s> {
     until: f64,
+    coordinates: usize,
     /// Seconds of one evaluation of f.
     evaluation: f64,
     fastest: Option<Fastest<'s>>,
@@ -27,12 +28,14 @@ pub struct Cost<'s> {
 
 /// A run costs at least this.
 pub struct Least<'s> {
-    /// Steps.
+    /// Steps; none where nothing bounds them.
     pub steps: f64,
     /// Seconds.
     pub seconds: f64,
     /// What bounds the steps; absent where the study gives them.
     pub by: Option<Fastest<'s>>,
+    /// Its matrices, where these cost more than the steps.
+    pub matrices: Option<Dense>,
 }
 
 impl<'s> Cost<'s> {
@@ -50,6 +53,7 @@ impl<'s> Cost<'s> {
         }
         Cost {
             until: scene.until,
+            coordinates: train.n(),
             evaluation: least,
             fastest: fastest(train),
         }
@@ -63,19 +67,31 @@ impl<'s> Cost<'s> {
             (Wanted::Tolerance(_), Some(bound), Some(fastest)) => {
                 (self.until * fastest.rate / bound.radius, Some(fastest))
             }
-            _ => return None,
+            _ => (0.0, None),
         };
-        Some(Least {
+        let seconds = steps * stages * self.evaluation;
+        let matrices = Dense::of(method, self.coordinates);
+        let matrices = matrices.filter(|m| m.seconds > seconds || m.bytes > ROOM);
+        (steps > 0.0 || matrices.is_some()).then(|| Least {
             steps,
-            seconds: steps * stages * self.evaluation,
+            seconds: matrices.map_or(seconds, |m| m.seconds.max(seconds)),
             by,
+            matrices,
         })
     }
 }
 
 impl Least<'_> {
+    /// More than so many seconds, or than the room there is.
+    pub fn is_beyond(&self, seconds: f64) -> bool {
+        self.seconds > seconds || self.matrices.is_some_and(|m| m.bytes > ROOM)
+    }
+
     /// In words.
     pub fn told(&self) -> String {
+        if let Some(matrices) = &self.matrices {
+            return matrices.told();
+        }
         let steps = match self.steps {
             n if n < 1e4 => format!("{n:.0}"),
             n => format!("{n:.1e}"),
@@ -120,17 +136,23 @@ pub fn refuse(scene: &MotionScene, choice: &Choice, study: &SimulateStudy) -> Re
         room(scene, 1)
             .map_err(|e| e.hint("ask for fewer --samples, or keep none with --no-history"))?;
     }
-    matrices(scene, choice)?;
     let least = Cost::new(scene).least(choice.method, choice.wanted);
-    let Some(least) = least.filter(|least| least.seconds > scene.allowed) else {
+    let Some(least) = least.filter(|least| least.is_beyond(scene.allowed)) else {
         return Ok(());
     };
+    let room = match least.matrices {
+        Some(_) => format!(" and {:.0} GB", 1e-9 * ROOM),
+        None => String::new(),
+    };
     let message = format!(
-        "{} is hopeless here: {}, and {} are allowed",
+        "{} is hopeless here: {}, and {}{room} are allowed",
         choice.method.name,
         least.told(),
         duration(scene.allowed)
     );
+    if least.matrices.is_some() {
+        return Err(Error::new(Code::Hopeless, message).hint(without_matrices(scene)));
+    }
     let free = SimulateStudy {
         method: None,
         step: None,
@@ -156,32 +178,19 @@ pub fn refuse(scene: &MotionScene, choice: &Choice, study: &SimulateStudy) -> Re
     )))
 }
 
-/// Refuses a method whose matrices would take longer or more room than is allowed.
-fn matrices(scene: &MotionScene, choice: &Choice) -> Result<(), Error> {
+/// What to try where matrices are too large.
+fn without_matrices(scene: &MotionScene) -> String {
     let train = &scene.moving.train;
-    let dense = Dense::of(choice.method, train.n());
-    let much = |dense: &Dense| dense.seconds > scene.allowed || dense.bytes > ROOM;
-    let Some(dense) = dense.filter(much) else {
-        return Ok(());
-    };
-    let message = format!(
-        "{} is hopeless here: {}, and {} and {:.0} GB are allowed",
-        choice.method.name,
-        dense.told(),
-        duration(scene.allowed),
-        1e-9 * ROOM
-    );
     let explicit = METHODS.iter().filter(|m| m.bound.is_some());
     let able: Vec<&str> = explicit
         .filter(|m| (m.refuses)(train).is_none())
         .map(|m| m.name)
         .collect();
-    let hint = match able.is_empty() {
+    match able.is_empty() {
         true => "model the machine with fewer coordinates".to_string(),
         false => format!(
             "{} go without matrices: name one by --method; or model the machine with fewer coordinates",
             able.join(", ")
         ),
-    };
-    Err(Error::new(Code::Hopeless, message).hint(hint))
+    }
 }

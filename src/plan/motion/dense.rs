@@ -29,11 +29,11 @@ impl Dense {
     /// processor may be twice as fast.
     pub fn of(method: &Method, coordinates: usize) -> Option<Dense> {
         let (what, seconds, bytes) = match method.kin {
-            Kin::Propagation => ("all modes", 5e-8, 300.0),
-            Kin::Collocation => ("the first factors", 1.3e-9, 90.0),
+            Kin::Propagation => ("all modes", 2e-8, 300.0),
+            Kin::Collocation => ("the first factors", 5e-10, 90.0),
             Kin::Newmark => ("the first factors", 3e-10, 50.0),
             #[cfg(feature = "bdf")]
-            Kin::Multistep => ("the first factors", 1.3e-9, 90.0),
+            Kin::Multistep => ("the first factors", 5e-10, 90.0),
             Kin::Explicit => return None,
         };
         let n = coordinates as f64;
