@@ -1,9 +1,10 @@
 //! How far long work is, on standard error where that is a terminal.
 
 use std::path::Path;
+use std::thread;
 use std::time::Duration;
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::base::error::Errors;
 use crate::recording::open;
@@ -18,6 +19,9 @@ const STEPS: u64 = 1000;
 
 /// Between two signs of life.
 const BEAT: Duration = Duration::from_millis(500);
+
+/// Work shorter than this is done before anyone wonders.
+const A_WHILE: Duration = Duration::from_secs(1);
 
 /// Opens a log; of a long one it says how much is read.
 ///
@@ -44,10 +48,11 @@ pub fn busy<T>(what: &'static str, quiet: bool, work: impl FnOnce() -> T) -> T {
     if quiet {
         return work();
     }
-    let look = ProgressStyle::with_template("{spinner} {msg}, {elapsed}");
-    let sign = ProgressBar::new_spinner().with_message(what);
-    sign.set_style(look.unwrap_or_else(|_| ProgressStyle::default_spinner()));
-    sign.enable_steady_tick(BEAT);
+    let sign = late(
+        ProgressBar::new_spinner(),
+        "{spinner} {msg}, {elapsed}",
+        what,
+    );
     let done = work();
     sign.finish_and_clear();
     done
@@ -55,17 +60,28 @@ pub fn busy<T>(what: &'static str, quiet: bool, work: impl FnOnce() -> T) -> T {
 
 /// Work that knows how far it is: hears its share, 0 to 1, and `None` when it is done.
 pub fn share(what: &'static str, quiet: bool) -> impl Fn(Option<f64>) {
-    let bar = (!quiet).then(|| {
-        let look = ProgressStyle::with_template("{msg} {wide_bar} {percent} %, {elapsed}");
-        let bar = ProgressBar::new(STEPS).with_message(what);
-        bar.set_style(look.unwrap_or_else(|_| ProgressStyle::default_bar()));
-        // Between two shares there may be a long time.
-        bar.enable_steady_tick(BEAT);
-        bar
-    });
+    let look = "{msg} {wide_bar} {percent} %, {elapsed}";
+    let bar = (!quiet).then(|| late(ProgressBar::new(STEPS), look, what));
     move |share| match (&bar, share) {
         (Some(bar), Some(share)) => bar.set_position((share * STEPS as f64) as u64),
         (Some(bar), None) => bar.finish_and_clear(),
         (None, _) => {}
     }
+}
+
+/// A bar that is seen once the work has taken a while, and then gives signs of life whether it hears of any or not.
+fn late(bar: ProgressBar, look: &str, what: &'static str) -> ProgressBar {
+    let look = ProgressStyle::with_template(look);
+    bar.set_draw_target(ProgressDrawTarget::hidden());
+    bar.set_style(look.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar.set_message(what);
+    let shown = bar.clone();
+    thread::spawn(move || {
+        thread::sleep(A_WHILE);
+        if !shown.is_finished() {
+            shown.set_draw_target(ProgressDrawTarget::stderr());
+            shown.enable_steady_tick(BEAT);
+        }
+    });
+    bar
 }
