@@ -196,7 +196,7 @@ impl Builder<'_> {
             }
         }
         let factors = [Factor::ONE, Factor::S, Factor::SS, Factor::LOSSY];
-        let columns = sums.map(|sum| gathered(sum));
+        let columns = sums.map(gathered);
         factors.into_iter().zip(columns).collect()
     }
 
