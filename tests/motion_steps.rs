@@ -10,7 +10,7 @@ use geardyn::machine::characteristic::Characteristic;
 use geardyn::machine::direction::Direction;
 use geardyn::motion::contact::{Contact, Flanks, Losses};
 use geardyn::motion::friction::Friction;
-use geardyn::motion::methods::alpha::{self, Alpha};
+use geardyn::motion::methods::alpha::{self, weights::Alpha};
 use geardyn::motion::methods::explicit::{self, Explicit};
 use geardyn::motion::methods::{Ladder, METHODS, find, stepping};
 use geardyn::motion::problem::{Ask, Effort, Follower, Problem, Run, Wanted};

@@ -5,11 +5,12 @@
 
 use super::bernstein::{Basis, Course, Nine, course};
 use super::borders::{Border, Of, Span, borders, of_contact, spans};
+use super::equations::Frozen;
 use super::friction::Slip;
 use super::problem::{Ask, Effort, Problem, Sink, Stretch};
 use super::progress::{Samples, check, next_stop, within_budget};
 use super::stepper::Stepper;
-use super::train::{BranchStand, Frozen, Law, Regime, Train};
+use super::train::{BranchStand, Law, Regime, Train};
 use super::trouble;
 use super::wave::Phase;
 use crate::base::code::Code;

@@ -33,6 +33,15 @@ pub mod light;
 /// What presses friction pairs at a state.
 pub mod pressing;
 
+/// Forces of branches.
+pub mod forces;
+
+/// The equations of motion.
+pub mod equations;
+
+/// How a state makes everything stand.
+pub mod standing;
+
 /// What follows from coordinates.
 pub mod combination;
 

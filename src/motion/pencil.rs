@@ -1,8 +1,9 @@
 //! The linear systems of implicit methods, `(s I − ∂f/∂y) x = b`, with positions eliminated where the problem is a machine; without the
 //! one of I where no equation of motion moves a state.
 
+use super::equations::Frozen;
 use super::problem::Problem;
-use super::train::{Branch, Frozen, Law};
+use super::train::{Branch, Law};
 use crate::base::error::Error;
 use crate::machine::direction::Direction;
 use crate::motion::problem::Effort;

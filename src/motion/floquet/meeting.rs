@@ -1,5 +1,7 @@
 //! Where multipliers of two modes meet. A stiffness that varies feeds a motion only there: multipliers leave the circle on which
 //! damping keeps them in pairs, at speeds near `(ω_i + ω_j)/n` (Krein 1955; Yakubovich and Starzhinskii 1975, ch. III and V).
+//! At speeds near differences nothing is fed as long as stiffness and inertia are symmetric: multipliers that meet there are of one kind
+//! and pass each other. Where they are not (gyroscopic or circulating terms), the steps of a chart alone tell.
 //!
 //! With m turns of both modes together in a period T, `(ω_i + ω_j) T = 2π m`, and ω as the varying stiffness leaves them: the phase
 //! `d = arg μ_i + arg μ_j` that is missing at one speed gives the next, `(1 + d/2πm)` times as fast. Beside a tongue of half width w,

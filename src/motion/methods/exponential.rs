@@ -12,6 +12,7 @@ use std::f64::consts::TAU;
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::units::instant;
+use crate::motion::equations::Frozen;
 use crate::motion::events;
 use crate::motion::light;
 use crate::motion::pencil::add;
@@ -20,7 +21,7 @@ use crate::motion::progress::{check, inside};
 use crate::motion::scale::{Scale, norm};
 use crate::motion::segment::phi::faded;
 use crate::motion::stepper::{Control, Stepper, equal_part};
-use crate::motion::train::{Branch, Frozen, Law, Train};
+use crate::motion::train::{Branch, Law, Train};
 use crate::numeric::{Matrix, definite};
 
 use super::stepping::control;

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use crate::base::error::Error;
-use crate::motion::methods::alpha::{Alpha, RADIUS};
+use crate::motion::methods::alpha::weights::{Alpha, RADIUS};
 use crate::motion::methods::dop853_table::STAGES;
 use crate::numeric::{Complex, Matrix, general};
 

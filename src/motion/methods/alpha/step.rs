@@ -1,0 +1,217 @@
+//! One step: Newton's iteration to its end, what it errs by, and the motion inside it.
+
+use std::borrow::Cow;
+
+use super::system::Constant;
+use super::weights::Alpha;
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::base::units::{instant, seconds};
+use crate::motion::problem::Effort;
+use crate::motion::scale::{Scale, norm};
+use crate::motion::train::{Law, Regime};
+
+/// Rounds of Newton's iteration; from the tenth on half steps, which end cycles about a corner.
+const ROUNDS: u32 = 60;
+
+/// A share of the old and the rest of the new.
+fn mix(old: &[f64], new: &[f64], share: f64) -> Vec<f64> {
+    let pairs = old.iter().zip(new);
+    pairs
+        .map(|(old, new)| share * old + (1.0 - share) * new)
+        .collect()
+}
+
+/// A state with its acceleration.
+#[derive(Clone)]
+pub struct State {
+    /// q.
+    pub q: Vec<f64>,
+    /// q̇.
+    pub v: Vec<f64>,
+    /// The method's q̈.
+    pub a: Vec<f64>,
+}
+
+/// Where a step leads.
+pub struct Stepped {
+    /// At its end.
+    pub to: State,
+    /// How contacts were held to stand; absent where they stood as the mixed state put them.
+    pub held: Option<Regime>,
+}
+
+impl State {
+    /// The method's a stands for an instant `(α_m − α_f) h` after the state's, so it goes with the step: to another step, longer by a share
+    /// of that in which a rose by so much. Left as it is, a rings by the difference for some steps (Arnold and Brüls 2007).
+    pub fn carry(&mut self, weights: &Alpha, longer: f64, rise: &[f64]) {
+        let share = (weights.inertia - weights.force) * longer;
+        for (a, rise) in self.a.iter_mut().zip(rise) {
+            *a += share * rise;
+        }
+    }
+}
+
+impl Alpha {
+    /// Positions and speeds for which the equation of motion holds in a step.
+    fn mixed(&self, from: &State, to: &State) -> Vec<f64> {
+        [
+            mix(&from.q, &to.q, self.force),
+            mix(&from.v, &to.v, self.force),
+        ]
+        .concat()
+    }
+}
+
+/// What a step of length `h` errs by in positions and speeds. `last` is the step before it with the rise of a in it: both rises give
+/// ä. Where there is none, h² ä is taken as large as the whole rise of a, so that first steps are short rather than unseen.
+pub fn local_errors(
+    weights: &Alpha,
+    [from, to]: [&State; 2],
+    h: f64,
+    last: Option<&(f64, Vec<f64>)>,
+) -> Vec<f64> {
+    let rise: Vec<f64> = to.a.iter().zip(&from.a).map(|(b, a)| b - a).collect();
+    let of_speed = |i: usize| match last {
+        Some((before, rose)) => {
+            let ratio = h / before;
+            2.0 * (rise[i] - ratio * rose[i]) / (1.0 + 1.0 / ratio)
+        }
+        None => rise[i],
+    };
+    let positions = rise.iter().map(|rise| weights.local_error() * h * h * rise);
+    let speeds = (0..rise.len()).map(|i| weights.local_error_of_speed() * h * of_speed(i));
+    positions.chain(speeds).collect()
+}
+
+/// What a jumps by at the end of a step because contacts stand otherwise there than in the step, which knows the mixed state alone: the
+/// switch came too late for it. Empty where nothing does.
+pub fn late(
+    constant: &Constant,
+    [from, to]: [&State; 2],
+    [begin, end]: [f64; 2],
+    held: Option<&Regime>,
+    effort: &mut Effort,
+) -> Vec<f64> {
+    let (train, w) = (constant.train, constant.weights);
+    let contact = |&&b: &&usize| matches!(train.branches[b].law, Law::Contact(_));
+    let contacts: Vec<usize> = constant.others.iter().filter(contact).copied().collect();
+    if contacts.is_empty() {
+        return Vec::new();
+    }
+    effort.evaluations += 1;
+    let u = w.force * begin + (1.0 - w.force) * end;
+    let mixed = || train.placed(u, &w.mixed(from, to));
+    let stood = held.map_or_else(|| Cow::Owned(mixed()), Cow::Borrowed);
+    let y = [&to.q[..], &to.v[..]].concat();
+    let mut jump = vec![0.0; train.n()];
+    for b in contacts {
+        let force = |regime| train.force(b, regime, end, &y, 0.0).0;
+        let more = force(None) - force(Some(&*stood));
+        let acts = train.branches[b].acts();
+        acts.scaled().for_each(|(i, a)| jump[i] -= a * more);
+    }
+    train.accelerate(&mut jump);
+    jump
+}
+
+/// One step of length `h` from `t`.
+pub fn step(
+    constant: &mut Constant,
+    from: &State,
+    t: f64,
+    h: f64,
+    clock: impl Fn(f64) -> f64,
+    scale: &Scale,
+    effort: &mut Effort,
+) -> Result<Stepped, Error> {
+    let at = constant.system(h, effort)?;
+    let (train, w) = (constant.train, constant.weights);
+    let n = train.n();
+    let u = clock(t + (1.0 - w.force) * h);
+    let start = [from.q.clone(), from.v.clone()].concat();
+    let sizes = scale.sizes(&start, &start, h);
+    let reach: Vec<f64> = (0..n)
+        .map(|i| {
+            sizes[i]
+                .max(h * from.v[i].abs())
+                .max(h * h * from.a[i].abs())
+        })
+        .collect();
+    // Foot: acceleration carried on.
+    let mut to = State {
+        q: (0..n)
+            .map(|i| from.q[i] + h * from.v[i] + 0.5 * h * h * from.a[i])
+            .collect(),
+        v: (0..n).map(|i| from.v[i] + h * from.a[i]).collect(),
+        a: from.a.clone(),
+    };
+    let mut held: Option<Regime> = None;
+    for round in 0..ROUNDS {
+        let y = w.mixed(from, &to);
+        let a = mix(&from.a, &to.a, w.inertia);
+        let pushed = train.pushed(held.as_ref(), u, &y);
+        effort.evaluations += 1;
+        let carried: Vec<f64> = (0..n).map(|i| a[i] + train.drag * y[n + i]).collect();
+        let mut change: Vec<f64> = train
+            .momentum(&carried)
+            .iter()
+            .zip(&pushed)
+            .map(|(p, g)| g - p)
+            .collect();
+        let slopes: Vec<f64> = constant
+            .others
+            .iter()
+            .map(|&b| {
+                let (_, k, c) = train.force(b, held.as_ref(), u, &y, 0.0);
+                (1.0 - w.force) * (k + c * w.gamma / (w.beta * h))
+            })
+            .collect();
+        constant.correct(&constant.systems[at], &slopes, &mut change)?;
+        let share = if round < 10 { 1.0 } else { 0.5 };
+        for i in 0..n {
+            let change = share * change[i];
+            to.q[i] += change;
+            to.v[i] += w.gamma / (w.beta * h) * change;
+            to.a[i] += change / (w.beta * h * h);
+        }
+        let size = norm(&change, &reach);
+        if !size.is_finite() {
+            break;
+        }
+        if size < 1e-13 || constant.others.is_empty() {
+            return Ok(Stepped { to, held });
+        }
+        // A contact whose force jumps may have no solution at its border: it stands as it stood.
+        let only_contacts = || {
+            let law = |&b: &usize| train.branches[b].law.is_dry();
+            !constant.others.iter().any(law)
+        };
+        if round == ROUNDS / 2 && only_contacts() {
+            held = Some(train.regime(u, &start));
+        }
+    }
+    Err(Error::new(
+        Code::NoConvergence,
+        format!(
+            "Newton's iteration of a step of {} at t = {} does not converge",
+            seconds(h),
+            instant(t)
+        ),
+    )
+    .hint("ask for a shorter step, or widen the creep speed of dry friction"))
+}
+
+/// The motion inside a step: the cubic through both ends' positions and speeds. How far the mean speed is from the mean of the speeds
+/// comes from a, `h (γ/2 − β) (a₀ − a₁)` by the method's two lines: as a difference of positions it would drown in rounding where a
+/// switch makes steps short.
+pub fn between(weights: &Alpha, [from, to]: [&State; 2], h: f64, theta: f64, y: &mut [f64]) {
+    let n = from.q.len();
+    for i in 0..n {
+        let (v, gain) = (from.v[i], to.v[i] - from.v[i]);
+        let apart = h * (0.5 * weights.gamma - weights.beta) * (from.a[i] - to.a[i]);
+        let bulge = theta * theta * (3.0 - 2.0 * theta) * apart;
+        y[i] = from.q[i] + h * (theta * (v + 0.5 * theta * gain) + bulge);
+        y[n + i] = v + theta * (gain + 6.0 * (1.0 - theta) * apart);
+    }
+}
