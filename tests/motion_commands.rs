@@ -718,6 +718,27 @@ fn law_coarse_samples_of_free_vibration_are_told() {
     }
 }
 
+/// What advice says of samples and times can be followed: with it nothing is said any more.
+#[test]
+fn law_advice_on_samples_can_be_followed() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = swinging(folder.path());
+    let output = ["simulate", &scene, "--output", "s.deflection"];
+    // 347 samples of 100 periods; 97 of 1e9 periods, of which 20 each are more than can be asked for.
+    for (until, samples, by) in [("10", "347", "--samples"), ("1e8", "97", "--until")] {
+        let asked = [&output[..], &["--until", until, "--samples", samples]].concat();
+        let said = told(&asked, "coarse-samples");
+        let advice = said[0].split(by).nth(1).unwrap().replace(['\\', '"'], "");
+        let advice = advice.split(" gives").next().unwrap().trim().to_string();
+        let followed = match by {
+            "--samples" => ["--until", until, "--samples", &advice],
+            _ => ["--until", &advice, "--samples", samples],
+        };
+        let quiet = told(&[&output[..], &followed].concat(), "coarse-samples");
+        assert!(quiet.is_empty(), "{said:?} {quiet:?}");
+    }
+}
+
 /// A fixed step beyond the limit of an explicit method, or of a few to a period of 10 Hz, is told with the limit and the branch.
 #[test]
 fn law_long_steps_are_told() {

@@ -124,7 +124,8 @@ fn coarse_samples(scene: &MotionScene) -> Option<Warning> {
     (per_period < FEWEST).then(|| Warning {
         code: "coarse-samples",
         message: format!(
-            "{per_period:.2} samples in a period of the fastest that acts, {} Hz: extremes and means of the outputs are those of the samples, and miss what lies between",
+            "{} samples in a period of the fastest that acts, {} Hz: extremes and means of the outputs are those of the samples, and miss what lies between",
+            few(per_period),
             figure(fastest / TAU)
         ),
         hint: Some(finer(scene, per_period)),
@@ -137,17 +138,43 @@ fn coarse_output(scene: &MotionScene, motion: &Motion) -> Option<Warning> {
     Some(Warning {
         code: "coarse-samples",
         message: format!(
-            "`{}` swings so fast that {per_period:.2} samples lie in a period: extremes and means of the outputs are those of the samples, and miss what lies between",
-            scene.outputs.list[output].name
+            "`{}` swings so fast that {} samples lie in a period: extremes and means of the outputs are those of the samples, and miss what lies between",
+            scene.outputs.list[output].name,
+            few(per_period)
         ),
         hint: Some(finer(scene, per_period)),
     })
 }
 
-/// How many samples would do.
+/// How many samples would do, to two digits; where so many cannot be asked for, how short a time.
 fn finer(scene: &MotionScene, per_period: f64) -> String {
-    let samples = (FINE / per_period * scene.samples as f64).ceil();
-    format!("--samples {} gives {FINE} in each", rounded(samples))
+    let samples = FINE / per_period * scene.samples as f64;
+    let digit = 10f64.powf(samples.log10().floor() - 1.0).max(1.0);
+    let samples = (samples / digit).ceil() * digit;
+    if samples <= f64::from(u32::MAX) {
+        return format!("--samples {} gives {FINE} in each", rounded(samples));
+    }
+    let until = scene.until * per_period / FINE;
+    format!(
+        "--until \"{}\" gives {FINE} in each, with as many samples",
+        flag(until)
+    )
+}
+
+/// So many in a period, to two places, or two digits where it is far fewer than one.
+fn few(per_period: f64) -> String {
+    match per_period {
+        n if n < 0.01 => format!("{n:.1e}"),
+        n => format!("{n:.2}"),
+    }
+}
+
+/// A time as a flag takes it.
+fn flag(time_s: f64) -> String {
+    match time_s {
+        t if t < 1e-9 => format!("{t:.1e} s"),
+        t => seconds(t),
+    }
 }
 
 /// A fixed step too long for what can swing in the machine, or acts on it.
@@ -164,13 +191,13 @@ fn long_step(train: &Train, choice: &Choice) -> Option<Warning> {
             code: "long-step",
             message: format!(
                 "a step of {} is longer than {}, beyond which every free motion so fast grows from step to step; {}",
-                seconds(step),
-                seconds(limit),
+                flag(step),
+                flag(limit),
                 free.told()
             ),
             hint: Some(format!(
                 "take --step \"{}\" or less, or leave method and step out",
-                seconds(0.5 * limit)
+                flag(0.5 * limit)
             )),
         });
     }
@@ -192,11 +219,12 @@ fn long_step(train: &Train, choice: &Choice) -> Option<Warning> {
     (per_period < fewest).then(|| Warning {
         code: "long-step",
         message: format!(
-            "{per_period:.2} steps in a period of the fastest that can swing: where it does, it is not followed; {told}"
+            "{} steps in a period of the fastest that can swing: where it does, it is not followed; {told}",
+            few(per_period)
         ),
         hint: Some(format!(
             "--step \"{}\" gives {FINE} in each; where half the step changes nothing, it does not swing",
-            seconds(step * per_period / FINE)
+            flag(step * per_period / FINE)
         )),
     })
 }
