@@ -229,6 +229,14 @@ fn law_fixed_steps_do_not_go_by_samples() {
     }
 }
 
+/// Samples at the ends of steps cost no evaluation of their own.
+#[test]
+fn law_samples_at_steps_are_free() {
+    let ask = ask(0.01, &[1.0, 0.0], 1000, Wanted::Step(1e-5));
+    let (_, effort) = run("rk4", &cubic(), &ask);
+    assert_eq!((effort.steps, effort.evaluations), (1000, 4000));
+}
+
 /// Where a tolerance chooses its steps, the error of generalised α falls with the square of their number.
 #[test]
 fn law_order_by_tolerance() {

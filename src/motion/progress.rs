@@ -30,6 +30,13 @@ impl<'a, 's> Samples<'a, 's> {
         self.due().filter(|&due| due <= t)
     }
 
+    /// The instants of all samples due at or before `t`.
+    pub fn due_within(&self, t: f64) -> impl Iterator<Item = f64> {
+        let instants = (self.next..=self.ask.samples).map(|at| self.ask.time(at));
+        let wanted = !self.ask.stop.is_due();
+        instants.take_while(move |due| wanted && *due <= t)
+    }
+
     /// Hands over the state at the next instant, in its regime where there is one.
     ///
     /// # Errors

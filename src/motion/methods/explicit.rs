@@ -308,7 +308,13 @@ impl<P: Problem> Part<'_, P> {
         if failed.get() {
             return Err(out_of_range(from, self.end));
         }
-        let instants = times.iter().map(|x| (from + x).min(self.end));
+        // Equal steps are counted: their sum in the package gathers rounding.
+        let since = |(k, x): (usize, &f64)| match method {
+            Explicit::Rk4 => k as f64 * longest,
+            _ => *x,
+        };
+        let instants = times.iter().enumerate().map(since);
+        let instants = instants.map(|x| (from + x).min(self.end));
         let whole = states
             .iter()
             .map(|s| (0..n).map(|i| s[i] * sizes[i]).collect());
@@ -377,23 +383,25 @@ fn hand_over<P: Problem>(
         if span <= 0.0 {
             continue;
         }
-        let at_end = |t: f64| to - t <= 4.0 * f64::EPSILON * to.abs();
+        let rounding = 4.0 * f64::EPSILON * to.abs();
+        let at_an_end = |t: f64| to - t <= rounding || t - from <= rounding;
         let mut inside = None;
-        if ask.follower.is_there() || samples.due_by(*to).is_some_and(|due| !at_end(due)) {
+        if ask.follower.is_there() || samples.due_within(*to).any(|due| !at_an_end(due)) {
             let mut step = Inside::new(Control::Fixed(span), Scale::plain(start.len()));
             let (_, reached) = step.step(problem, (*from, start), *to, &mut cost)?;
             let apart = end.iter().zip(&reached).map(|(end, reached)| end - reached);
             inside = Some((step, apart.collect::<Vec<f64>>()));
         }
         let mut at = |t: f64, y: &mut [f64]| match &inside {
-            Some((step, apart)) if !at_end(t) => {
+            _ if to - t <= rounding => y.copy_from_slice(end),
+            Some((step, apart)) => {
                 let theta = (t - from) / span;
                 Stepper::<P>::inside(step, theta, y);
                 y.iter_mut()
                     .zip(apart)
                     .for_each(|(y, apart)| *y += theta * apart);
             }
-            _ => y.copy_from_slice(end),
+            None => y.copy_from_slice(start),
         };
         ask.follower.follow(Stretch {
             from: *from,
