@@ -93,7 +93,7 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
             ),
             StudyKind::Transmission(study) => (
                 "te",
-                Traced::new(&scene, study).map(|traced| Done {
+                Traced::new(&scene, study, args.quiet || args.json).map(|traced| Done {
                     text: traced.text(),
                     json: traced.json(&scene),
                     epilogue: traced.epilogue(),

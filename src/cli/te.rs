@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::args::TeArgs;
-use super::{epilogue, output, te_log};
+use super::{epilogue, output, progress, te_log};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::kind::Kind;
@@ -28,7 +28,7 @@ pub fn run(args: &TeArgs) -> Result<u8, Errors> {
     let outputs = outputs(args)?;
     let inputs: Vec<PathBuf> = scene.files();
     output::check(&outputs, &inputs)?;
-    let mut traced = Traced::new(&scene, &study)?;
+    let mut traced = Traced::new(&scene, &study, args.quiet)?;
     traced.all = args.all;
     let (machine, answer) = (&traced.prepared.machine, &traced.answer);
     if let Some(path) = &args.csv {
@@ -85,9 +85,9 @@ impl Traced {
     ///
     /// # Errors
     /// Whatever is wrong with the machine, the study or the chain.
-    pub fn new(scene: &Scene, study: &TransmissionStudy) -> Result<Traced, Error> {
+    pub fn new(scene: &Scene, study: &TransmissionStudy, quiet: bool) -> Result<Traced, Error> {
         let prepared = Prepared::new(&scene.model)?;
-        let answer = run::run(&prepared, study)?;
+        let answer = progress::busy("following the errors", quiet, || run::run(&prepared, study))?;
         Ok(Traced {
             prepared,
             answer,
