@@ -102,9 +102,13 @@ fn explicit_steps(train: &Train, until: f64) -> Option<f64> {
 /// # Errors
 /// An unknown word; a method that cannot take the machine; a step for a method that chooses its own.
 pub fn choose(train: &Train, study: &SimulateStudy) -> Result<Choice, Error> {
-    let (method, mut reason) = match &study.method {
-        Some(name) => (named(name)?, "asked for".to_string()),
-        None => automatic(train, study)?,
+    let (method, mut reason, usual) = match (&study.method, instead_of_modes(train, study)) {
+        (Some(name), _) => (named(name)?, "asked for".to_string(), TOLERANCE),
+        (None, Some((method, reason))) => (method, reason, TIGHT),
+        (None, None) => {
+            let (method, reason) = automatic(train, study)?;
+            (method, reason, TOLERANCE)
+        }
     };
     if let Some(why) = (method.refuses)(train) {
         let able: Vec<&str> = METHODS
@@ -140,7 +144,7 @@ pub fn choose(train: &Train, study: &SimulateStudy) -> Result<Choice, Error> {
             return Err(Error::new(Code::Usage, message)
                 .hint(format!("fixed steps are for {}", fixed.join(", "))));
         }
-        (_, None, tolerance) => Wanted::Tolerance(tolerance.unwrap_or(TOLERANCE)),
+        (_, None, tolerance) => Wanted::Tolerance(tolerance.unwrap_or(usual)),
     };
     let passed_over = match study.method {
         None if method.ladder == Ladder::Step => exact(train),
@@ -219,28 +223,29 @@ pub fn each_named(names: &[String]) -> Result<Vec<&'static Method>, Error> {
     Ok(all)
 }
 
-fn automatic(train: &Train, study: &SimulateStudy) -> Result<(&'static Method, String), Error> {
+/// The first method that takes a machine, and goes by the step where one is given.
+fn first(train: &Train, study: &SimulateStudy) -> Option<&'static Method> {
     let able = |name: &&&str| {
         methods::find(name).is_some_and(|m| {
             (m.refuses)(train).is_none() && (study.step.is_none() || m.ladder == Ladder::Step)
         })
     };
-    let first = PREFERRED
+    PREFERRED
         .iter()
         .chain(&METHODS.iter().map(|m| m.name).collect::<Vec<_>>()[..])
         .find(able)
         .copied()
-        .and_then(methods::find);
-    let Some(method) = first else {
+        .and_then(methods::find)
+}
+
+fn automatic(train: &Train, study: &SimulateStudy) -> Result<(&'static Method, String), Error> {
+    let Some(method) = first(train, study) else {
         let why: Vec<String> = METHODS
             .iter()
             .filter_map(|m| (m.refuses)(train).map(|why| format!("{}: {why}", m.name)))
             .collect();
         return Err(Error::new(Code::Hopeless, "no method takes this machine").hint(why.join("; ")));
     };
-    if let Some(taken) = instead_of_modes(train, study, method) {
-        return Ok(taken);
-    }
     if method.name != STURDY {
         return Ok((method, structural(method)));
     }
@@ -275,28 +280,28 @@ fn automatic(train: &Train, study: &SimulateStudy) -> Result<(&'static Method, S
     Ok((taken, format!("{}; {cost}", curved(train))))
 }
 
-/// Seconds that all modes of a machine may take before it is asked whether steps take less.
-const WORTH: f64 = 1.0;
+/// Seconds that all modes of a machine may take before it is asked whether steps take less: what is exact is worth a short wait.
+const WORTH: f64 = 10.0;
 
-/// Seconds of a step of [`EXPLICIT`] by coordinate: 2000 discs took 671 steps in 0.92 s, 20 000 took 597 in 13 s.
-const STEP: f64 = 1e-6;
+/// The local error of steps that stand in for what would be exact, where a study names none: of 500 discs an error of 5e-9 in a second.
+const TIGHT: f64 = 1e-11;
 
-/// Steps for an error of [`TOLERANCE`] where so many keep the method stable: twice as many on these discs.
-const EXACT: f64 = 2.0;
+/// Seconds of a step of [`EXPLICIT`] by coordinate: 2000 discs took 671 steps in 0.83 s, 20 000 took 597 in 9.5 s.
+const STEP: f64 = 8e-7;
 
-/// The explicit method where a method would need all modes of a large machine, and steps take less.
-fn instead_of_modes(
-    train: &Train,
-    study: &SimulateStudy,
-    method: &Method,
-) -> Option<(&'static Method, String)> {
-    let modes = Dense::of(method, train.n()).filter(|_| method.kin == Kin::Propagation)?;
+/// So many times the steps that keep the method stable give that error: 1679 for 333 on these discs.
+const EXACT: f64 = 5.0;
+
+/// The explicit method where the machine's own would need all modes of many coordinates, and steps take less.
+fn instead_of_modes(train: &Train, study: &SimulateStudy) -> Option<(&'static Method, String)> {
+    let method = first(train, study).filter(|m| m.kin == Kin::Propagation)?;
+    let modes = Dense::of(method, train.n())?;
     let explicit = methods::find(EXPLICIT).filter(|m| (m.refuses)(train).is_none())?;
     let steps = explicit_steps(train, study.until?)?;
     let seconds = EXACT * steps * STEP * train.n() as f64;
     (modes.seconds > WORTH && seconds < modes.seconds).then(|| {
         let reason = format!(
-            "{}, which `{}` needs; at most {steps:.0} steps keep this one stable, about {}",
+            "{}, which `{}` needs; at most {steps:.0} steps keep this one stable, about {} at a tolerance of {TIGHT:.0e}",
             modes.told(),
             method.name,
             duration(seconds)
