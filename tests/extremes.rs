@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use geardyn::base::code::Code;
 use geardyn::base::stop::Stop;
 use geardyn::motion::meter::Balance;
 use geardyn::motion::methods;
@@ -10,6 +11,7 @@ use geardyn::plan::motion::choice;
 use geardyn::plan::motion::run::{self, Motion};
 use geardyn::plan::motion::scene::MotionScene;
 use geardyn::plan::prepared::Prepared;
+use geardyn::scene::laws::PhaseOf;
 use geardyn::scene::study::SimulateStudy;
 use geardyn::scene::{self, Scene};
 use geardyn::study::stability::amplification::{
@@ -19,6 +21,7 @@ use geardyn::study::stability::cases::{BUDGET, Extreme};
 use geardyn::study::stability::extremes::{
     ADDS_UP, Asked, Methods, Verdict, extremes, judged, rerun,
 };
+use geardyn::study::stability::facts::facts;
 use geardyn::study::watch::Watch;
 
 fn scene_of(text: &str) -> Scene {
@@ -353,6 +356,88 @@ load = [{ at = "far", kind = "harmonic", torque = 40.0, frequency = 3.0 }]
     });
     let slope = (gaps[0] / gaps[1]).log10() / 5.0;
     assert!(slope > 0.55, "{gaps:?}: {slope}");
+}
+
+/// A mesh whose stiffness jumps over an angle brings energy in, ½ Δk δ² at each jump, whether a method ends a step there or not: with that
+/// booked nothing is missing, and it is what makes the difference.
+#[test]
+fn law_steps_of_stiffness_over_an_angle_are_booked() {
+    let mut scene = scene_of(
+        r#"
+inertia = [{ name = "p", J = 0.1 }, { name = "w", J = 0.2 }]
+load = [{ at = "p", kind = "harmonic", torque = 3.0, frequency = 2.0 }]
+[speed]
+p = "40 rad/s"
+[[gear_pair]]
+name = "g"
+between = ["p", "w"]
+teeth = [20, 30]
+module = 0.004
+k = 1e6
+c = 30.0
+k_wave = { kind = "rectangular", high = 1.3, low = 0.7, share = 0.4 }
+"#,
+    );
+    scene.start.phase = PhaseOf::Angle;
+    for (method, within) in [
+        ("radau5", 1e-7),
+        ("dop853-events", 1e-7),
+        ("dopri5", 1e-5),
+        ("generalized-alpha-controlled", 1e-4),
+    ] {
+        let study = by(method, 0.5);
+        let ready = ready(&scene, &study);
+        let balance = moved(&ready, &study).balance.unwrap();
+        assert!(balance.gap().abs() < within, "{method}: {balance:?}");
+    }
+}
+
+/// Linear facts are of all modes or of none; what neither swings nor decays has no growth.
+#[test]
+fn refused_facts_of_some_modes() {
+    let discs = |n: usize| {
+        let disc = |i: usize| format!("{{ name = \"d{i}\", J = 1.0 }}");
+        let bar = |i: usize| {
+            format!(
+                "{{ name = \"s{i}\", between = [\"d{}\", \"d{i}\"], k = 1.0 }}",
+                i - 1
+            )
+        };
+        let discs: Vec<String> = (0..n).map(disc).collect();
+        let bars: Vec<String> = (1..n).map(bar).collect();
+        let scene = scene_of(&format!(
+            "inertia = [{}]\nshaft = [{}]\nload = [{{ at = \"d0\", torque = 1.0 }}]\n",
+            discs.join(", "),
+            bars.join(", ")
+        ));
+        facts(&Prepared::new(&scene.model).unwrap())
+    };
+    let Err(error) = discs(2001) else {
+        panic!("facts of the lowest modes alone")
+    };
+    assert_eq!(error.code, Code::Hopeless);
+    assert!(error.message.contains("2001"), "{}", error.message);
+    let rigid = discs(1).unwrap();
+    assert!(rigid.abscissa == 0.0 && rigid.eigenvalues.is_empty());
+}
+
+/// A load that turns more often than double precision has phases is refused, as a swing of the machine is.
+#[test]
+fn refused_phases_of_loads() {
+    let load = "load = [{ at = \"disc\", kind = \"harmonic\", torque = 1.0, frequency = 2.0 }]";
+    let scene = scene_of(&format!(
+        "inertia = [{{ name = \"disc\", J = 1.0 }}]\n{load}\n"
+    ));
+    for (until, taken) in [(1e10, true), (1e14, false)] {
+        let study = by("exact", until);
+        let ready = ready(&scene, &study);
+        let choice = choice::choose(&ready.moving.train, &study).unwrap();
+        let ran = run::run(&ready, &choice, false, &Stop::default());
+        assert_eq!(ran.is_ok(), taken, "{until}");
+        if let Err(error) = ran {
+            assert_eq!(error.code, Code::Hopeless, "{}", error.message);
+        }
+    }
 }
 
 /// A method that cannot take the machine is left out once, with the reason, and is tried in no case.

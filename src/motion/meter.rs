@@ -13,7 +13,7 @@ use super::problem::{Follower, Stretch};
 use super::progress::{hopeless, inside};
 use super::regime::{BranchStand, Regime};
 use super::train::Train;
-use super::wave::Phase;
+use super::wave::{Phase, Wave};
 use crate::base::stop::Stop;
 
 /// The balance over a run, J.
@@ -221,6 +221,8 @@ impl Meter {
             }
         }
         let end = self.place(&mut stretch, to, &mut y);
+        // A method that locates nothing steps over jumps of stiffness.
+        self.balance.put_in += self.stepped(&start.regime, &end);
         self.balance.after = self.whole().stored(&end.regime, end.t, &end.state);
         self.seen(self.balance.after);
         self.last = Some(end);
@@ -287,12 +289,34 @@ impl Meter {
         panel
     }
 
-    /// What was put in at the instant between two stretches, J: by stiffness or imposed e that jump of themselves, and by prescribed
-    /// speeds that do.
+    /// What stiffness in steps over an angle put in up to a place, J, since it stood as in `before`. Its jumps turn nothing, so that
+    /// the energy they bring comes from outside.
+    fn stepped(&self, before: &Regime, now: &Place) -> f64 {
+        let train = self.whole();
+        let mut old = now.regime.clone();
+        for (at, b) in train.branches.iter().enumerate() {
+            let wave = b.variation.as_ref();
+            let over_an_angle = |w: &Wave| w.phase.angle().is_some() && w.shape.is_steps();
+            if let BranchStand::Contact(_, piece) = &mut old.stands[at]
+                && let BranchStand::Contact(_, former) = before.stands[at]
+                && wave.is_some_and(over_an_angle)
+            {
+                *piece = former;
+            }
+        }
+        if old == now.regime {
+            return 0.0;
+        }
+        train.stored(&now.regime, now.t, &now.state) - train.stored(&old, now.t, &now.state)
+    }
+
+    /// What was put in at the instant between two stretches, J: by stiffness or imposed e that jump of themselves, by stiffness in steps
+    /// over an angle, and by prescribed speeds that do.
     fn jumped(&self, last: &Place, next: &Place) -> f64 {
         let train = self.whole();
         let jolts = self.known.as_ref();
-        let jolts = jolts.map_or(0.0, |known| known.jolts(last.from, next.from));
+        let jolts = jolts.map_or(0.0, |known| known.jolts(last.from, next.from))
+            + self.stepped(&last.regime, next);
         let mut regime = last.regime.clone();
         let imposed = train.drives.len()..train.drives.len() + train.branches.len();
         regime.pieces[imposed.clone()].copy_from_slice(&next.regime.pieces[imposed]);

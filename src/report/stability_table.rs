@@ -16,19 +16,23 @@ use crate::study::stability::extremes::Verdict;
 pub fn table(found: &Stability) -> String {
     let facts = &found.facts;
     let hertz = |omega: f64| format!("{} Hz", brief(omega / TAU));
-    let mut text = format!(
-        "stiffness ratio {}   fastest {}, slowest {}   spectral abscissa {} 1/s\n",
-        brief(facts.stiffness_ratio),
-        hertz(facts.fastest),
-        hertz(facts.slowest),
-        brief(facts.abscissa),
-    );
-    let limits: Vec<String> = facts
-        .limits
-        .iter()
+    let mut text = match facts.eigenvalues.is_empty() {
+        true => "nothing swings or decays: any step is stable\n".to_string(),
+        false => format!(
+            "stiffness ratio {}   fastest {}, slowest {}   spectral abscissa {} 1/s\n",
+            brief(facts.stiffness_ratio),
+            hertz(facts.fastest),
+            hertz(facts.slowest),
+            brief(facts.abscissa),
+        ),
+    };
+    let limits = facts.limits.iter().filter(|(_, h)| h.is_finite());
+    let limits: Vec<String> = limits
         .map(|(name, h)| format!("{name} {}", seconds(*h)))
         .collect();
-    text += &format!("explicit methods need steps below: {}\n", limits.join(", "));
+    if !limits.is_empty() {
+        text += &format!("explicit methods need steps below: {}\n", limits.join(", "));
+    }
     text += &amplified(found);
     text += &match &found.floquet {
         Err(why) => format!("parametric stability left out: {why}\n"),

@@ -4,7 +4,7 @@ use super::clock::{Clock, Tick};
 use super::flight::{BLOCK, Flight};
 use super::instant::Instant;
 use super::machine::Machine;
-use super::met::Met;
+use super::met::{Met, has_a_phase};
 use super::search::{Outcome, Reached, Search};
 use super::shared::Shared;
 use crate::base::code::Code;
@@ -31,7 +31,10 @@ const LOOK: u64 = 16;
 /// # Errors
 /// A machine that is not; no convergence; a budget spent; switches that pile up at an instant.
 pub fn run(train: &Train, ask: &Ask, room: usize, sink: &mut Sink) -> Result<Effort, Error> {
-    let shared = Shared::new(train, ask.to - ask.from)?;
+    let span = ask.to - ask.from;
+    let driven = train.harmonics().fold(0.0, f64::max);
+    has_a_phase("the fastest that acts", driven * span, span)?;
+    let shared = Shared::new(train, span)?;
     let mut clock = Clock::new(train, ask.from)?;
     let mut regime = train.regime(ask.from, &ask.start);
     for (branch, piece) in clock.pieces() {

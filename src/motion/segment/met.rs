@@ -113,7 +113,8 @@ impl Met {
             Some(kind) => kind,
             None => {
                 let linear = Linear::new(shared, &laws)?;
-                has_a_phase(&linear, shared.span)?;
+                let turned = linear.parts.turned(shared.span);
+                has_a_phase("the fastest swing", turned, shared.span)?;
                 self.linears.push(Rc::new(linear));
                 self.ladders.push(Ladder::default());
                 self.linears.len() - 1
@@ -132,18 +133,20 @@ impl Met {
 /// A phase of so many radians is known to a hundredth at best, and what is made of it to nothing.
 const PHASE_LOST: f64 = 1e-2 / f64::EPSILON;
 
-/// Refuses a swing that turns so often that double precision keeps nothing of its phase.
-fn has_a_phase(linear: &Linear, span: f64) -> Result<(), Error> {
-    let turned = linear.parts.turned(span);
+/// Refuses what turns so often over a span, s, that double precision keeps nothing of its phase.
+///
+/// # Errors
+/// `Hopeless`.
+pub fn has_a_phase(what: &str, turned: f64, span: f64) -> Result<(), Error> {
     match turned < PHASE_LOST {
         true => Ok(()),
         false => {
             let message = format!(
-                "in {} the fastest swing turns through {turned:.1e} rad, of which double precision keeps no phase",
+                "in {} {what} turns through {turned:.1e} rad, of which double precision keeps no phase",
                 seconds(span)
             );
             Err(Error::new(Code::Hopeless, message)
-                .hint("ask for a shorter time, make what is so stiff rigid, or give it damping"))
+                .hint("ask for a shorter time; make what is so stiff rigid, or give it damping"))
         }
     }
 }

@@ -72,6 +72,9 @@ impl Fineness {
         if !due || train.has_light() || scene.samples < COURSE {
             return;
         }
+        // Nothing switches between the two instants of a slope.
+        let stood = train.stands(regime, t, y);
+        let regime = Some(&*stood);
         let near = NEAR * self.spacing;
         let mut slope = vec![0.0; train.len()];
         train.slope_in(regime, t, y, &mut slope);

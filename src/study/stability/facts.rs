@@ -3,11 +3,12 @@
 use std::f64::consts::TAU;
 
 use super::amplification::{EXPLICIT, amplification, polynomial};
+use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::Complex;
 use crate::plan::prepared::Prepared;
 use crate::plan::run;
-use crate::plan::stages::Plan;
+use crate::plan::stages::{DENSE, Plan};
 use crate::scene::study::ModesStudy;
 
 /// The linear facts of a machine with its contacts as the operating point has them.
@@ -51,8 +52,16 @@ impl Facts {
 /// Finds the linear facts.
 ///
 /// # Errors
-/// Those of complex modes.
+/// `Hopeless` where not all modes would be found; those of complex modes.
 pub fn facts(prepared: &Prepared) -> Result<Facts, Error> {
+    let n = prepared.linear.n;
+    if n > DENSE {
+        let message = format!(
+            "the linear facts need all modes, the fastest among them, and of {n} coordinates, more than {DENSE}, only the lowest are found"
+        );
+        let hint = "reduce the model (`modes --reduce` shows what that costs); `simulate --step` tells how long a step may be";
+        return Err(Error::new(Code::Hopeless, message).hint(hint));
+    }
     let study = ModesStudy {
         damped: true,
         ..ModesStudy::default()
@@ -71,10 +80,8 @@ pub fn facts(prepared: &Prepared) -> Result<Facts, Error> {
         .collect();
     let fastest = sizes.iter().copied().fold(0.0, f64::max);
     let slowest = sizes.iter().copied().fold(f64::INFINITY, f64::min);
-    let abscissa = eigenvalues
-        .iter()
-        .map(|z| z.re)
-        .fold(f64::NEG_INFINITY, f64::max);
+    let real = eigenvalues.iter().map(|z| z.re);
+    let abscissa = real.reduce(f64::max).unwrap_or(0.0);
     let of = |name: &'static str| Some((name, limit(&polynomial(name)?, &eigenvalues, fastest)));
     let limits = EXPLICIT.into_iter().filter_map(of).collect();
     Ok(Facts {

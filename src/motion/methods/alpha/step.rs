@@ -191,15 +191,20 @@ pub fn step(
             held = Some(train.regime(u, &start));
         }
     }
-    Err(Error::new(
-        Code::NoConvergence,
-        format!(
-            "Newton's iteration of a step of {} at t = {} does not converge",
-            seconds(h),
-            instant(t)
-        ),
-    )
-    .hint("ask for a shorter step, or widen the creep speed of dry friction"))
+    let hint = match constant
+        .others
+        .iter()
+        .any(|&b| train.branches[b].law.is_dry())
+    {
+        true => "ask for a shorter step, or widen the creep speed of dry friction",
+        false => "ask for a shorter step",
+    };
+    let message = format!(
+        "Newton's iteration of a step of {} at t = {} does not converge",
+        seconds(h),
+        instant(t)
+    );
+    Err(Error::new(Code::NoConvergence, message).hint(hint))
 }
 
 /// The motion inside a step: the cubic through both ends' positions and speeds. How far the mean speed is from the mean of the speeds
