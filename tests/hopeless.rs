@@ -13,7 +13,9 @@ use geardyn::motion::methods::{METHODS, find};
 use geardyn::motion::problem::{Ask, Follower, Wanted};
 use geardyn::motion::trouble::fastest;
 use geardyn::numeric::Complex;
+use geardyn::plan::motion::choice;
 use geardyn::plan::motion::cost::Cost;
+use geardyn::plan::motion::run;
 use geardyn::plan::motion::scene::MotionScene;
 use geardyn::plan::prepared::Prepared;
 use geardyn::scene;
@@ -253,4 +255,28 @@ fn law_steps_for_exact_are_told() {
     assert!(!words.contains("step-for-exact"), "{words}");
     let (_, _, words) = said(&chain);
     assert!(words.contains("effort: 1 step, "), "{words}");
+}
+
+/// A swing so fast that looking for one switch takes longer than is allowed is refused within the search, which hears of no sample.
+#[test]
+fn refused_within_one_search() {
+    let text = "title = \"t\"\nsource = \"t\"\nunits = \"SI\"\n
+inertia = [{ name = \"a\", J = 1e-19 }, { name = \"b\", J = 0.01 }]
+shaft = [{ name = \"s\", between = [\"ground\", \"a\"], k = 1e3 }]
+coupling = [{ name = \"c\", between = [\"a\", \"b\"], k = 1e4, backlash = 0.02, contact_damping = \"adhesive\" }]
+load = [{ at = \"a\", kind = \"harmonic\", torque = 5.0, frequency = 7.0 }]
+";
+    let scene = scene::read_text("x.toml", text).unwrap();
+    let study = SimulateStudy {
+        until: Some(10.0),
+        method: Some("switched".to_string()),
+        allow: Some(0.2),
+        ..SimulateStudy::default()
+    };
+    let ready =
+        MotionScene::new(&Prepared::new(&scene.model).unwrap(), &scene.start, &study).unwrap();
+    let choice = choice::choose(&ready.moving.train, &study).unwrap();
+    let error = run::run(&ready, &choice, false, &Stop::default()).unwrap_err();
+    assert_eq!(error.code, Code::Hopeless, "{}", error.message);
+    assert!(error.message.contains("are allowed"), "{}", error.message);
 }

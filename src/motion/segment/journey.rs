@@ -13,7 +13,7 @@ use crate::base::units::instant;
 use crate::motion::contact::Stand;
 use crate::motion::friction::Slip;
 use crate::motion::problem::{Ask, Effort, Sink, Stretch};
-use crate::motion::progress::{too_dear, within_budget, work};
+use crate::motion::progress::within_budget;
 use crate::motion::train::{BranchStand, Law, Regime, Train};
 use crate::motion::trouble;
 
@@ -90,11 +90,14 @@ pub fn run(train: &Train, ask: &Ask, room: usize, sink: &mut Sink) -> Result<Eff
         );
         let (machine, ladder) = met.with_ladder(place);
         let effort = (&mut journey.effort, ask);
-        let reached = match search.next(machine, ladder, &mut flight, span, effort) {
+        let ahead = (journey.now.high, span);
+        let found = search
+            .next(machine, ladder, &mut flight, ahead, effort)
+            .map_err(|e| trouble::busiest(e, train, &journey.busy))?;
+        let reached = match found {
             Outcome::Clear => None,
             Outcome::Reached(reached) => Some(reached),
-            Outcome::Spent(_) if ask.stop.is_due() => return Ok(journey.effort),
-            Outcome::Spent(tau) => return Err(journey.spent(journey.now.high + tau)),
+            Outcome::Ended => return Ok(journey.effort),
         };
         let tau = reached.map_or(span, |reached| reached.tau);
         let last = reached.is_none() && end >= ask.to;
@@ -333,10 +336,5 @@ impl Journey<'_> {
         self.effort.events += 1;
         self.busy[branch] += 1;
         self.regime.stands[branch] = next;
-    }
-
-    fn spent(&self, t: f64) -> Error {
-        let error = too_dear(self.ask, work(self.ask, &self.effort, t), t);
-        trouble::busiest(error, self.shared.train, &self.busy)
     }
 }

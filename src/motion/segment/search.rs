@@ -6,7 +6,9 @@
 use super::flight::{Flight, Reading};
 use super::ladder::Ladder;
 use super::machine::Machine;
+use crate::base::error::Error;
 use crate::motion::problem::{Ask, Effort};
+use crate::motion::progress::within_budget;
 
 /// A border reached.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,8 +26,8 @@ pub enum Outcome {
     Clear,
     /// A border is.
     Reached(Reached),
-    /// The budget went first, or the run is to end, at this τ.
-    Spent(f64),
+    /// The run was ended.
+    Ended,
 }
 
 /// Working space: what is known of every border.
@@ -47,17 +49,20 @@ struct Watched {
 }
 
 impl Search {
-    /// The first border reached within `span`, from the start of a flight.
+    /// The first border reached within `span`, from the start of a flight at t, s.
+    ///
+    /// # Errors
+    /// Those of [`within_budget`].
     pub fn next(
         &mut self,
         machine: &Machine,
         ladder: &mut Ladder,
         flight: &mut Flight,
-        span: f64,
+        (t, span): (f64, f64),
         (effort, ask): (&mut Effort, &Ask),
-    ) -> Outcome {
+    ) -> Result<Outcome, Error> {
         if machine.borders.is_empty() {
-            return Outcome::Clear;
+            return Ok(Outcome::Clear);
         }
         let unknown = Watched {
             root: f64::NAN,
@@ -70,10 +75,11 @@ impl Search {
         let mut tau = 0.0;
         loop {
             effort.evaluations += 1;
-            if effort.evaluations.is_multiple_of(LOOK)
-                && (effort.work(ask.start.len()) > ask.budget || ask.stop.is_due())
-            {
-                return Outcome::Spent(tau);
+            if effort.evaluations.is_multiple_of(LOOK) {
+                if ask.stop.is_due() {
+                    return Ok(Outcome::Ended);
+                }
+                within_budget(ask, effort, t + tau)?;
             }
             let horizon = (span - tau).min(flight.reach);
             flight.look(machine, horizon);
@@ -86,7 +92,7 @@ impl Search {
                         && reading.value >= -noise
                         && reading.rate * reading.rate <= 4.0 * reading.bound * noise;
                     if reading.rate < 0.0 && !leaving {
-                        return Outcome::Reached(Reached { tau, border: at });
+                        return Ok(Outcome::Reached(Reached { tau, border: at }));
                     }
                     reading.value = 0.0;
                     reading.rate = reading.rate.max(0.0);
@@ -107,13 +113,13 @@ impl Search {
             let root = self.borders[first].root;
             if !root.is_nan() {
                 // A root is known, and no other border can be reached before.
-                return match root < span {
+                return Ok(match root < span {
                     true => Outcome::Reached(Reached {
                         tau: root,
                         border: first,
                     }),
                     false => Outcome::Clear,
-                };
+                });
             }
             // Touching without a certain crossing: go on by as much as rounding hides, but no other border is passed.
             let hidden = match self.borders[first].reading.bound {
@@ -131,7 +137,7 @@ impl Search {
             }
             step = step.min(horizon);
             if tau + step >= span {
-                return Outcome::Clear;
+                return Ok(Outcome::Clear);
             }
             let stays = flight.course.tau == tau && !forced;
             let parts = &machine.linear.parts;
