@@ -27,7 +27,7 @@ impl Direct {
     /// Sets up the equations and finds the order of elimination.
     ///
     /// # Errors
-    /// Those of [`System::plain`]; `Hopeless` where memory runs out.
+    /// Those of the machine's matrices; `Hopeless` where memory runs out.
     pub fn new(setting: &Setting, ports: &Ports) -> Result<Direct, Error> {
         let (system, entries) = System::plain(setting, ports)?;
         let pattern = pattern(&entries)?;

@@ -54,7 +54,7 @@ pub fn study(
     study: &StabilityStudy,
     watch: &mut Watch,
 ) -> Result<Result<Parametric, String>, Error> {
-    let train = &scene.moving.train;
+    let train = &unforced(&scene.moving.train);
     let imposed = train
         .branches
         .iter()
@@ -126,6 +126,14 @@ pub fn study(
         base: std::f64::consts::TAU / parametric.period,
     });
     Ok(Ok(parametric))
+}
+
+/// The machine without loads and imposed errors: what grows by itself does so whatever acts, and repeats with the stiffness alone.
+fn unforced(train: &Train) -> Train {
+    let mut train = train.clone();
+    train.drives.clear();
+    train.branches.iter_mut().for_each(|b| b.imposed = None);
+    train
 }
 
 /// The machine with a parameter times a factor.
