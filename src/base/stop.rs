@@ -5,6 +5,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use super::units::duration;
+
 /// A wish that work end early; copies share it. Whoever works looks at it between steps and ends with what is finished.
 #[derive(Debug, Clone, Default)]
 pub struct Stop {
@@ -49,6 +51,17 @@ pub struct Foreseen {
     pub whole: f64,
     /// What it may take, s.
     pub allowed: f64,
+}
+
+impl Foreseen {
+    /// What the whole would take and may, in words.
+    pub fn told(&self) -> String {
+        format!(
+            "at this pace the whole would take {}, and {} are allowed",
+            duration(self.whole),
+            duration(self.allowed)
+        )
+    }
 }
 
 /// The first look comes after this share of what is allowed, a second of an hour; each later one after twice the time of the one

@@ -43,12 +43,13 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
     let stop = interrupt::stop();
     let mut documents = Vec::new();
     let mut exit = 0;
+    let quiet = args.quiet || args.json;
     for study in &scene.studies {
         let (name, done) = match &study.kind {
-            StudyKind::Modes(study) => ("modes", natural(&scene, study, args.quiet || args.json)),
+            StudyKind::Modes(study) => ("modes", natural(&scene, study, quiet)),
             StudyKind::Simulate(study) => (
                 "simulate",
-                simulate::moved(&scene, study, &stop, args.quiet || args.json).map(|moved| Done {
+                simulate::moved(&scene, study, &stop, quiet).map(|moved| Done {
                     text: simulate::text(&moved),
                     json: simulate::json(&moved, &scene),
                     epilogue: simulate::epilogue(&moved),
@@ -57,7 +58,7 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
             ),
             StudyKind::Accuracy(study) => (
                 "accuracy",
-                Measured::new(&scene, study, args.quiet || args.json, &stop).map(|measured| Done {
+                Measured::new(&scene, study, quiet, &stop).map(|measured| Done {
                     text: measured.text(),
                     json: measured.json(&scene),
                     epilogue: measured.epilogue().to_string(),
@@ -66,7 +67,7 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
             ),
             StudyKind::Response(study) => (
                 "response",
-                Linear::new(&scene, study, false, args.quiet || args.json).map(|found| Done {
+                Linear::new(&scene, study, false, quiet).map(|found| Done {
                     text: found.text(),
                     json: found.json(&scene),
                     epilogue: found.epilogue(),
@@ -75,7 +76,7 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
             ),
             StudyKind::HarmonicBalance(study) => (
                 "harmonic_balance",
-                Balanced::new(&scene, study, args.quiet || args.json).map(|found| Done {
+                Balanced::new(&scene, study, quiet).map(|found| Done {
                     text: found.text(),
                     json: found.json(&scene),
                     epilogue: found.epilogue(),
@@ -93,7 +94,7 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
             ),
             StudyKind::Transmission(study) => (
                 "te",
-                Traced::new(&scene, study, args.quiet || args.json).map(|traced| Done {
+                Traced::new(&scene, study, quiet).map(|traced| Done {
                     text: traced.text(),
                     json: traced.json(&scene),
                     epilogue: traced.epilogue(),
@@ -102,13 +103,11 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
             ),
             StudyKind::Stability(study) => (
                 "stability",
-                stability::study_of(&scene, study, args.quiet || args.json, &stop).map(|found| {
-                    Done {
-                        text: report::stability_table::table(&found),
-                        json: report::stability::json(&scene.sources, &found),
-                        epilogue: stability::epilogue(&found).to_string(),
-                        exit: stability::exit(&found),
-                    }
+                stability::study_of(&scene, study, quiet, &stop).map(|found| Done {
+                    text: report::stability_table::table(&found),
+                    json: report::stability::json(&scene.sources, &found),
+                    epilogue: stability::epilogue(&found).to_string(),
+                    exit: stability::exit(&found),
                 }),
             ),
         };

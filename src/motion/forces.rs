@@ -51,9 +51,6 @@ impl Train {
         let (q, v) = (&y[..self.n()], &y[self.n()..2 * self.n()]);
         let (delta, rate) = b.deflection(t, q, v, self.line(regime, branch, t));
         match &b.law {
-            Law::Linear { stiffness, damping } => {
-                (stiffness * delta + damping * rate, *stiffness, *damping)
-            }
             Law::Contact(contact) => {
                 let (stand, of_wave) = self.contact(branch, contact, regime, t, y);
                 let force = contact.force(stand, b.factor(t, q, of_wave).0);
@@ -74,17 +71,9 @@ impl Train {
                 let (value, slope) = terms.iter().fold((*mean, 0.0), sum);
                 (-value, -slope, 0.0)
             }
-            Law::Curve(curve) => (-curve.torque(rate), 0.0, -curve.slope(rate)),
             Law::Lagged { .. } => (-z, 0.0, 0.0),
             Law::Maxwell { .. } => (z, 0.0, 0.0),
-            Law::Nonlinear {
-                characteristic,
-                damping,
-            } => (
-                characteristic.force(delta) + damping * rate,
-                characteristic.tangent(delta),
-                *damping,
-            ),
+            law => law.force_and_slopes(delta, rate),
         }
     }
 

@@ -153,12 +153,11 @@ pub fn too_long(ask: &Ask, foreseen: Foreseen, t: f64) -> Error {
         allowed,
     } = foreseen;
     let message = format!(
-        "{} of work brought the motion to t = {} of {}; at this pace the whole would take {}, and {} are allowed",
+        "{} of work brought the motion to t = {} of {}; {}",
         duration(spent),
         seconds(t - ask.from),
         seconds(ask.to - ask.from),
-        duration(whole),
-        duration(allowed)
+        foreseen.told()
     );
     let left = (t - ask.from) * allowed / spent;
     let more = match whole.is_finite() {

@@ -170,6 +170,25 @@ pub enum Law {
 }
 
 impl Law {
+    /// `(F, ∂F/∂δ, ∂F/∂δ̇)` of a law without memory, contact or dry friction; zero for every other law.
+    pub fn force_and_slopes(&self, delta: f64, rate: f64) -> (f64, f64, f64) {
+        match self {
+            Law::Linear { stiffness, damping } => {
+                (stiffness * delta + damping * rate, *stiffness, *damping)
+            }
+            Law::Curve(curve) => (-curve.torque(rate), 0.0, -curve.slope(rate)),
+            Law::Nonlinear {
+                characteristic,
+                damping,
+            } => (
+                characteristic.force(delta) + damping * rate,
+                characteristic.tangent(delta),
+                *damping,
+            ),
+            _ => (0.0, 0.0, 0.0),
+        }
+    }
+
     /// What carries its path of contact on, where it has one.
     pub fn phase(&self) -> Option<&Phase> {
         match self {

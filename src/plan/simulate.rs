@@ -112,13 +112,15 @@ fn not_exact(choice: &Choice, exact: &str) -> Warning {
     }
 }
 
+/// The highest frequency of loads, errors and stiffness waves of imposed speed, rad/s; zero where none acts.
+fn fastest_acting(train: &Train) -> f64 {
+    let all = train.harmonics().chain(frequencies(train));
+    all.fold(0.0, f64::max)
+}
+
 /// Samples too far apart to see what the loads, the errors and the stiffness waves of imposed speed do.
 fn coarse_samples(scene: &MotionScene) -> Option<Warning> {
-    let train = &scene.moving.train;
-    let fastest = train
-        .harmonics()
-        .chain(frequencies(train))
-        .fold(0.0, f64::max);
+    let fastest = fastest_acting(&scene.moving.train);
     let step = scene.until / scene.samples as f64;
     let per_period = TAU / (fastest * step);
     (per_period < FEWEST).then(|| Warning {
@@ -201,8 +203,7 @@ fn long_step(train: &Train, choice: &Choice) -> Option<Warning> {
             )),
         });
     }
-    let acting = train.harmonics().chain(frequencies(train));
-    let acting = acting.fold(0.0, f64::max);
+    let acting = fastest_acting(train);
     let (rate, told) = match free {
         Some(free) if free.rate >= acting => (free.rate, free.told()),
         _ => (

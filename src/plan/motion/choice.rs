@@ -102,13 +102,15 @@ fn explicit_steps(train: &Train, until: f64) -> Option<f64> {
 /// # Errors
 /// An unknown word; a method that cannot take the machine; a step for a method that chooses its own.
 pub fn choose(train: &Train, study: &SimulateStudy) -> Result<Choice, Error> {
-    let (method, mut reason, usual) = match (&study.method, instead_of_modes(train, study)) {
-        (Some(name), _) => (named(name)?, "asked for".to_string(), TOLERANCE),
-        (None, Some((method, reason))) => (method, reason, TIGHT),
-        (None, None) => {
-            let (method, reason) = automatic(train, study)?;
-            (method, reason, TOLERANCE)
-        }
+    let (method, mut reason, usual) = match &study.method {
+        Some(name) => (named(name)?, "asked for".to_string(), TOLERANCE),
+        None => match instead_of_modes(train, study) {
+            Some((method, reason)) => (method, reason, TIGHT),
+            None => {
+                let (method, reason) = automatic(train, study)?;
+                (method, reason, TOLERANCE)
+            }
+        },
     };
     if let Some(why) = (method.refuses)(train) {
         let able: Vec<&str> = METHODS

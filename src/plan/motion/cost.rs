@@ -11,6 +11,7 @@ use crate::base::units::{duration, enough, seconds};
 use crate::base::words::counted;
 use crate::motion::methods::{METHODS, Method};
 use crate::motion::problem::{Problem, Wanted};
+use crate::motion::progress::rounded;
 use crate::motion::trouble::{Fastest, fastest};
 use crate::scene::study::SimulateStudy;
 
@@ -92,12 +93,9 @@ impl Least<'_> {
         if let Some(matrices) = &self.matrices {
             return matrices.told();
         }
-        let steps = match self.steps {
-            n if n < 1e4 => format!("{n:.0}"),
-            n => format!("{n:.1e}"),
-        };
         let text = format!(
-            "it would take {steps} steps and {} at least",
+            "it would take {} steps and {} at least",
+            rounded(self.steps),
             duration(self.seconds)
         );
         match self.by {

@@ -207,17 +207,11 @@ pub fn run(prepared: &Prepared, study: &ResponseStudy, drawn: bool) -> Result<An
 }
 
 fn too_long(foreseen: Foreseen, lines: usize) -> Error {
-    let Foreseen {
-        spent,
-        whole,
-        allowed,
-    } = foreseen;
     let message = format!(
-        "{} took {}; at this pace the whole would take {}, and {} are allowed",
+        "{} took {}; {}",
         counted(lines, "line"),
-        duration(spent),
-        duration(whole),
-        duration(allowed)
+        duration(foreseen.spent),
+        foreseen.told()
     );
     Error::new(Code::Hopeless, message)
         .hint("ask for fewer --lines, or model the machine with fewer coordinates")

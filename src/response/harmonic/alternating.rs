@@ -215,23 +215,7 @@ fn of(law: &Law, delta: f64, rate: f64, factor: f64) -> (f64, f64, f64) {
             let (force, slope) = friction.smoothed(rate);
             (force, 0.0, slope)
         }
-        Law::Nonlinear {
-            characteristic,
-            damping,
-        } => (
-            characteristic.force(delta) + damping * rate,
-            characteristic.tangent(delta),
-            *damping,
-        ),
-        Law::Curve(curve) => (-curve.torque(rate), 0.0, -curve.slope(rate)),
-        Law::Linear { stiffness, damping } => {
-            (stiffness * delta + damping * rate, *stiffness, *damping)
-        }
-        Law::Lagged { .. }
-        | Law::Maxwell { .. }
-        | Law::Clutch { .. }
-        | Law::Pressed(_)
-        | Law::Orders { .. } => (0.0, 0.0, 0.0),
+        law => law.force_and_slopes(delta, rate),
     }
 }
 

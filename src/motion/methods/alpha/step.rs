@@ -9,7 +9,7 @@ use crate::base::error::Error;
 use crate::base::units::{instant, seconds};
 use crate::motion::problem::Effort;
 use crate::motion::scale::{Scale, norm};
-use crate::motion::train::{Law, Regime};
+use crate::motion::train::Regime;
 
 /// Rounds of Newton's iteration; from the tenth on half steps, which end cycles about a corner.
 const ROUNDS: u32 = 60;
@@ -94,9 +94,7 @@ pub fn late(
     effort: &mut Effort,
 ) -> Vec<f64> {
     let (train, w) = (constant.train, constant.weights);
-    let contact = |&&b: &&usize| matches!(train.branches[b].law, Law::Contact(_));
-    let contacts: Vec<usize> = constant.others.iter().filter(contact).copied().collect();
-    if contacts.is_empty() {
+    if constant.contacts.is_empty() {
         return Vec::new();
     }
     effort.evaluations += 1;
@@ -105,7 +103,7 @@ pub fn late(
     let stood = held.map_or_else(|| Cow::Owned(mixed()), Cow::Borrowed);
     let y = [&to.q[..], &to.v[..]].concat();
     let mut jump = vec![0.0; train.n()];
-    for b in contacts {
+    for &b in &constant.contacts {
         let force = |regime| train.force(b, regime, end, &y, 0.0).0;
         let more = force(None) - force(Some(&*stood));
         let acts = train.branches[b].acts();

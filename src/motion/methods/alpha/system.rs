@@ -17,6 +17,8 @@ pub struct Constant<'a> {
     damping: Matrix,
     /// Branches that are not constant.
     pub others: Vec<usize>,
+    /// Those among them that are contacts.
+    pub contacts: Vec<usize>,
     /// By step length.
     pub systems: Vec<System>,
 }
@@ -52,6 +54,8 @@ impl<'a> Constant<'a> {
                 _ => others.push(at),
             }
         }
+        let is_contact = |&&b: &&usize| matches!(train.branches[b].law, Law::Contact(_));
+        let contacts = others.iter().filter(is_contact).copied().collect();
         if let Some((k, c)) = &train.general {
             stiffness += k;
             damping += c;
@@ -68,6 +72,7 @@ impl<'a> Constant<'a> {
             mass,
             stiffness,
             damping,
+            contacts,
             others,
             systems: Vec::new(),
         }
