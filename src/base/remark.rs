@@ -385,6 +385,16 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "The mean torques do not balance, so the train speeds up under them.",
     ),
     (
+        "implausible",
+        Warning,
+        "A value lies far outside what machines have, mostly because of a unit: a mesh stiffness a hundred times off 14 N/(mm·µm) times ten modules of face width (ISO 6336-1), a damping ratio above 0.5 (meshes have 0.03 to 0.17, Kasuba and Evans 1981), a diametral moment of inertia below half the polar one (no body has that), a module above 1 m (ISO 54 ends at 50 mm). The value is taken as written.",
+    ),
+    (
+        "speeds-misfit",
+        Warning,
+        "The mean speeds stated in [speed] contradict the ratios of the machine or leave a part open. Natural frequencies at rest do not need them; motion in time, waves of stiffness and gyroscopic terms do, and refuse them.",
+    ),
+    (
         "step-for-exact",
         Warning,
         "A step was asked for, and the method that would be exact for the machine takes none, so that one with an error took the motion. Leave the step out, or let `geardyn accuracy` show how large the error is.",
@@ -403,6 +413,16 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "handed-over",
         Warning,
         "The method that suits the structure of the machine did not converge, as where contacts chatter, and the one named took the motion from its start: its local errors keep to the tolerance, and it locates no switches. Give the contact named some damping, or name a --method.",
+    ),
+    (
+        "not-predictable",
+        Warning,
+        "The motion amplifies every change of its start, as impacts after a loss of contact do, until two runs whose starts differ by a billionth of the deflections have nothing in common. Beyond the instant given, the history, its extremes and its end value are those of one run among many; another method, tolerance or processor gives others. Digits that do not hold are not shown. The mean, the rms and the percentiles over the second half hold within their intervals; a longer motion narrows them. `--no-sensitivity` saves the second run.",
+    ),
+    (
+        "not-compared",
+        Warning,
+        "A second run from a changed start tells how a motion amplifies changes and which digits of its readings hold. It failed, or took far longer than the first, so that extremes are shown with digits that may not hold. Compare a run with another tolerance or method yourself, or `geardyn accuracy`.",
     ),
     (
         "undamped",

@@ -10,8 +10,8 @@ use crate::base::units;
 use crate::modes::basis;
 use crate::modes::equations::Case;
 use crate::modes::reduction::{Advice, advise};
-use crate::plan::motion::choice;
 use crate::plan::motion::scene::MotionScene;
+use crate::plan::motion::{choice, stages};
 use crate::plan::prepared::Prepared;
 use crate::plan::response::{harmonic_balance, run_up};
 use crate::plan::stages::{Plan, Verdict, solver};
@@ -97,7 +97,7 @@ fn motions(
         let motion = motion_flags::integrated(asked, listed.clone())?;
         let ready = MotionScene::new(prepared, &scene.start, &motion)?;
         let choice = choice::choose(&ready.moving.train, &motion)?;
-        Ok::<_, Error>((kind, choice::plan(&ready, &choice, &motion)))
+        Ok::<_, Error>((kind, stages::plan(&ready, &choice, &motion)))
     };
     let moves = |kind: &StudyKind| {
         matches!(

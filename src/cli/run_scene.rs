@@ -44,6 +44,10 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
     let mut documents = Vec::new();
     let mut exit = 0;
     let quiet = args.quiet || args.json;
+    let title = &scene.model.title;
+    if !args.json && !title.is_empty() {
+        output::print(&format!("{title}\n\n"))?;
+    }
     for study in &scene.studies {
         let (name, done) = match &study.kind {
             StudyKind::Modes(study) => ("modes", natural(&scene, study, quiet)),
@@ -132,7 +136,7 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
         }
     }
     if args.json {
-        let document = json!({ "geardyn": report::json::header(&scene.sources, &[]), "studies": documents, "warnings": [] });
+        let document = json!({ "geardyn": report::json::header(&scene.sources, &[]), "title": title, "studies": documents, "warnings": [] });
         output::print(&format!("{document:#}\n"))?;
     }
     Ok(exit)

@@ -29,6 +29,7 @@ pub fn run(args: &SimulateArgs) -> Result<u8, Errors> {
     let study = SimulateStudy {
         energy: study.energy || args.energy,
         allow: motion_flags::time(&args.allow, "--allow")?.or(study.allow),
+        no_sensitivity: study.no_sensitivity || args.no_sensitivity,
         running: running(&args.running, study.running)?,
         ..study
     };
@@ -124,7 +125,11 @@ fn running(args: &RunningArgs, listed: RunningStudy) -> Result<RunningStudy, Err
 
 /// The tables.
 pub fn text(moved: &Moved) -> String {
-    let mut text = report::motion_table::readings(&moved.scene, &moved.motion);
+    let sensitivity = moved.sensitivity.as_ref();
+    let mut text = report::motion_table::readings(&moved.scene, &moved.motion, sensitivity);
+    if let Some(sensitivity) = sensitivity {
+        text += &report::sensitivity::text(&moved.scene, sensitivity);
+    }
     text += &report::on_the_fly_table::text(&moved.scene, &moved.found);
     if let Some(at) = moved.step_at.filter(|_| !moved.motion.time.is_empty()) {
         text += &report::motion_table::steps(&moved.scene, &moved.motion, at);
@@ -142,6 +147,8 @@ pub fn json(moved: &Moved, scene: &Scene) -> Value {
         moved.step_at,
         &moved.warnings,
     );
+    document["title"] = scene.model.title.as_str().into();
+    report::sensitivity::extend(&mut document, &moved.scene, moved.sensitivity.as_ref());
     report::on_the_fly::extend(&mut document, &moved.scene, &moved.found);
     document
 }
@@ -151,6 +158,9 @@ pub fn epilogue(moved: &Moved) -> String {
     let mut text = String::from("\n");
     text += &epilogue::steps(&moved.plan);
     text += &report::motion_table::effort(&moved.motion);
+    if let Some(sensitivity) = &moved.sensitivity {
+        text += &report::sensitivity::effort(sensitivity);
+    }
     if let Some(balance) = &moved.motion.balance {
         text += &report::motion_table::balance(balance);
     }

@@ -87,6 +87,9 @@ pub mod methods;
 /// Parametric stability, periodic orbits.
 pub mod floquet;
 
+/// Sensitivity to the start.
+pub mod sensitivity;
+
 /// What of a state is wanted.
 pub mod outputs;
 

@@ -288,23 +288,31 @@ impl Train {
 
     /// Nothing but constant stiffness and damping and known forces: exact propagation suffices.
     pub fn is_linear(&self) -> bool {
+        let constant = |b: &Branch| b.variation.is_none();
         self.knows_lines_only()
             && !self.has_light()
-            && self.branches.iter().all(|b| {
-                let linear = match &b.law {
-                    Law::Linear { .. } | Law::Maxwell { .. } => true,
-                    Law::Contact(contact) => !contact.opens() && b.variation.is_none(),
-                    Law::Curve(curve) | Law::Lagged { curve, .. } => {
-                        matches!(curve, Curve::Straight { .. })
-                    }
-                    Law::Friction(_)
-                    | Law::Clutch { .. }
-                    | Law::Pressed(_)
-                    | Law::Orders { .. }
-                    | Law::Nonlinear { .. } => false,
-                };
-                linear && b.followed.is_empty()
-            })
+            && self.superposes()
+            && self.branches.iter().all(constant)
+    }
+
+    /// The equations are linear in the state, whatever varies in time: differences of motions do not depend on the motions.
+    pub fn superposes(&self) -> bool {
+        self.branches.iter().all(|b| {
+            let linear = match &b.law {
+                Law::Linear { .. } | Law::Maxwell { .. } => true,
+                Law::Contact(contact) => !contact.opens(),
+                Law::Curve(curve) | Law::Lagged { curve, .. } => {
+                    matches!(curve, Curve::Straight { .. })
+                }
+                Law::Friction(_)
+                | Law::Clutch { .. }
+                | Law::Pressed(_)
+                | Law::Orders { .. }
+                | Law::Nonlinear { .. } => false,
+            };
+            let known = |wave: &Wave| wave.phase.angle().is_none();
+            linear && b.followed.is_empty() && b.variation.as_ref().is_none_or(known)
+        })
     }
 
     /// Known functions of time are lines and harmonics, none of them parabolas.

@@ -98,7 +98,10 @@ pub fn run(prepared: &Prepared, study: &ModesStudy, plan: &Plan) -> Result<Answe
 const MOST: usize = 10_000;
 
 /// Says at once what would take hours or more memory than there is.
-fn refuse_hopeless(prepared: &Prepared, study: &ModesStudy, plan: &Plan) -> Result<(), Error> {
+///
+/// # Errors
+/// `Hopeless`, with what to do instead.
+pub fn refuse_hopeless(prepared: &Prepared, study: &ModesStudy, plan: &Plan) -> Result<(), Error> {
     let n = prepared.linear.n;
     let runs =
         |step: &(Stage, &str, Verdict)| matches!(step, (Stage::Complex, _, Verdict::Runs(_)));

@@ -73,7 +73,8 @@ impl Shape {
     }
 }
 
-/// `F = sign(δ̇) [F_c + (F_s − F_c) exp(−(δ̇/v_s)²)]` sliding; anything up to F_s sticking.
+/// `F = sign(δ̇) [F_c + (F_s − F_c) exp(−(δ̇/v_s)²)]` sliding; anything up to F_s sticking. With v_s = 0 the force falls to F_c as
+/// soon as the pair slides.
 ///
 /// Source: Armstrong-Hélouvry, Dupont and Canudas de Wit 1994, the static model.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -82,7 +83,7 @@ pub struct Friction {
     pub sliding: f64,
     /// F_s ≥ F_c, N or N·m.
     pub breakaway: f64,
-    /// v_s, m/s or rad/s; unused where F_s = F_c.
+    /// v_s, m/s or rad/s; 0: no fall over speed; unused where F_s = F_c.
     pub stribeck: f64,
     /// Width over which methods without events let the force turn from one sign to the other, m/s or rad/s.
     pub creep: f64,

@@ -69,25 +69,20 @@ pub struct Strained {
     pub mostly: Option<(usize, f64)>,
 }
 
-/// Runs a study; `drawn`: pictures are wanted of it.
-///
-/// # Errors
-/// What is missing in the study; names that do not exist; those of the solution.
-pub fn run(prepared: &Prepared, study: &ResponseStudy, drawn: bool) -> Result<Answer, Error> {
-    let start = Instant::now();
-    let Some((from, to)) = study.band else {
+/// What a study asks for: its band, rad/s, its inputs and outputs.
+fn asked(prepared: &Prepared, study: &ResponseStudy) -> Result<((f64, f64), Ports), Error> {
+    let Some(band) = study.band else {
         return Err(
             Error::new(Code::Usage, "nothing says which frequencies are wanted")
                 .hint("add --band 1:500, or `band` to the study"),
         );
     };
-    let Prepared {
-        machine,
-        kinematics,
-        linear,
-        ..
-    } = prepared;
-    let mut ports = Ports::read(machine, &study.inputs, &study.outputs, &study.held)?;
+    let ports = Ports::read(
+        &prepared.machine,
+        &study.inputs,
+        &study.outputs,
+        &study.held,
+    )?;
     for (list, flag, example) in [
         (ports.inputs.len(), "input", "motor.theta"),
         (ports.outputs.len(), "output", "workpiece.theta"),
@@ -99,6 +94,39 @@ pub fn run(prepared: &Prepared, study: &ResponseStudy, drawn: bool) -> Result<An
             return Err(Error::new(Code::Usage, format!("no {flag} is named")).hint(hint));
         }
     }
+    Ok((band, ports))
+}
+
+/// Refuses what [`run`] would refuse before it solves anything.
+///
+/// # Errors
+/// What is missing in the study; names that do not exist; speeds that do not fit; what would take too long.
+pub fn refuse(prepared: &Prepared, study: &ResponseStudy) -> Result<(), Error> {
+    asked(prepared, study)?;
+    let Prepared {
+        machine,
+        kinematics,
+        ..
+    } = prepared;
+    if study.speed.is_some() {
+        mean_speeds(machine, kinematics, study.speed)?;
+    }
+    choice::refuse(prepared, study, &choice::choose(prepared, study))
+}
+
+/// Runs a study; `drawn`: pictures are wanted of it.
+///
+/// # Errors
+/// What is missing in the study; names that do not exist; those of the solution.
+pub fn run(prepared: &Prepared, study: &ResponseStudy, drawn: bool) -> Result<Answer, Error> {
+    let start = Instant::now();
+    let Prepared {
+        machine,
+        kinematics,
+        linear,
+        ..
+    } = prepared;
+    let ((from, to), mut ports) = asked(prepared, study)?;
     ports
         .outputs
         .iter_mut()
