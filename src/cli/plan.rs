@@ -95,6 +95,11 @@ fn motions(
     let mut all = Vec::new();
     let in_time = |kind: &'static str, listed: &SimulateStudy| {
         let motion = motion_flags::integrated(asked, listed.clone())?;
+        // `accuracy` and `stability` compare runs of their own.
+        let motion = SimulateStudy {
+            no_sensitivity: motion.no_sensitivity || kind != "simulate",
+            ..motion
+        };
         let ready = MotionScene::new(prepared, &scene.start, &motion)?;
         let choice = choice::choose(&ready.moving.train, &motion)?;
         Ok::<_, Error>((kind, stages::plan(&ready, &choice, &motion)))

@@ -152,8 +152,8 @@ pub struct Brake {
 pub enum Grip {
     /// Nothing: it is the same always.
     Constant,
-    /// Time: shares of the largest, s.
-    Timed(Vec<(f64, f64)>),
+    /// Time: shares of the largest.
+    Timed(History),
     /// Forces of the machine itself.
     Pressed(Pressed),
 }

@@ -4,6 +4,7 @@ use super::combination::Combination;
 use super::contact::{Contact, Flanks, Losses};
 use super::curve::Curve;
 use super::cutting;
+use super::known;
 use super::moving::Moving;
 use super::rubbing::{self, Pressed};
 use super::signal::Signal;
@@ -393,10 +394,10 @@ impl Site<'_> {
                 Grip::Constant => {
                     branches.push(plain(name, direction, Law::Friction(brake.friction)));
                 }
-                Grip::Timed(points) => {
+                Grip::Timed(share) => {
                     let law = Law::Clutch {
                         friction: brake.friction,
-                        grip: Signal::table(points)?,
+                        grip: known::signal(share)?,
                     };
                     branches.push(plain(name, direction, law));
                 }
@@ -509,15 +510,6 @@ impl Site<'_> {
                 continue;
             }
             let signal = match history {
-                History::Constant(torque) => Signal::constant(*torque),
-                History::Step { torque, time } => Signal::step(*torque, *time),
-                History::Ramp { from, to, between } => Signal::ramp(*from, *to, *between),
-                History::Harmonic {
-                    mean,
-                    amplitude,
-                    omega,
-                    phase,
-                } => Signal::constant(*mean).plus(&Signal::harmonic(*amplitude, *omega, *phase)),
                 History::Orders { .. } if self.phase == PhaseOf::Angle => continue,
                 History::Orders { mean, orders } => {
                     let omega = self.speed(*freedom)?;
@@ -527,7 +519,6 @@ impl Site<'_> {
                             sum.plus(&Signal::harmonic(a, n * omega, phase))
                         })
                 }
-                History::Table(points) => Signal::table(points)?,
                 History::FaceMill(mill) => {
                     let moved = &self.machine.freedoms[*freedom];
                     // The first of a node's freedoms is its rotation.
@@ -535,6 +526,7 @@ impl Site<'_> {
                     let head = all.position(|f| f.node == moved.node);
                     cutting::force(mill, self.speed(head.unwrap_or(*freedom))?, moved.axis)?
                 }
+                history => known::signal(history)?,
             };
             loads.push((*freedom, signal));
         }

@@ -173,6 +173,7 @@ fn hindered(name: &str, what: &str) -> Error {
 /// The same at all times.
 fn is_steady(signal: &Signal) -> bool {
     signal.harmonics.is_empty()
+        && signal.bursts.is_empty()
         && signal.knots.iter().all(|k| k.slope == 0.0 && k.bend == 0.0)
         && signal.knots.windows(2).all(|p| p[0].value == p[1].value)
         && signal.knots.first().is_none_or(|k| !k.time.is_finite())

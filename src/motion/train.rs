@@ -328,8 +328,13 @@ impl Train {
 
     /// Frequencies of harmonic loads and errors, rad/s.
     pub fn harmonics(&self) -> impl Iterator<Item = f64> {
-        let all = self.known().flat_map(|signal| &signal.harmonics);
-        all.map(|h| h.omega.abs()).filter(|&omega| omega != 0.0)
+        let lasting = |signal: &Signal| -> Vec<f64> {
+            let bursts = signal.bursts.iter().map(|b| b.omega);
+            let harmonics = signal.harmonics.iter().map(|h| h.omega);
+            harmonics.chain(bursts).collect()
+        };
+        let all = self.known().flat_map(lasting);
+        all.map(f64::abs).filter(|&omega| omega != 0.0)
     }
 
     /// Linear between switches: contacts with play, stiffness in steps at imposed speed, Coulomb friction.
