@@ -102,6 +102,9 @@ pub mod meter;
 /// Cutting torque.
 mod cutting;
 
+/// What meets at a coordinate without inertia, and what stands for it.
+mod star;
+
 /// Coordinates without inertia, taken out of the equations.
 pub mod massless;
 
