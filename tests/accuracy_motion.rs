@@ -223,7 +223,7 @@ fn law_growth_goes_by_deformations() {
             at: StartAt::Steady,
             ..Start::default()
         };
-        let ready = MotionScene::new(&prepared, &begin, &asked(0.1, "g.deflection")).unwrap();
+        let ready = MotionScene::new(&prepared, &begin, &asked(0.04, "g.deflection")).unwrap();
         let mut watch = Watch {
             stop: &Stop::default(),
             hear: &mut |_| {},
