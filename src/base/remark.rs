@@ -425,6 +425,16 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "A second run from a changed start tells how a motion amplifies changes and which digits of its readings hold. It failed, or took far longer than the first, so that extremes are shown with digits that may not hold. Compare a run with another tolerance or method yourself, or `geardyn accuracy`.",
     ),
     (
+        "unstable",
+        Warning,
+        "A root of the linear machine has a growth rate above zero: a small motion grows as exp(rate · t) until something that is not linear limits it, and no steady answer is reached. Growth below 1e-10 |λ| counts as none.",
+    ),
+    (
+        "speed-terms",
+        Warning,
+        "The answer leaves out terms that the machine has: gyroscopic, Coriolis and centripetal ones without --speed, or damping that circulates or feeds without --damped. Their size is that of the shift of a frequency they may cause.",
+    ),
+    (
         "undamped",
         Warning,
         "Nothing damps the machine, so that its answer at a natural frequency is infinite and no peak has a height.",

@@ -110,7 +110,7 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
                 stability::study_of(&scene, study, quiet, &stop).map(|found| Done {
                     text: report::stability_table::table(&found),
                     json: report::stability::json(&scene.sources, &found),
-                    epilogue: stability::epilogue(&found).to_string(),
+                    epilogue: stability::epilogue(&found),
                     exit: stability::exit(&found),
                 }),
             ),

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::args::StabilityArgs;
-use super::{interrupt, motion_flags, output};
+use super::{epilogue, interrupt, motion_flags, output};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::stop::Stop;
@@ -88,15 +88,16 @@ pub fn run(args: &StabilityArgs) -> Result<u8, Errors> {
         ))?,
         false => output::print(&report::stability_table::table(&found))?,
     }
-    output::tell(epilogue(&found));
+    output::tell(&epilogue(&found));
     Ok(exit(&found))
 }
 
-/// What is said where the study ended early.
-pub fn epilogue(found: &Stability) -> &'static str {
+/// Warnings, and what is said where the study ended early.
+pub fn epilogue(found: &Stability) -> String {
+    let text = epilogue::warnings(&found.facts.warnings);
     match found.interrupted {
-        true => "interrupted: what is shown was finished before\n",
-        false => "",
+        true => text + "interrupted: what is shown was finished before\n",
+        false => text,
     }
 }
 
@@ -142,7 +143,7 @@ pub fn study_of(
     };
     let prepared = Prepared::new(&scene.model)?;
     let facts = match watch.goes_on("modes with their damping") {
-        true => facts::facts(&prepared)?,
+        true => facts::facts(&prepared, study.motion.speed)?,
         false => return Err(interrupted()),
     };
     // Multipliers are of the machine, however long it moves; a period of the slowest motion stands in for a duration left out.

@@ -111,6 +111,9 @@ mod cutting;
 /// Functions of time alone.
 mod known;
 
+/// What meets at a coordinate without inertia, and what stands for it.
+mod star;
+
 /// Coordinates without inertia, taken out of the equations.
 pub mod massless;
 
