@@ -36,6 +36,7 @@ pub struct Row {
 }
 
 impl Row {
+    /// A row of the table.
     pub fn new(
         file: &'static str,
         bytes: impl Into<Vec<u8>>,

@@ -208,6 +208,7 @@ fn law_standard_output_is_written_through() {
             .args(["modes", "models/two_disc.toml", "--csv"])
             .arg(&link)
             .stdout(file.try_clone().unwrap())
+            .stderr(Stdio::null())
             .status()
             .unwrap();
         assert_eq!(status.code(), Some(0));
