@@ -32,7 +32,11 @@ pub fn run(args: &CheckArgs) -> Result<u8, Errors> {
                 let worst = errors.list().iter().map(|e| e.code.exit()).max();
                 exit = exit.max(worst.unwrap_or(2));
                 match args.json {
-                    true => documents.push(diagnostic::json(&errors)),
+                    true => {
+                        let mut document = diagnostic::json(&errors);
+                        document["file"] = json!(path);
+                        documents.push(document);
+                    }
                     false => output::tell(&diagnostic::errors(&errors, diagnostic::colour())),
                 }
             }
@@ -41,9 +45,11 @@ pub fn run(args: &CheckArgs) -> Result<u8, Errors> {
     if args.json {
         let document = match documents.len() {
             1 => documents.remove(0),
-            _ => json!({ "files": documents }),
+            _ => {
+                json!({ "geardyn": report::json::log_header(&[]), "files": documents, "warnings": [] })
+            }
         };
-        output::print(&format!("{document:#}\n"))?;
+        output::document(&document)?;
     }
     Ok(exit)
 }

@@ -52,7 +52,7 @@ pub fn run(args: &PlanArgs) -> Result<u8, Errors> {
         if let Some((hz, advice)) = &advice {
             document["advice"] = report::systems::advice_json(&prepared.machine, advice, *hz);
         }
-        output::print(&format!("{document:#}\n"))?;
+        output::document(&document)?;
         return Ok(0);
     }
     let asks_modes = motions.len() < scene.studies.len();
