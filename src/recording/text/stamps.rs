@@ -528,7 +528,7 @@ mod tests {
         seconds(Form::DateTime, 1.0, &[a, b])[1] / 86_400.0
     }
 
-    /// The last digit written is the resolution: the finest of plain numbers, the coarsest of those with exponents.
+    /// The last digit written is the resolution: the finest of numbers with as many decimals, else the last significant one.
     #[test]
     fn exact_resolution_from_the_digits() {
         let resolution = |form, cells: &[&str]| {
@@ -541,7 +541,7 @@ mod tests {
             resolution.at(last.unwrap().unwrap())
         };
         assert_eq!(
-            resolution(Form::Decimal, &["0.0", "0.002352083", "0.5"]),
+            resolution(Form::Decimal, &["0.0", "0.002352083", "0.500000001"]),
             1e-9
         );
         assert_eq!(
