@@ -231,7 +231,7 @@ fn exact_responses_without_names() {
         );
     }
     let text: String = (0..1500)
-        .map(|k| f64::from(k))
+        .map(f64::from)
         .map(|k| format!("{k},{:.5},{:.5}\n", (0.7 * k).sin(), (0.31 * k).cos()))
         .collect();
     let raw = open::from_bytes("two.csv", text.as_bytes(), &Settings::default()).unwrap();
