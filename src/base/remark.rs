@@ -30,6 +30,11 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "The time stamps lie unevenly and the samples were resampled. Above the band said the values rest on the interpolation.",
     ),
     (
+        "frequency-guessed",
+        Warning,
+        "The table has no names. Its first column rises by even steps, and the inverse transforms of the others lie at positive times alone, as those of frequency responses do and those of signals do not: they are taken for real and imaginary parts, or magnitudes and phases, over frequencies in Hz. Name the columns, or say which is the time: --time.",
+    ),
+    (
         "decimal-comma",
         Warning,
         "Every comma of the text stands before three digits, so it may be a decimal mark or separate thousands. State it: --decimal.",
@@ -40,9 +45,9 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "The line of names has another number of words than the rows have cells, so no name can be given to a column. Columns are numbered; mend the line, or state --delimiter and --decimal.",
     ),
     (
-        "header-rates-differ",
+        "rate-disagrees",
         Warning,
-        "Two lines of the header state different sample rates. State the right one: --rate.",
+        "Another sample rate of the log differs by more than 0.1 % from the one taken: a stated --rate from the time stamps or the header, a line of the header from the stamps, or a bare `rate`, which of a rotating machine may be the speed of a shaft, from the rate of samples. State the right one: --rate.",
     ),
     (
         "header-rate-mark",
@@ -100,6 +105,16 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "A coherence of the file belongs to no response of it.",
     ),
     // What was done to a log.
+    (
+        "row-incomplete",
+        Repair,
+        "The last row of the log breaks off: it has too few cells, its last cell is the beginning of a number, or storage after it was never written, as where a logger is switched off. The row was left out. A row that breaks off anywhere else is an error.",
+    ),
+    (
+        "header-repeated",
+        Repair,
+        "Lines of the header are repeated between the rows, as where a logger was started anew or files were joined. They were passed over and the rows joined; time stamps tell how much time passed there, without them nothing does.",
+    ),
     (
         "sidecar",
         Repair,
@@ -534,6 +549,11 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "outside-standard",
         Warning,
         "The gear lies outside the range of sizes for which the standard states its formulas, so there is no limit to hold the value against. None is made up by extending the formulas.",
+    ),
+    (
+        "readings-small",
+        Warning,
+        "The total deviation of a chart is less than a tenth of what the finest grade of ISO 1328 allows, which no gear reaches. Readings in mm whose unit is stated as µm are a thousand times too small.",
     ),
     (
         "limit-in-doubt",
