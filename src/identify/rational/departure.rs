@@ -86,7 +86,7 @@ pub(super) fn variance(
         .map(|i| {
             let mut v = noise[i].clone();
             let most = largest_nearby(&lines.h[i], from, to);
-            let departs = |d: &&(usize, &Departure)| d.1.share > 0.0 || d.1.scatter > 0.0;
+            let departs = |d: &(usize, &Departure)| d.1.share > 0.0 || d.1.scatter > 0.0;
             for (r, d) in departures.iter().enumerate().filter(departs) {
                 let pole = &modes.poles[r];
                 for (k, v) in v.iter_mut().enumerate() {
