@@ -173,6 +173,7 @@ fn study(args: &IdentifyArgs) -> Result<IdentifyStudy, Error> {
             DelayWord::Each => Delay::PerResponse,
         },
         allow_unstable: args.allow_unstable,
+        all: args.all,
         derivative: args.kind.map(|kind| match kind {
             KindWord::Receptance => 0,
             KindWord::Mobility => 1,
