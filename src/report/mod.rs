@@ -51,6 +51,9 @@ pub mod identified;
 /// Spectra of a log.
 pub mod spectra;
 
+/// Order cuts of measured run-ups.
+pub mod order_cuts;
+
 /// Encoder records.
 pub mod encoders;
 

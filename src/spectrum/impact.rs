@@ -84,8 +84,6 @@ impl Fault {
 pub struct Hit {
     /// Sample of its largest force.
     pub sample: usize,
-    /// Time of it from the first sample, s.
-    pub time_s: f64,
     /// Its largest force over the level between hits.
     pub peak: f64,
     /// Why it was set aside; `None` where it was used.
@@ -172,7 +170,6 @@ pub fn analyse(
     let (estimate, force_power) = record.estimate(block, sigma)?;
     let hit = |cut: &Cut| Hit {
         sample: cut.pulse.peak,
-        time_s: cut.pulse.peak as f64 / rate_hz,
         peak: cut.pulse.height,
         fault: cut.fault,
     };
@@ -290,10 +287,15 @@ impl Record<'_> {
             .collect();
         let mut free: Vec<usize> = self.sound().map(|cut| cut.limit - cut.start).collect();
         free.sort_unstable();
-        // So long that three quarters of the hits fill it.
-        let Some(&most) = free.get(free.len() / 4) else {
+        // So long that three quarters of the hits fill it at least, by the largest product of length and hits.
+        let worth = |&at: &usize| free[at] * (free.len() - at);
+        let Some(at) = (0..(free.len() / 4 + 1).min(free.len()))
+            .rev()
+            .max_by_key(worth)
+        else {
             return Err(self.none_left());
         };
+        let most = free[at];
         let mut decayed = 0;
         for cut in self.sound() {
             for channel in 1..self.channels.len() {

@@ -1,16 +1,17 @@
 //! Frequency responses from a recording: hits where the input is a hammer, dwells where it steps, local polynomials or averaged blocks
 //! where it does neither.
 
+use super::sound::{Sound, Use};
 use super::{blocks, dwells};
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
 use crate::base::words::counted;
 use crate::numeric::fft::quick_within;
 use crate::recording::responses::{FrequencyResponses, Terminal};
-use crate::recording::signals::{Channel, Recording};
+use crate::recording::signals::{Channel, Moment, Recording};
 use crate::spectrum::frf::{self, Estimate, Estimator};
 use crate::spectrum::hits;
-use crate::spectrum::impact::{self, Hit, ImpactOptions};
+use crate::spectrum::impact::{self, Fault, Hit, ImpactOptions};
 use crate::spectrum::local::{Local, least_half_width};
 use crate::spectrum::spectra::Spectra;
 use crate::spectrum::welch::{Welch, WelchOptions};
@@ -48,6 +49,17 @@ impl EstimateStudy {
     }
 }
 
+/// A hit of a recording.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FoundHit {
+    /// When it struck.
+    pub moment: Moment,
+    /// Its largest force over the level between hits.
+    pub peak: f64,
+    /// Why it was rejected; `None` where it was used.
+    pub fault: Option<Fault>,
+}
+
 /// Frequency responses and how they were had.
 #[derive(Debug)]
 pub struct Acquired {
@@ -56,7 +68,7 @@ pub struct Acquired {
     /// In words: `5 hits: 3 used, 1 clipped; H1, 3 averages, 0.25 Hz lines`.
     pub how: String,
     /// Hits, where the input is a hammer.
-    pub hits: Vec<Hit>,
+    pub hits: Vec<FoundHit>,
     /// Power spectral density of the first input by line, and of every channel, where blocks were averaged.
     pub spectra: Option<Spectra>,
     /// Lines can be had this near to each other, Hz, by asking again with [`Look::apart_hz`]; `None` where they are as asked.
@@ -93,12 +105,13 @@ const FEWEST: usize = 4;
 /// # Errors
 /// Channels without signal or alike, a record too short.
 pub fn acquire(
-    recording: &Recording,
+    sound: &Sound,
     inputs: &[usize],
     outputs: &[usize],
     study: &EstimateStudy,
     look: Look,
 ) -> Result<Acquired, Error> {
+    let recording = &sound.recording;
     let chosen: Vec<usize> = inputs.iter().chain(outputs).copied().collect();
     let channels: Vec<&Channel> = chosen.iter().map(|&c| &recording.channels[c]).collect();
     let is_stepped = study
@@ -124,16 +137,29 @@ pub fn acquire(
         }
         _ => false,
     };
+    let with = |mut acquired: Acquired, warnings: Vec<Warning>| {
+        acquired.warnings.splice(0..0, warnings);
+        acquired
+    };
     if is_stepped {
-        return stepped(recording, &channels, study);
+        let found = stepped(recording, &channels, study)?;
+        let warnings = [sound.stuck.clone(), sound.clipped_warnings()].concat();
+        return Ok(with(found, warnings));
     }
     match is_hammer {
         true if inputs.len() > 1 => {
             let message = "an impact test has one input, the force of the hammer";
             Err(Error::new(Code::Usage, message))
         }
-        true => struck(recording, &channels, study),
-        false => averaged(recording, &channels, inputs.len(), study, look),
+        true => Ok(with(
+            struck(recording, &channels, study)?,
+            sound.stuck.clone(),
+        )),
+        false => {
+            let (recording, warnings) = sound.unclipped(Use::Blocks);
+            let found = averaged(&recording, &channels, inputs.len(), study, look)?;
+            Ok(with(found, warnings))
+        }
     }
 }
 
@@ -203,10 +229,10 @@ fn struck(
         if found.hits.len() == 1 { "hit" } else { "hits" }
     );
     for fault in [
-        impact::Fault::Overload,
-        impact::Fault::Double,
-        impact::Fault::CutShort,
-        impact::Fault::LateStart,
+        Fault::Overload,
+        Fault::Double,
+        Fault::CutShort,
+        Fault::LateStart,
     ] {
         let count = found.hits.iter().filter(|h| h.fault == Some(fault)).count();
         if count > 0 {
@@ -221,6 +247,11 @@ fn struck(
     if let Some(window) = study.window {
         how += &format!(", {} window as asked", window.name());
     }
+    let hit = |hit: &Hit| FoundHit {
+        moment: recording.moment(hit.sample),
+        peak: hit.peak,
+        fault: hit.fault,
+    };
     let usable_hz = driven_band(&found.force_power, &found.estimate.frequency_hz);
     // What the exponential window falls to makes neighbouring lines go together.
     let end = (-found.estimate.window_decay * found.block as f64 / recording.rate_hz).exp();
@@ -231,7 +262,7 @@ fn struck(
             ..found.estimate.responses(&terminals(channels))
         },
         how,
-        hits: found.hits,
+        hits: found.hits.iter().map(hit).collect(),
         spectra: None,
         nearest_hz: None,
         smeared_lines: 0.0,

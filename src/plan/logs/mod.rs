@@ -3,6 +3,9 @@
 /// Blocks of samples from a recording.
 pub mod blocks;
 
+/// The parts of a recording without faults of sensors.
+pub mod sound;
+
 /// Frequency responses from a stepped sine.
 mod dwells;
 
@@ -59,6 +62,9 @@ pub mod steady;
 
 /// Spectra over the angle of a shaft.
 pub mod turning;
+
+/// Orders over the speed of a run-up.
+pub mod order_cuts;
 
 /// The run of a spectrum.
 pub mod spectrum;

@@ -6,7 +6,7 @@ use std::time::Instant;
 use super::spectrum_study::{
     Across, Curve, Found, Line, Spectrum, SpectrumKind, SpectrumStudy, channel,
 };
-use super::{blocks, steady, turning};
+use super::{blocks, sound, steady, turning};
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
 use crate::numeric::statistics::normal_quantile;
@@ -36,6 +36,10 @@ pub fn spectrum(recording: &Recording, study: &SpectrumStudy) -> Result<Spectrum
     check_band(recording, study)?;
     check_signal(recording, &channels, study.kind)?;
     let start = Instant::now();
+    let known: Vec<String> = recording.channels.iter().map(|c| c.name.clone()).collect();
+    let place = |c: &&Channel| known.iter().position(|name| *name == c.name);
+    let places: Vec<usize> = channels.iter().filter_map(place).collect();
+    let faults = sound::of_spectrum(recording, &places)?;
     let mut answer = match study.kind {
         SpectrumKind::Cepstrum => cepstrum(recording, &channels, study)?,
         SpectrumKind::Average => average(recording, &channels, study)?,
@@ -43,7 +47,13 @@ pub fn spectrum(recording: &Recording, study: &SpectrumStudy) -> Result<Spectrum
             let found = match study.kind {
                 SpectrumKind::Multitaper => steady::tapered(recording, &channels, study)?,
                 SpectrumKind::Envelope => steady::enveloped(recording, &channels, study)?,
-                SpectrumKind::Spectrogram => steady::by_time(recording, &channels, study)?,
+                SpectrumKind::Spectrogram => {
+                    let found = steady::by_time(recording, &channels, study)?;
+                    match study.tacho {
+                        Some(_) => turning::over_speed(found, recording, study)?,
+                        None => found,
+                    }
+                }
                 SpectrumKind::Order => turning::orders(recording, &channels, study)?,
                 _ => steady::averaged(recording, &channels, study)?,
             };
@@ -56,6 +66,7 @@ pub fn spectrum(recording: &Recording, study: &SpectrumStudy) -> Result<Spectrum
         SpectrumKind::Order => "order spectrum",
         _ => "spectrum",
     };
+    answer.warnings.splice(0..0, faults);
     answer.trace.push((stage, start.elapsed().as_secs_f64()));
     Ok(answer)
 }
@@ -204,6 +215,7 @@ fn shown(found: Found, channels: &[&Channel], study: &SpectrumStudy) -> Result<S
         across,
         spectra,
         mut rows,
+        speed,
         mut warnings,
     } = found;
     let band = match study.kind {
@@ -281,6 +293,7 @@ fn shown(found: Found, channels: &[&Channel], study: &SpectrumStudy) -> Result<S
             value: inside.iter().map(at).collect(),
             lines,
             rows: of_channel,
+            speed: speed.clone(),
         });
     }
     if curves
@@ -501,6 +514,7 @@ fn cepstrum(
                 }),
                 value: cepstrum.real,
                 rows: Vec::new(),
+                speed: Vec::new(),
             }
         })
         .collect();
@@ -548,6 +562,7 @@ fn average(
         value,
         lines: Vec::new(),
         rows: Vec::new(),
+        speed: Vec::new(),
     };
     let per_turn = found.angle_deg.len();
     Ok(Spectrum {
