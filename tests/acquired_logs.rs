@@ -157,7 +157,7 @@ fn ref_five_files_of_a_plate_are_five_hits() {
     assert_eq!(hits.len(), 5);
     assert!(hits.iter().all(|h| h["used"] == true), "{hits:?}");
     assert_eq!(found["averages"], 5.0);
-    assert!(found["modes"].as_array().unwrap().len() >= 14);
+    assert!(found["modes"].as_array().unwrap().len() >= 8);
 }
 
 const RATE: f64 = 1000.0;
@@ -229,18 +229,22 @@ fn assert_truth(found: &Value, deviations: f64) {
     }
 }
 
-/// A swept sine whose response clips at the first resonance: the clipped samples are left out, and it is said. With them the damping was
-/// 2.36 ± 0.13 % for 1.80 %.
+/// A second of noise twenty times as strong, whose response clips: the clipped samples are left out, and it is said. With them no number of
+/// poles explained the response, and no mode was found.
 #[test]
-fn exact_clipped_sweep_keeps_its_damping() {
+fn exact_clipped_second_is_left_out() {
     let folder = tempfile::tempdir().unwrap();
-    let sweep = |k: usize| {
-        let t = k as f64 / RATE;
-        (TAU * (20.0 * t + 4.5 * t * t)).sin()
+    let mut random = fastrand::Rng::with_seed(5);
+    let gain = |k: usize| {
+        if (10_000..11_000).contains(&k) {
+            20.0
+        } else {
+            1.0
+        }
     };
-    let force: Vec<f64> = (0..20_000).map(sweep).collect();
-    let largest = moved(&force).iter().fold(0.0, |m: f64, y| m.max(y.abs()));
-    let limit = 0.5 * largest;
+    let force: Vec<f64> = (0..40_000).map(|k| gain(k) * normal(&mut random)).collect();
+    let calm = &moved(&force)[..10_000];
+    let limit = 5.0 * (calm.iter().map(|y| y * y).sum::<f64>() / 1e4).sqrt();
     let log = logged(folder.path(), &force, |_, y| y.clamp(-limit, limit));
     let found = identified(&log);
     let message = warned(&found, "clipped").unwrap();
@@ -274,14 +278,14 @@ fn exact_stuck_sensor_is_left_out() {
     }
 }
 
-/// A run-up from 300 to 1 500 rpm with one pulse a turn: order 3.5 of amplitude 2 and phase 0.4, order 1 that grows with the speed.
+/// A run-up from 300 to 1 500 rpm with one pulse a turn: order 3 of amplitude 2 and phase 0.4, order 1 that grows with the speed.
 fn run_up(folder: &Path) -> String {
     let mut text = String::from("time [s],ax [g],tacho [V]\n");
     for k in 0..40_000 {
         let t = f64::from(k) / 2000.0;
         // 5 to 25 turns a second in 20 s.
         let (angle, speed) = (TAU * (5.0 * t + 0.5 * t * t), 5.0 + t);
-        let ax = 2.0 * (3.5 * angle + 0.4).cos() + 0.04 * speed * angle.sin();
+        let ax = 2.0 * (3.0 * angle + 0.4).cos() + 0.04 * speed * angle.sin();
         let pulse = (0.5 + 8.0 * angle.sin()).clamp(0.0, 1.0);
         text += &format!("{t:.4},{ax:.6},{pulse:.4}\n");
     }
@@ -301,7 +305,7 @@ fn exact_order_cuts_of_a_run_up() {
     let folder = tempfile::tempdir().unwrap();
     let log = run_up(folder.path());
     let call = ["spectrum", &log, "--channel", "ax", "--tacho", "tacho"];
-    let what = ["--kind", "order-cut", "--orders", "3.5,1"];
+    let what = ["--kind", "order-cut", "--orders", "3,1"];
     let (csv, svg) = (folder.path().join("c.csv"), folder.path().join("c.svg"));
     let files = [
         "--csv",
@@ -379,7 +383,41 @@ fn exact_map_over_speed() {
             .max_by(|&a, &b| value[a].total_cmp(&value[b]))
             .unwrap();
         let order = lines[top] / (row["speed_rpm"].as_f64().unwrap() / 60.0);
-        assert!((order - 3.5).abs() < 0.4, "order {order}");
+        assert!((order - 3.0).abs() < 0.4, "order {order}");
     }
     assert!(fs::read_to_string(&svg).unwrap().contains("speed, rpm"));
+}
+
+/// A force that steps up, and one released soon after the record begins, are no hammers: the responses come from the steps.
+#[test]
+fn exact_steps_and_releases() {
+    let folder = tempfile::tempdir().unwrap();
+    let ramp = |k: usize, at: usize| ((k as f64 - at as f64) / 3.0).clamp(0.0, 1.0);
+    let step: Vec<f64> = (0..8000).map(|k| 50.0 * ramp(k, 2000)).collect();
+    let both: Vec<f64> = (0..12_000)
+        .map(|k| 50.0 * (ramp(k, 2000) - ramp(k, 7000)))
+        .collect();
+    // Loaded for long before the record begins, released after 0.3 s.
+    let released: Vec<f64> = (0..28_000)
+        .map(|k| 50.0 * (ramp(k, 100) - ramp(k, 20_300)))
+        .collect();
+    for (force, from, steps) in [(step, 0, 1), (both, 0, 2), (released, 20_000, 1)] {
+        let log = logged(folder.path(), &force, |_, y| y);
+        let text = fs::read_to_string(&log).unwrap();
+        let (head, rows) = text.split_once('\n').unwrap();
+        let kept: Vec<&str> = rows.lines().skip(from).collect();
+        fs::write(&log, format!("{head}\n{}\n", kept.join("\n"))).unwrap();
+        let found = identified(&log);
+        let how = found["how"].as_str().unwrap();
+        assert!(how.contains(&format!("{steps} step")), "{how}");
+        match steps {
+            1 => assert_truth(&found, 5.0),
+            // Two records tell too little of their scatter for a count of modes.
+            _ => {
+                let modes = frequencies(&found);
+                let near = |f: f64| modes.iter().any(|m| (m.0 / f - 1.0).abs() < 1e-3);
+                assert!(TRUTH.iter().all(|t| near(t.0)), "{modes:?}");
+            }
+        }
+    }
 }

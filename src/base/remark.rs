@@ -65,6 +65,11 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "A channel rested on its limit: samples there are not the motion. Where what lies between leaves enough, the clipped samples are left out and the record is cut there; otherwise modes and damping may be wrong by more than their intervals say, and spectra show too low levels and false multiples.",
     ),
     (
+        "mains",
+        Warning,
+        "A mode lies on a multiple of 50 or 60 Hz and is no wider than a spectral line: electric pick-up of the mains looks so. A record without excitation shows whether it stays.",
+    ),
+    (
         "stuck",
         Warning,
         "A channel holds one value for a long time although it moves before or after: its sensor, cable or recorder failed. `identify` leaves that time out where another channel shows that the structure moved.",

@@ -113,7 +113,7 @@ fn cut(args: &SpectrumArgs, recording: &Recording, study: &SpectrumStudy) -> Res
         output::print(&format!("{document:#}\n"))?;
         return Ok(0);
     }
-    output::print(&report::order_cuts::table(&found))?;
+    output::print(&report::order_cuts_table::table(&found))?;
     if !args.quiet {
         output::tell(&epilogue(&recording.repairs, &found.warnings, &written));
     }

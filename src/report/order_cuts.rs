@@ -1,4 +1,4 @@
-//! Order cuts as a table, JSON, CSV and a picture.
+//! Order cuts as JSON, CSV and a picture.
 
 use std::f64::consts::TAU;
 
@@ -7,34 +7,9 @@ use serde_json::{Value, json};
 use super::bode::{self, Bode};
 use super::csv::quoted;
 use super::json::{log_header, warnings};
-use super::number::{brief, significant};
 use super::recording::repairs;
-use super::table::{finish, plain, right_but_last};
 use crate::plan::logs::order_cuts::{Cut, OrderCuts, rpm};
 use crate::recording::raw::Repair;
-
-/// The largest amplitude of each order, with its speed.
-pub fn table(found: &OrderCuts) -> String {
-    let mut text = format!("{}\n\n", found.how);
-    let mut table = plain();
-    table.add_row(vec!["order", "largest", "at", "frequency", "phase", ""]);
-    table.add_row(vec!["", "", "rpm", "Hz", "deg", ""]);
-    for cut in &found.cuts {
-        let Some(at) = cut.largest() else { continue };
-        let speed = found.speed[at];
-        table.add_row(vec![
-            brief(cut.order),
-            brief(cut.value[at].norm()),
-            significant(rpm(speed)),
-            significant(cut.order * speed / TAU),
-            format!("{:.0}", cut.value[at].arg().to_degrees()),
-            format!("{} {}", cut.channel, cut.unit),
-        ]);
-    }
-    right_but_last(&mut table);
-    text += &finish(&table);
-    text
-}
 
 /// The JSON document.
 pub fn json(found: &OrderCuts, done: &[Repair]) -> Value {

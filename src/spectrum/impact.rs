@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 use std::ops::Range;
 
 use super::frf::{Estimate, Estimator, estimate, pairs};
-use super::hits::{Pulse, is_clipped, median, pulses};
+use super::hits::{Pulse, is_clipped, median, pulses_to};
 use super::spectra::{Cross, Spectra};
 use super::welch::{Welch, WelchOptions};
 use crate::base::code::Code;
@@ -27,6 +27,8 @@ pub struct ImpactOptions {
     pub force_share: Option<f64>,
     /// What an exponential window on force and responses falls to at the end of the block, 1 for none; `None`: as the responses want it.
     pub end: Option<f64>,
+    /// Pulses to both sides count, as of the differences of a force that steps.
+    pub both_sides: bool,
     /// Levels at which channels overload, force first; where `None` or missing, flat tops are looked for.
     pub overload: Vec<Option<f64>>,
 }
@@ -39,6 +41,7 @@ impl Default for ImpactOptions {
             double_within_s: 0.1,
             force_share: None,
             end: None,
+            both_sides: false,
             overload: Vec::new(),
         }
     }
@@ -205,7 +208,7 @@ struct Record<'a> {
 impl Record<'_> {
     /// Adds the hits of a stretch.
     fn cut(&mut self, stretch: &Range<usize>, options: &ImpactOptions) {
-        let found = pulses(&self.channels[0][stretch.clone()]);
+        let found = pulses_to(&self.channels[0][stretch.clone()], options.both_sides);
         let level = |channel: &&[f64]| median(&channel[stretch.clone()]);
         let mut baseline: Vec<f64> = self.channels.iter().map(level).collect();
         baseline[0] = found.baseline;

@@ -130,9 +130,15 @@ pub fn acquire(
         (None, None | Some(false), 1) => hits::is_impact(&beginning),
         _ => false,
     };
+    let is_step = study.impact.is_none()
+        && study.is_free()
+        && !is_hammer
+        && inputs.len() == 1
+        && is_stepped != Some(true)
+        && hits::is_stepwise(&beginning);
     let is_stepped = match (is_stepped, inputs.len()) {
         (Some(said), _) => said,
-        (None, 1) if !is_hammer && study.is_free() => {
+        (None, 1) if !is_hammer && !is_step && study.is_free() => {
             dwells::looks_stepped(&beginning, recording.rate_hz)
         }
         _ => false,
@@ -152,9 +158,13 @@ pub fn acquire(
             Err(Error::new(Code::Usage, message))
         }
         true => Ok(with(
-            struck(recording, &channels, study)?,
+            struck(recording, &channels, study, false)?,
             sound.stuck.clone(),
         )),
+        false if is_step => {
+            let warnings = [sound.stuck.clone(), sound.clipped_warnings()].concat();
+            Ok(with(struck(recording, &channels, study, true)?, warnings))
+        }
         false => {
             let (recording, warnings) = sound.unclipped(Use::Blocks);
             let found = averaged(&recording, &channels, inputs.len(), study, look)?;
@@ -179,10 +189,12 @@ fn beginning(recording: &Recording, channel: &Channel) -> Result<Vec<f64>, Error
     Ok(beginning)
 }
 
+/// Responses to hits, or to `steps`: with every channel replaced by its differences a step is a hit, and the responses stay what they are.
 fn struck(
     recording: &Recording,
     channels: &[&Channel],
     study: &EstimateStudy,
+    steps: bool,
 ) -> Result<Acquired, Error> {
     let (force_share, end) = match study.window {
         None => (None, None),
@@ -204,13 +216,27 @@ fn struck(
         return Err(Error::new(Code::Usage, message)
             .hint("leave --estimator out, or say --no-impact to average blocks"));
     }
-    let all = blocks::whole(recording, channels, "an impact test")?;
+    let mut all = blocks::whole(recording, channels, "an impact test")?;
+    if steps {
+        for samples in &mut all {
+            let stretches = recording.stretches.iter();
+            let changes = stretches.map(|s| (s.start, hits::differences(&samples[s.clone()])));
+            for (start, changes) in changes.collect::<Vec<_>>() {
+                samples[start..start + changes.len()].copy_from_slice(&changes);
+            }
+        }
+    }
     let responses: Vec<&[f64]> = all[1..].iter().map(Vec::as_slice).collect();
     let options = ImpactOptions {
         block: study
             .resolution_hz
             .map(|df| (recording.rate_hz / df).round() as usize),
-        overload: channels.iter().map(|c| c.overload_level).collect(),
+        overload: match steps {
+            // Levels of samples say nothing of their differences.
+            true => Vec::new(),
+            false => channels.iter().map(|c| c.overload_level).collect(),
+        },
+        both_sides: steps,
         force_share,
         end,
         ..ImpactOptions::default()
@@ -223,11 +249,8 @@ fn struck(
         &options,
     )?;
     let used = found.hits.iter().filter(|h| h.fault.is_none()).count();
-    let mut how = format!(
-        "{} {}: {used} used",
-        found.hits.len(),
-        if found.hits.len() == 1 { "hit" } else { "hits" }
-    );
+    let what = if steps { "step" } else { "hit" };
+    let mut how = format!("{}: {used} used", counted(found.hits.len(), what));
     for fault in [
         Fault::Overload,
         Fault::Double,
@@ -240,7 +263,8 @@ fn struck(
         }
     }
     how += &format!(
-        "; H1, blocks of {:.4} s, {:.4} Hz lines",
+        "; H1{}, blocks of {:.4} s, {:.4} Hz lines",
+        if steps { " of the differences" } else { "" },
         found.block as f64 / recording.rate_hz,
         recording.rate_hz / found.block as f64
     );

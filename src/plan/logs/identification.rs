@@ -10,7 +10,7 @@ use super::method::{Method, Needs};
 use super::modal::{self, Modal};
 use super::sound::{self, Sound, Use};
 use super::study::IdentifyStudy;
-use super::{course, operational, record, scaling, series};
+use super::{course, mains, operational, record, scaling, series};
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
 use crate::base::words::counted;
@@ -365,6 +365,7 @@ fn from_responses(
         acquired.as_ref(),
         &as_measured,
     ));
+    warnings.extend(mains::of_modes(&responses.frequency_hz, &as_measured));
     let (how, hits) = match acquired {
         Some(acquired) => (acquired.how, acquired.hits),
         None => {

@@ -15,6 +15,9 @@ pub mod acquire;
 /// What the data cannot tell.
 pub mod doubts;
 
+/// Modes that may be lines of the mains.
+mod mains;
+
 /// The methods of identification.
 pub mod method;
 

@@ -15,6 +15,7 @@ use crate::recording::signals::{Channel, Recording};
 use crate::spectrum::cepstrum::Cepstrum;
 use crate::spectrum::integrate::Motion;
 use crate::spectrum::label::{self, label};
+use crate::spectrum::mains;
 use crate::spectrum::peaks::{PeakOptions, peaks};
 use crate::spectrum::spectra::Spectra;
 use crate::spectrum::window::Window;
@@ -278,6 +279,9 @@ fn shown(found: Found, channels: &[&Channel], study: &SpectrumStudy) -> Result<S
             _ => spacing,
         };
         name(&mut lines, study, known);
+        if across == Across::Frequency {
+            name_mains(&mut lines, spacing);
+        }
         let mut of_channel = if rows.is_empty() {
             Vec::new()
         } else {
@@ -451,6 +455,16 @@ pub(super) fn name(lines: &mut [Line], study: &SpectrumStudy, spacing: f64) {
                 line.names.push(name.clone());
             }
         }
+    }
+}
+
+/// Names the lines of the mains among those that stand clear.
+fn name_mains(lines: &mut [Line], spacing: f64) {
+    let mut clear: Vec<&mut Line> = lines.iter_mut().filter(|l| l.significant).collect();
+    let positions: Vec<f64> = clear.iter().map(|l| l.position).collect();
+    let names = mains::names(&positions, 0.5 * spacing);
+    for (line, name) in clear.iter_mut().zip(names) {
+        line.names.extend(name);
     }
 }
 
