@@ -421,3 +421,33 @@ fn exact_steps_and_releases() {
         }
     }
 }
+
+/// A grid at 49.97 Hz with its third multiple, beside a line that is none.
+#[test]
+fn exact_mains_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut random = fastrand::Rng::with_seed(50);
+    let mut text = String::from("time [s],a [m/s²]\n");
+    for k in 0..20_000 {
+        let t = f64::from(k) / RATE;
+        let tone = |f: f64| (TAU * f * t).sin();
+        let a = 0.3 * tone(49.97) + 0.2 * tone(149.91) + 0.5 * tone(123.4);
+        text += &format!("{t:.3},{:.4}\n", a + 0.1 * normal(&mut random));
+    }
+    let path = folder.path().join("pick_up.csv");
+    fs::write(&path, text).unwrap();
+    let call = [
+        "spectrum",
+        path.to_str().unwrap(),
+        "--channel",
+        "a",
+        "--json",
+    ];
+    let found = document(&call);
+    let peaks = found["channels"][0]["peaks"].as_array().unwrap();
+    let names: Vec<String> = peaks.iter().map(|p| p["names"].to_string()).collect();
+    assert_eq!(
+        names[..3],
+        ["[]", "[\"mains 50 Hz\"]", "[\"3 × mains 50 Hz\"]"]
+    );
+}
