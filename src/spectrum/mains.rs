@@ -45,7 +45,7 @@ pub fn names(positions: &[f64], uncertainty: f64) -> Vec<Option<String>> {
 fn family(positions: &[f64], uncertainty: f64, nominal: f64) -> Vec<Option<usize>> {
     let multiple = |position: f64| {
         let k = (position / nominal).round();
-        (k >= 1.0 && k <= MULTIPLES as f64).then_some(k as usize)
+        (1.0..=MULTIPLES as f64).contains(&k).then_some(k as usize)
     };
     let mut best = vec![None; positions.len()];
     for &anchor in positions {
@@ -79,7 +79,7 @@ pub fn on_mains(frequency_hz: f64, uncertainty: f64) -> Option<(f64, usize)> {
         let off = (frequency_hz - k * nominal).abs();
         // On time average a grid keeps its frequency far better than at its limits.
         let reach = (0.25 * GRID * k).min(KNOWN) + uncertainty;
-        (k >= 1.0 && k <= MULTIPLES as f64 && off <= reach).then_some((nominal, k as usize))
+        ((1.0..=MULTIPLES as f64).contains(&k) && off <= reach).then_some((nominal, k as usize))
     })
 }
 
