@@ -14,6 +14,7 @@ use geardyn::recording::raw::{Group, Raw};
 use geardyn::recording::responses::{FrequencyResponse, FrequencyResponses, Terminal};
 use geardyn::recording::settings::Settings;
 use geardyn::recording::signals::{Channel, Recording};
+use geardyn::recording::stated_rates::StatedRate;
 use geardyn::recording::{lvm, mat, uff, wav, write};
 use serde_json::Value;
 
@@ -91,6 +92,8 @@ fn exact_progress_of_reading() {
 
 // MATLAB
 
+/// Every class of numbers of a MATLAB file.
+/// Source: SciPy 1.17.1 (tools/log_formats.py).
 #[test]
 fn ref_scipy_every_class_of_numbers() {
     let reference = reference();
@@ -113,6 +116,8 @@ fn ref_scipy_every_class_of_numbers() {
     }
 }
 
+/// Structures and cells of a MATLAB file.
+/// Source: SciPy 1.17.1 (tools/log_formats.py).
 #[test]
 fn ref_scipy_structures_and_cells() {
     let reference = reference();
@@ -136,6 +141,8 @@ fn ref_scipy_structures_and_cells() {
     );
 }
 
+/// Frequency responses with coherence in a MATLAB file.
+/// Source: SciPy 1.17.1 (tools/log_formats.py).
 #[test]
 fn ref_scipy_responses_with_coherence() {
     let reference = reference();
@@ -164,6 +171,7 @@ fn ref_scipy_responses_with_coherence() {
     }
 }
 
+/// A MATLAB file of the other byte order.
 #[test]
 fn exact_other_byte_order() {
     let reference = reference();
@@ -173,8 +181,8 @@ fn exact_other_byte_order() {
         list(&reference["big_x"])
     );
     assert_eq!(
-        raw.groups[0].clock.header_rate,
-        Some((250.0, "dt".to_string()))
+        raw.groups[0].clock.stated_rates,
+        [StatedRate::of_samples(250.0, "dt")]
     );
 }
 
@@ -281,6 +289,7 @@ fn lvm_segment(start: &str, x_columns: bool, values: &[f64]) -> String {
     text
 }
 
+/// Segments of a file follow each other by their time.
 #[test]
 fn exact_segments_follow_each_other_by_their_time() {
     for x_columns in [true, false] {
@@ -300,7 +309,10 @@ fn exact_segments_follow_each_other_by_their_time() {
             [10.0, 20.0, 30.0, 40.0, 50.0]
         );
         assert_eq!(seconds(group), [0.0, 0.25, 0.5, 0.75, 5.0]);
-        assert_eq!(group.clock.header_rate, Some((4.0, "Delta_X".to_string())));
+        assert_eq!(
+            group.clock.stated_rates,
+            [StatedRate::of_samples(4.0, "Delta_X")]
+        );
         assert_eq!(
             group.clock.lines.of(2),
             Some(text.lines().position(|l| l.contains("\t3\t30")).unwrap() + 1)
@@ -312,6 +324,7 @@ fn exact_segments_follow_each_other_by_their_time() {
     }
 }
 
+/// Segments that begin at one time stay apart.
 #[test]
 fn exact_segments_at_one_time_stay_apart() {
     let text = format!(
@@ -327,6 +340,7 @@ fn exact_segments_at_one_time_stay_apart() {
     );
 }
 
+/// Commas between cells and two-byte line ends.
 #[test]
 fn exact_commas_between_cells_and_windows_lines() {
     let text = format!(
@@ -346,6 +360,7 @@ fn exact_commas_between_cells_and_windows_lines() {
     );
 }
 
+/// A shorter channel has a time base of its own.
 #[test]
 fn exact_shorter_channel_has_a_clock_of_its_own() {
     let text = format!(
@@ -386,6 +401,8 @@ fn refuses_words_among_numbers_and_short_rows() {
 
 // UFF 58
 
+/// A time response in a universal file, data set 58.
+/// Source: pyuff 2.5.8 (tools/log_formats.py).
 #[test]
 fn ref_pyuff_time_response() {
     let reference = reference();
@@ -404,11 +421,13 @@ fn ref_pyuff_time_response() {
             assert!((a - b).abs() <= tolerance, "{key}: {a} {b}");
         }
         assert_eq!(channel.samples.len(), expected.len());
-        assert_eq!(group.clock.header_rate.as_ref().unwrap().0, 400.0);
+        assert_eq!(group.clock.stated_rates[0].hertz, 400.0);
         assert_eq!(group.clock.start.as_deref(), Some("01-Jan-24 12:00:00"));
     }
 }
 
+/// Frequency responses in a universal file, data set 58.
+/// Source: pyuff 2.5.8 (tools/log_formats.py).
 #[test]
 fn ref_pyuff_frequency_responses() {
     let reference = reference();
@@ -499,6 +518,7 @@ fn survives_fortran_numbers() {
 
 // WAV
 
+/// Sound files of every width of sample.
 #[test]
 fn exact_wav_of_every_width() {
     let integers = [0, 1, -1, 100, -128, 127];
@@ -511,8 +531,8 @@ fn exact_wav_of_every_width() {
         let raw = read_with(wav::read, &bytes);
         let group = &raw.groups[0];
         assert_eq!(
-            group.clock.header_rate,
-            Some((48_000.0, "WAV header".to_string()))
+            group.clock.stated_rates,
+            [StatedRate::of_samples(48_000.0, "WAV header")]
         );
         let expected = |at: usize| -> Vec<f64> {
             samples
@@ -639,10 +659,7 @@ fn law_uff_of_signals_reads_back() {
         let [group] = raw.groups.as_slice() else {
             panic!("{}", raw.groups.len())
         };
-        assert_eq!(
-            group.clock.header_rate.as_ref().unwrap().0,
-            recording.rate_hz
-        );
+        assert_eq!(group.clock.stated_rates[0].hertz, recording.rate_hz);
         for (read, written) in group.channels.iter().zip(&recording.channels) {
             assert_eq!((&read.name, &read.unit), (&written.name, &written.unit));
             for (a, b) in numbers(&read.samples)
@@ -662,6 +679,7 @@ fn law_uff_of_signals_reads_back() {
     }
 }
 
+/// Signals as JSON come back.
 #[test]
 fn exact_json_of_signals() {
     let mut recording = recording(3);
@@ -755,6 +773,7 @@ fn law_uff_of_responses_reads_back() {
     }
 }
 
+/// Responses as CSV and JSON come back.
 #[test]
 fn exact_csv_and_json_of_responses() {
     let written = responses(|k| k / 3.0);
@@ -983,6 +1002,8 @@ fn recorded(reader: Reader, path: &str) -> Raw {
     read_with(reader, &std::fs::read(folder.join(path)).unwrap())
 }
 
+/// Measured LVM files: channels, samples, rates.
+/// Source: measured files, read by the program that published them.
 #[test]
 #[cfg_attr(
     not(recordings),
@@ -993,8 +1014,8 @@ fn ref_recordings_lvm() {
     let group = &beam.groups[0];
     assert_eq!(group.channels[0].samples.len(), 50_030);
     assert_eq!(
-        group.clock.header_rate,
-        Some((50_000.0, "Delta_X".to_string()))
+        group.clock.stated_rates,
+        [StatedRate::of_samples(50_000.0, "Delta_X")]
     );
     let force = numbers(&group.channels[1].samples);
     assert_eq!(
@@ -1005,7 +1026,7 @@ fn ref_recordings_lvm() {
     // A header from before the samples were thinned out: both rates are handed on.
     let arts = recorded(lvm::read, "arts_beam_lvm/data_set_1_downsampled_by_16.lvm");
     let clock = &arts.groups[0].clock;
-    assert_eq!(clock.header_rate.as_ref().unwrap().0, 51_200.0);
+    assert_eq!(clock.stated_rates[0].hertz, 51_200.0);
     assert_eq!(clock.header_samples, Some(1_050_000));
     let t = seconds(&arts.groups[0]);
     assert_eq!((t.len(), t[63_040]), (63_041, 19.7));
@@ -1038,6 +1059,8 @@ fn ref_recordings_lvm() {
     assert_eq!(comments.groups[0].channels[1].unit, "°C");
 }
 
+/// Universal files of several programs: functions and their values.
+/// Source: measured files, read by pyuff.
 #[test]
 #[cfg_attr(
     not(recordings),
@@ -1066,7 +1089,7 @@ fn ref_recordings_uff() {
             .iter()
             .all(|c| c.samples.len() == 222_400 && c.unit == "m/s2")
     );
-    assert_eq!(group.clock.header_rate.as_ref().unwrap().0, 3200.0);
+    assert_eq!(group.clock.stated_rates[0].hertz, 3200.0);
 
     let psd = &sample("sample_dataset58_psd.uff").spectra[0];
     assert_eq!(
@@ -1095,6 +1118,8 @@ fn ref_recordings_uff() {
     );
 }
 
+/// Measured MATLAB files: channels, times, responses.
+/// Source: measured files, read by SciPy.
 #[test]
 #[cfg_attr(
     not(recordings),
@@ -1110,7 +1135,7 @@ fn ref_recordings_matlab() {
 
     let case = recorded(mat::read, "vibration_toolbox_frf/case1.mat");
     assert_eq!(names(&case.groups[0]), ["Time_chan_1", "Time_chan_2"]);
-    assert_eq!(case.groups[0].clock.header_rate.as_ref().unwrap().0, 1280.0);
+    assert_eq!(case.groups[0].clock.stated_rates[0].hertz, 1280.0);
     let responses = case.responses.unwrap();
     let [function] = responses.functions.as_slice() else {
         panic!()
@@ -1137,7 +1162,7 @@ fn ref_recordings_matlab() {
     assert_eq!(
         (
             names(&old.groups[0]),
-            old.groups[0].clock.header_rate.as_ref().unwrap().0
+            old.groups[0].clock.stated_rates[0].hertz
         ),
         (vec!["x", "f"], 10.0)
     );

@@ -116,6 +116,7 @@ fn measured<'a>(
         variance_trusted: variance.is_some(),
         line_independence: 1.0,
         derivative: 0,
+        hits: None,
     }
 }
 
@@ -139,7 +140,7 @@ fn describe(fit: &RationalFit) -> String {
         let (f, z) = (o.pole.norm() / TAU, -o.pole.re / o.pole.norm());
         text += &format!("  omitted {f:10.4} Hz {z:.6}: {}\n", o.reason);
     }
-    for s in &fit.spread {
+    for s in &fit.departures {
         text += &format!("  {s:?}\n");
     }
     for s in &fit.evidence {
@@ -284,6 +285,7 @@ fn accelerances<'a>(f: &'a [f64], h: &'a [Vec<Complex>]) -> Measured<'a> {
 }
 
 /// Six accelerances of a beam, without a hint but the band and at most sixteen pole pairs.
+/// Source: measured beam of sdypy-EMA; modes by its least-squares complex frequency fit.
 #[test]
 #[ignore = "set GEARDYN_RECORDINGS to the folder of measured logs"]
 fn ref_sdypy_beam_six_responses() {

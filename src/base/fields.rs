@@ -202,12 +202,15 @@ impl<'a, 'n> Fields<'a, 'n> {
 
     /// `true` or `false`; false where left out.
     pub fn flag(&mut self, key: &str) -> bool {
-        match self.item(key, "true or false") {
-            None => false,
-            Some(item) => match &item.value {
-                Value::Flag(flag) => *flag,
-                _ => self.wrong_type(key, item, "true or false").unwrap_or(false),
-            },
+        self.optional_flag(key).unwrap_or(false)
+    }
+
+    /// `true` or `false`, where the key is there.
+    pub fn optional_flag(&mut self, key: &str) -> Option<bool> {
+        let item = self.item(key, "true or false")?;
+        match &item.value {
+            Value::Flag(flag) => Some(*flag),
+            _ => self.wrong_type(key, item, "true or false"),
         }
     }
 

@@ -10,8 +10,8 @@ use crate::base::units;
 use crate::modes::basis;
 use crate::modes::equations::Case;
 use crate::modes::reduction::{Advice, advise};
-use crate::plan::motion::choice;
 use crate::plan::motion::scene::MotionScene;
+use crate::plan::motion::{choice, stages};
 use crate::plan::prepared::Prepared;
 use crate::plan::response::{harmonic_balance, run_up};
 use crate::plan::stages::{Plan, Verdict, solver};
@@ -52,7 +52,7 @@ pub fn run(args: &PlanArgs) -> Result<u8, Errors> {
         if let Some((hz, advice)) = &advice {
             document["advice"] = report::systems::advice_json(&prepared.machine, advice, *hz);
         }
-        output::print(&format!("{document:#}\n"))?;
+        output::document(&document)?;
         return Ok(0);
     }
     let asks_modes = motions.len() < scene.studies.len();
@@ -95,9 +95,14 @@ fn motions(
     let mut all = Vec::new();
     let in_time = |kind: &'static str, listed: &SimulateStudy| {
         let motion = motion_flags::integrated(asked, listed.clone())?;
+        // `accuracy` and `stability` compare runs of their own.
+        let motion = SimulateStudy {
+            no_sensitivity: motion.no_sensitivity || kind != "simulate",
+            ..motion
+        };
         let ready = MotionScene::new(prepared, &scene.start, &motion)?;
         let choice = choice::choose(&ready.moving.train, &motion)?;
-        Ok::<_, Error>((kind, choice::plan(&ready, &choice, &motion)))
+        Ok::<_, Error>((kind, stages::plan(&ready, &choice, &motion)))
     };
     let moves = |kind: &StudyKind| {
         matches!(

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use serde_json::Value;
 
 use super::args::{RunningArgs, SimulateArgs};
+use super::files::{self, Files};
 use super::{epilogue, interrupt, motion_flags, output, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
@@ -29,6 +30,7 @@ pub fn run(args: &SimulateArgs) -> Result<u8, Errors> {
     let study = SimulateStudy {
         energy: study.energy || args.energy,
         allow: motion_flags::time(&args.allow, "--allow")?.or(study.allow),
+        no_sensitivity: study.no_sensitivity || args.no_sensitivity,
         running: running(&args.running, study.running)?,
         ..study
     };
@@ -43,34 +45,30 @@ pub fn run(args: &SimulateArgs) -> Result<u8, Errors> {
     }
     let outputs: Vec<PathBuf> = args.csv.iter().chain(&args.svg).cloned().collect();
     let inputs: Vec<PathBuf> = scene.files();
-    output::check(&outputs, &inputs)?;
     if let Some(path) = &args.svg {
-        output::ends(path, &["svg"])?;
+        files::ends(path, &["svg"])?;
     }
+    let mut files = Files::new(&outputs, &inputs)?;
     let moved = moved(&scene, &study, &interrupt::stop(), args.quiet)
         .map_err(|e| motion_flags::placed(e, &args.motion, place))?;
-    let mut written = Vec::new();
-    if let Some(path) = &args.csv {
-        output::write(
-            path,
-            report::motion::csv(&moved.scene, &moved.motion).as_bytes(),
-        )?;
-        written.push(path.display().to_string());
+    let whole = !moved.motion.interrupted;
+    if let Some(path) = args.csv.as_ref().filter(|_| whole) {
+        let text = report::motion::csv(&moved.scene, &moved.motion);
+        files.write(path, text.as_bytes())?;
     }
-    if let Some(path) = &args.svg {
-        output::write(
-            path,
-            report::motion::draw(&scene.model.title, &moved.scene, &moved.motion).as_bytes(),
-        )?;
-        written.push(path.display().to_string());
+    if let Some(path) = args.svg.as_ref().filter(|_| whole) {
+        let picture = report::motion::draw(&scene.model.title, &moved.scene, &moved.motion);
+        files.write(path, picture.as_bytes())?;
     }
+    let written = files.finish()?;
     match args.json {
-        true => output::print(&format!("{:#}\n", json(&moved, &scene)))?,
+        true => output::document(&json(&moved, &scene))?,
         false => output::print(&text(&moved))?,
     }
     if !args.quiet {
         output::tell(&epilogue(&moved));
         output::tell(&epilogue::written(&written));
+        output::tell(&epilogue::not_written(&outputs, whole));
     }
     Ok(exit(&moved))
 }
@@ -124,7 +122,11 @@ fn running(args: &RunningArgs, listed: RunningStudy) -> Result<RunningStudy, Err
 
 /// The tables.
 pub fn text(moved: &Moved) -> String {
-    let mut text = report::motion_table::readings(&moved.scene, &moved.motion);
+    let sensitivity = moved.sensitivity.as_ref();
+    let mut text = report::motion_table::readings(&moved.scene, &moved.motion, sensitivity);
+    if let Some(sensitivity) = sensitivity {
+        text += &report::sensitivity::text(&moved.scene, sensitivity);
+    }
     text += &report::on_the_fly_table::text(&moved.scene, &moved.found);
     if let Some(at) = moved.step_at.filter(|_| !moved.motion.time.is_empty()) {
         text += &report::motion_table::steps(&moved.scene, &moved.motion, at);
@@ -142,6 +144,8 @@ pub fn json(moved: &Moved, scene: &Scene) -> Value {
         moved.step_at,
         &moved.warnings,
     );
+    document["title"] = scene.model.title.as_str().into();
+    report::sensitivity::extend(&mut document, &moved.scene, moved.sensitivity.as_ref());
     report::on_the_fly::extend(&mut document, &moved.scene, &moved.found);
     document
 }
@@ -151,6 +155,9 @@ pub fn epilogue(moved: &Moved) -> String {
     let mut text = String::from("\n");
     text += &epilogue::steps(&moved.plan);
     text += &report::motion_table::effort(&moved.motion);
+    if let Some(sensitivity) = &moved.sensitivity {
+        text += &report::sensitivity::effort(sensitivity);
+    }
     if let Some(balance) = &moved.motion.balance {
         text += &report::motion_table::balance(balance);
     }

@@ -4,7 +4,8 @@ use std::f64::consts::TAU;
 use std::path::PathBuf;
 
 use super::args::{DetrendWord, MotionWord, SpectrumArgs, SpectrumWord};
-use super::{epilogue, identify, interrupt, logs, output, progress};
+use super::files::{self, Files};
+use super::{epilogue, identify, logs, output, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors, Warning};
 use crate::base::kind::Kind;
@@ -38,13 +39,12 @@ pub fn run(args: &SpectrumArgs) -> Result<u8, Errors> {
         .map(|p| (p, "csv"))
         .chain(args.svg.iter().map(|p| (p, "svg")))
     {
-        output::ends(path, &[end])?;
+        files::ends(path, &[end])?;
     }
-    interrupt::ends();
     let logs = logs::named(&args.files, &args.log)?;
     let mut inputs = logs::paths(&logs);
     inputs.extend(args.model.clone());
-    output::check(&outputs, &inputs)?;
+    let files = Files::new(&outputs, &inputs)?;
     study.expected = expected_lines(args, &study)?;
     let only: Vec<String> = study.channels.iter().chain(&study.tacho).cloned().collect();
     once(&only)?;
@@ -67,7 +67,7 @@ pub fn run(args: &SpectrumArgs) -> Result<u8, Errors> {
     } else {
         let recording = logs::settled(&logs, raw, &only, args.quiet)?;
         if args.kind == SpectrumWord::OrderCut {
-            return cut(args, &recording, &study);
+            return cut(files, args, &recording, &study);
         }
         let found = progress::busy("analysing", args.quiet, || {
             spectrum::spectrum(&recording, &study)
@@ -75,10 +75,10 @@ pub fn run(args: &SpectrumArgs) -> Result<u8, Errors> {
         (found, recording.warnings, recording.repairs)
     };
     found.warnings.splice(0..0, warnings);
-    let written = files(args, &found)?;
+    let written = written(files, args, &found)?;
     if args.json {
         let document = report::spectra::json(&found, &repairs);
-        output::print(&format!("{document:#}\n"))?;
+        output::document(&document)?;
         return Ok(0);
     }
     output::print(&report::spectrum_table::spectrum(&found))?;
@@ -89,28 +89,28 @@ pub fn run(args: &SpectrumArgs) -> Result<u8, Errors> {
 }
 
 /// Cuts orders and prints.
-fn cut(args: &SpectrumArgs, recording: &Recording, study: &SpectrumStudy) -> Result<u8, Errors> {
+fn cut(
+    mut files: Files,
+    args: &SpectrumArgs,
+    recording: &Recording,
+    study: &SpectrumStudy,
+) -> Result<u8, Errors> {
     let mut found = progress::busy("cutting orders", args.quiet, || {
         order_cuts::order_cuts(recording, study)
     })?;
     found
         .warnings
         .splice(0..0, recording.warnings.iter().cloned());
-    let mut written = Vec::new();
-    let mut write = |path: &Option<PathBuf>, text: &dyn Fn() -> String| match path {
-        Some(path) => {
-            written.push(path.display().to_string());
-            output::write(path, text().as_bytes())
-        }
-        None => Ok(()),
-    };
-    write(&args.csv, &|| report::order_cuts::csv(&found))?;
-    write(&args.svg, &|| {
-        report::order_cuts::picture(&found, &logs::title(&args.files))
-    })?;
+    if let Some(path) = &args.csv {
+        files.write(path, report::order_cuts::csv(&found).as_bytes())?;
+    }
+    if let Some(path) = &args.svg {
+        let picture = report::order_cuts::picture(&found, &logs::title(&args.files));
+        files.write(path, picture.as_bytes())?;
+    }
+    let written = files.finish()?;
     if args.json {
-        let document = report::order_cuts::json(&found, &recording.repairs);
-        output::print(&format!("{document:#}\n"))?;
+        output::document(&report::order_cuts::json(&found, &recording.repairs))?;
         return Ok(0);
     }
     output::print(&report::order_cuts_table::table(&found))?;
@@ -328,11 +328,9 @@ fn bearing(text: &str) -> Result<RollingBearing, Error> {
 }
 
 /// Writes what was asked for and says what.
-fn files(args: &SpectrumArgs, found: &Spectrum) -> Result<Vec<String>, Error> {
-    let mut written = Vec::new();
+fn written(mut files: Files, args: &SpectrumArgs, found: &Spectrum) -> Result<Vec<PathBuf>, Error> {
     if let Some(path) = &args.csv {
-        output::write(path, report::spectra::csv(found).as_bytes())?;
-        written.push(path.display().to_string());
+        files.write(path, report::spectra::csv(found).as_bytes())?;
     }
     if let Some(path) = &args.svg {
         let name = logs::title(&args.files);
@@ -341,14 +339,13 @@ fn files(args: &SpectrumArgs, found: &Spectrum) -> Result<Vec<String>, Error> {
             true => report::lines_picture::lines(&report::spectra::curves(found, &name)),
             false => report::map_picture::maps(&maps),
         };
-        output::write(path, picture.as_bytes())?;
-        written.push(path.display().to_string());
+        files.write(path, picture.as_bytes())?;
     }
-    Ok(written)
+    files.finish()
 }
 
 /// What was done to the data, doubts, what was written.
-fn epilogue(repairs: &[Repair], warnings: &[Warning], written: &[String]) -> String {
+fn epilogue(repairs: &[Repair], warnings: &[Warning], written: &[PathBuf]) -> String {
     let mut text = String::from("\n");
     text += &epilogue::repairs(repairs);
     text += &epilogue::warnings(warnings);

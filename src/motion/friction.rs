@@ -27,18 +27,23 @@ impl Slip {
 impl Friction {
     /// The force while sliding in the sense of `slip`, carried on smoothly beyond δ̇ = 0.
     pub fn sliding(&self, slip: Slip, rate: f64) -> f64 {
-        slip.sign() * (self.sliding + (self.breakaway - self.sliding) * self.fall(rate))
+        slip.sign() * self.size(self.stribeck, rate).0
     }
 
     /// dF/dδ̇ while sliding.
     pub fn slope(&self, slip: Slip, rate: f64) -> f64 {
-        match self.is_coulomb() {
-            true => 0.0,
-            false => {
-                -slip.sign() * (self.breakaway - self.sliding) * self.fall(rate) * 2.0 * rate
-                    / (self.stribeck * self.stribeck)
-            }
+        slip.sign() * self.size(self.stribeck, rate).1
+    }
+
+    /// The size of the force while sliding, falling over a speed, and its derivative to δ̇.
+    fn size(&self, over: f64, rate: f64) -> (f64, f64) {
+        let more = self.breakaway - self.sliding;
+        if more == 0.0 || over == 0.0 {
+            return (self.sliding, 0.0);
         }
+        let fall = (-(rate / over).powi(2)).exp();
+        let slope = -more * fall * 2.0 * rate / (over * over);
+        (self.sliding + more * fall, slope)
     }
 
     /// The same at a share of its capacity.
@@ -51,24 +56,24 @@ impl Friction {
         }
     }
 
-    fn fall(&self, rate: f64) -> f64 {
-        match self.is_coulomb() {
-            true => 0.0,
-            false => (-(rate / self.stribeck).powi(2)).exp(),
-        }
-    }
-
     /// Sliding costs the same force at every rate: piecewise linear.
     pub fn is_coulomb(&self) -> bool {
-        self.breakaway == self.sliding
+        self.breakaway == self.sliding || self.stribeck == 0.0
     }
 
-    /// The law with its step spread over the creep speed, `tanh(δ̇/creep)`, for methods without events; and its derivative.
+    /// The law with its step spread over the creep speed, `tanh(δ̇/creep)`, for methods without events; and its derivative. A force
+    /// that falls at once falls over [`FALL`] creep speeds here, so that the pair still holds up to its breakaway force.
     pub fn smoothed(&self, rate: f64) -> (f64, f64) {
+        let over = match self.stribeck > 0.0 {
+            true => self.stribeck,
+            false => FALL * self.creep,
+        };
         let step = (rate / self.creep).tanh();
-        let size = self.sliding(Slip::Forward, rate);
-        let slope =
-            (1.0 - step * step) / self.creep * size + step * self.slope(Slip::Forward, rate);
+        let (size, fall) = self.size(over, rate);
+        let slope = (1.0 - step * step) / self.creep * size + step * fall;
         (step * size, slope)
     }
 }
+
+/// The largest smoothed force is then 0.96 of F_s where F_s = 2 F_c.
+const FALL: f64 = 10.0;

@@ -1,10 +1,16 @@
 //! What one study needs: stages announced, run at most once, and a trace kept.
 
+/// Values far outside what machines have.
+pub mod plausible;
+
 /// A machine ready to be asked.
 pub mod prepared;
 
 /// The table of stages.
 pub mod stages;
+
+/// Roots that grow, and terms that were left out.
+pub mod linear_stability;
 
 /// The run.
 pub mod run;
@@ -26,6 +32,9 @@ pub mod on_the_fly;
 
 /// A motion with all that is said of it.
 pub mod simulate;
+
+/// What the studies of a scene would refuse.
+pub mod check;
 
 /// A gear's charts and readings.
 pub mod measure;

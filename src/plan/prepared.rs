@@ -1,5 +1,6 @@
 //! What every study of a machine starts from: its freedoms without rigid joints, at its operating point.
 
+use super::plausible;
 use crate::base::error::{Error, Warning};
 use crate::machine::build::build;
 use crate::machine::kinematics::Kinematics;
@@ -23,6 +24,8 @@ pub struct Prepared {
     pub linear: Linear,
     /// The linear machine as a forest of springs, where it is one.
     pub forest: Option<Forest>,
+    /// Values of the model far outside what machines have.
+    pub implausible: Vec<Warning>,
 }
 
 impl Prepared {
@@ -36,7 +39,9 @@ impl Prepared {
         let operating = Operating::find(&machine, &kinematics)?;
         let linear = Linear::new(&machine, &kinematics, &operating)?;
         let forest = lowest::forest(&linear);
+        let implausible = plausible::warnings(model, &machine, &kinematics);
         Ok(Prepared {
+            implausible,
             machine,
             kinematics,
             operating,
@@ -129,6 +134,7 @@ impl Prepared {
                 Some("give every body with lateral axes a bearing"),
             );
         }
+        all.extend(self.implausible.iter().cloned());
         all
     }
 

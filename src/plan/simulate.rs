@@ -8,6 +8,8 @@ use super::motion::cost;
 use super::motion::fineness::Coarse;
 use super::motion::run::{self, FEWEST, Motion, Watch};
 use super::motion::scene::MotionScene;
+use super::motion::sensitivity::{Seen, Sensitivity};
+use super::motion::stages;
 use super::on_the_fly::{Found, OnTheFly};
 use super::prepared::Prepared;
 use super::stages::Verdict;
@@ -31,6 +33,8 @@ pub struct Moved {
     pub choice: Choice,
     /// How.
     pub motion: Motion,
+    /// How the motion amplifies a change of its start, where measured.
+    pub sensitivity: Option<Sensitivity>,
     /// What was found on the way.
     pub found: Found,
     /// Stages with what they do.
@@ -57,28 +61,45 @@ impl Moved {
     ) -> Result<Moved, Error> {
         let prepared = Prepared::new(&scene.model)?;
         let ready = MotionScene::new(&prepared, &scene.start, study)?;
+        let compares = !study.no_sensitivity && !ready.moving.train.superposes();
+        let share = if compares { 0.5 } else { 1.0 };
         let carry_out = |choice: &Choice| {
             let mut seen = OnTheFly::new(&prepared, &ready, &study.running)?;
+            let mut first = compares.then(|| Seen::new(&ready));
             let mut watch = |at: (f64, &[f64]), values: &[f64]| {
-                hear(at.0 / ready.until);
+                hear(share * at.0 / ready.until);
+                first
+                    .iter_mut()
+                    .for_each(|first| first.see(&ready, at, values));
                 seen.watch(&ready, at, values)
             };
             let kept = (study.running.history, &mut watch as &mut Watch);
             let motion = run::watched(&ready, choice, study.energy, stop, kept)?;
             let found = seen.finish(motion.interrupted)?;
-            Ok::<_, Error>((motion, found))
+            Ok::<_, Error>((motion, found, first))
         };
         let first = choice::choose(&ready.moving.train, study)?;
         cost::refuse(&ready, &first, study)?;
-        let (choice, motion, found, handed_over) = match carry_out(&first) {
-            Ok((motion, found)) => (first, motion, found, None),
+        let (choice, motion, (found, seen), handed_over) = match carry_out(&first) {
+            Ok((motion, found, seen)) => (first, motion, (found, seen), None),
             Err(error) => {
                 let next = choice::successor(&ready.moving.train, study, &first, &error);
                 let Some(next) = next else { return Err(error) };
                 let said = handed_over(&first, &next, error);
-                let (motion, found) = carry_out(&next)?;
-                (next, motion, found, Some(said))
+                let (motion, found, seen) = carry_out(&next)?;
+                (next, motion, (found, seen), Some(said))
             }
+        };
+        let seen = seen.filter(|_| !motion.interrupted);
+        let compared = seen.map(|seen| {
+            let hear = |done: f64| hear(share + (1.0 - share) * done);
+            let first = (&seen, motion.seconds);
+            Sensitivity::measure(&ready, &choice, first, stop, &hear)
+        });
+        let (sensitivity, not_compared) = match compared {
+            Some(Ok(sensitivity)) => (Some(sensitivity), None),
+            Some(Err(error)) => (None, Some(not_compared(&error))),
+            None => (None, None),
         };
         let warnings = (prepared.warnings().into_iter())
             .filter(|w| !OF_LINEAR_STUDIES.contains(&w.code))
@@ -86,17 +107,49 @@ impl Moved {
             .chain(choice.passed_over.map(|exact| not_exact(&choice, exact)))
             .chain(long_step(&ready.moving.train, &choice))
             .chain(coarse_samples(&ready).or_else(|| coarse_output(&ready, &motion)))
+            .chain(sensitivity.as_ref().and_then(unpredictable))
+            .chain(not_compared)
             .chain(found.warnings.clone())
             .collect();
         Ok(Moved {
-            plan: choice::plan(&ready, &choice, study),
+            plan: stages::plan(&ready, &choice, study),
             step_at: only_step(scene).filter(|t| *t < ready.until),
             scene: ready,
             choice,
             motion,
+            sensitivity,
             found,
             warnings,
         })
+    }
+}
+
+/// A history that cannot be predicted to its end.
+fn unpredictable(sensitivity: &Sensitivity) -> Option<Warning> {
+    let until = sensitivity.until()?;
+    Some(Warning {
+        code: "not-predictable",
+        message: format!(
+            "two runs from starts that differ by {:.0e} of the deflections part; not predictable beyond t = {}: what is kept and drawn of the history after it is one of many",
+            sensitivity.change,
+            seconds(until)
+        ),
+        hint: Some(
+            "use the rms and the percentiles over the second half; a longer motion narrows their intervals"
+                .to_string(),
+        ),
+    })
+}
+
+/// No second run tells which digits hold.
+fn not_compared(error: &Error) -> Warning {
+    Warning {
+        code: "not-compared",
+        message: format!(
+            "the sensitivity to the start was not measured, so it is not known which digits hold: {}",
+            error.message
+        ),
+        hint: error.hint.clone(),
     }
 }
 

@@ -113,6 +113,9 @@ pub mod table;
 #[cfg(feature = "cli")]
 pub mod motion_table;
 
+/// Sensitivity to the start.
+pub mod sensitivity;
+
 /// Tables of steady answers.
 #[cfg(feature = "cli")]
 pub mod response_table;

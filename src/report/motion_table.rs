@@ -1,15 +1,16 @@
 //! Motion in time as tables for a terminal.
 
-use super::number::{brief, percent};
+use super::number::{brief, held, percent};
 use super::table::{finish, plain, right_but_first};
 use crate::base::words::counted;
 use crate::motion::meter::Balance;
 use crate::plan::motion::reading::step;
 use crate::plan::motion::run::Motion;
 use crate::plan::motion::scene::MotionScene;
+use crate::plan::motion::sensitivity::{Digits, Sensitivity};
 
-/// Extremes and means of every output.
-pub fn readings(scene: &MotionScene, motion: &Motion) -> String {
+/// Extremes and means of every output, with the digits that hold.
+pub fn readings(scene: &MotionScene, motion: &Motion, sensitivity: Option<&Sensitivity>) -> String {
     let mut table = plain();
     table.set_header([
         "output",
@@ -22,7 +23,7 @@ pub fn readings(scene: &MotionScene, motion: &Motion) -> String {
         "mean",
         "rms about it",
     ]);
-    for (output, reading) in scene.outputs.list.iter().zip(&motion.readings) {
+    for (at, (output, reading)) in scene.outputs.list.iter().zip(&motion.readings).enumerate() {
         let Some(r) = reading else {
             continue;
         };
@@ -35,14 +36,40 @@ pub fn readings(scene: &MotionScene, motion: &Motion) -> String {
             r.mean,
             r.rms,
         ];
+        let errors = sensitivity.map_or([Some(0.0); 7], |s| errors(&s.outputs[at]));
+        // What differs from zero by less than a digit shown of the largest value is zero.
+        let slight = SLIGHT * r.greatest.0.abs().max(r.least.0.abs());
+        let cells = numbers.iter().zip(errors).map(|(x, error)| {
+            let text = error.and_then(|error| held(*x, error));
+            text.unwrap_or_else(|| match error {
+                Some(error) if error <= slight => "0".to_string(),
+                _ => "–".to_string(),
+            })
+        });
         table.add_row(
             [output.name.clone(), output.unit.to_string()]
                 .into_iter()
-                .chain(numbers.map(brief)),
+                .chain(cells),
         );
     }
     right_but_first(&mut table);
     finish(&table)
+}
+
+/// Half a unit of the fourth digit of what is largest.
+const SLIGHT: f64 = 5e-5;
+
+/// What each number of a row may be off by.
+fn errors(d: &Digits) -> [Option<f64>; 7] {
+    [
+        d.end,
+        d.least,
+        d.least_at,
+        d.greatest,
+        d.greatest_at,
+        Some(d.mean),
+        Some(d.rms),
+    ]
 }
 
 /// Answers to a step at an instant.

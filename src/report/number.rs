@@ -107,6 +107,29 @@ pub fn brief(x: f64) -> String {
     text.replace('-', "−").replace("e−", "e-")
 }
 
+/// A number with the digits that hold where it may be off by `error`, four at most: the unit of the last is twice the error or more.
+/// Absent where none holds.
+pub fn held(x: f64, error: f64) -> Option<String> {
+    if error == 0.0 {
+        return Some(brief(x));
+    }
+    let unit = (2.0 * error).log10().ceil();
+    let size = x.abs().log10().floor();
+    if unit <= size - 3.0 {
+        return Some(brief(x));
+    }
+    // A NaN holds no digit.
+    let holds = x.abs() >= 0.5 * 10f64.powf(unit);
+    if !holds {
+        return None;
+    }
+    let text = match unit <= 0.0 && size >= -4.0 {
+        true => format!("{x:.*}", -unit as usize),
+        false => format!("{x:.*e}", (size - unit).max(0.0) as usize),
+    };
+    Some(text.replace('-', "−").replace("e−", "e-"))
+}
+
 /// A text for people with the sign of every negative number as a minus, and none before nothing: `-40/13` becomes `−40/13`, `-0.0` becomes
 /// ` 0.0`, as wide as it was. Exponents, ranges and words keep their hyphens.
 pub fn with_minus_signs(text: &str) -> String {
@@ -180,6 +203,24 @@ mod tests {
             column(&[0.61803398875, 1.61803398875]),
             ["0.618034", "1.618034"]
         );
+    }
+
+    #[test]
+    fn exact_digits_that_hold() {
+        for (x, error, shown) in [
+            (5897.3, 0.0, "5897"),
+            (5897.3, 0.3, "5897"),
+            (5897.3, 4.0, "5.90e3"),
+            (-5897.3, 400.0, "−6e3"),
+            (0.028, 0.2, "–"),
+            (0.028, f64::INFINITY, "–"),
+            (12.3456, 0.04, "12.3"),
+            (12.3456, 0.4, "12"),
+            (3.4567e-7, 1e-9, "3.5e-7"),
+        ] {
+            let text = held(x, error);
+            assert_eq!(text.as_deref().unwrap_or("–"), shown, "{x} {error}");
+        }
     }
 
     #[test]

@@ -120,7 +120,7 @@ fn finish<T>(
 fn read_scene(document: Document, mut notes: Notes) -> Result<Scene, Errors> {
     let place = Place::new(document.source.clone(), 0..0);
     let mut f = Fields::new(&document.root, place, "the scene", &mut notes);
-    heading(&mut f);
+    let (title, _) = heading(&mut f);
     let named = f.optional_text("model");
     let added = Added {
         loads: each(&mut f, "load", drives::load),
@@ -139,7 +139,7 @@ fn read_scene(document: Document, mut notes: Notes) -> Result<Scene, Errors> {
         .filter(|_| whole)
         .and_then(|named| model_of(&document, named, &at, added, &mut notes));
     // Without a model an error has been noted, and the scene below is not made.
-    let (model, model_path, source, broken) = match found {
+    let (mut model, model_path, source, broken) = match found {
         Some((model, path, file)) => (model, path, file.source, file.broken),
         None => (
             Model::default(),
@@ -148,6 +148,9 @@ fn read_scene(document: Document, mut notes: Notes) -> Result<Scene, Errors> {
             document.broken,
         ),
     };
+    if !title.is_empty() {
+        model.title = title;
+    }
     finish(notes, broken, || Scene {
         model,
         model_path,

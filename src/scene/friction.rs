@@ -60,17 +60,11 @@ pub fn of_one(f: &mut Fields) -> Friction {
 /// How fast breakaway falls to sliding, and how methods without events spread the step.
 pub fn falling(f: &mut Fields, sliding: f64, breakaway: f64) -> Friction {
     let stribeck = f.optional_quantity("stribeck_speed", Kind::Speed, Range::Positive);
-    if breakaway > sliding && stribeck.is_none() {
-        f.missing(
-            "stribeck_speed",
-            ", over which the torque falls from the breakaway to the sliding one",
-        );
-    }
     let creep = f.optional_quantity("creep_speed", Kind::Speed, Range::Positive);
     Friction {
         sliding,
         breakaway,
-        stribeck: stribeck.unwrap_or(1.0),
+        stribeck: stribeck.unwrap_or(0.0),
         creep: creep.unwrap_or(1e-4), // rad/s: a turn in 17 h
     }
 }

@@ -6,7 +6,7 @@ use crate::base::place::Place;
 /// A whole model file, read and checked value by value. Nothing is assembled yet.
 #[derive(Debug, Clone, Default)]
 pub struct Model {
-    /// What the machine is, in one line.
+    /// What the machine is, in one line; of a scene with a title of its own, that.
     pub title: String,
     /// Who published the numbers, or how they were estimated.
     pub source: String,
@@ -417,6 +417,8 @@ pub struct Bearing {
     pub stiffness: Vec<(Axis, Axis, f64)>,
     /// Damping in the same form.
     pub damping: Vec<(Axis, Axis, f64)>,
+    /// Losses of its stiffness, where no damping is given.
+    pub loss: Loss,
     /// Dry friction on the rotation.
     pub friction: Option<BearingFriction>,
 }
@@ -477,7 +479,7 @@ pub struct Brake {
     /// N·m and rad/s; of a clutch at its largest capacity.
     pub friction: Friction,
     /// The share of that capacity over time, s; always all of it where left out.
-    pub grip: Option<Vec<(f64, f64)>>,
+    pub grip: Option<History>,
 }
 
 /// An error of an element that repeats with its turn.

@@ -25,6 +25,7 @@ pub fn apply(set: &Entry, model: &mut Table, notes: &mut Notes) {
         );
         return;
     };
+    let given: Vec<String> = pairs.entries.iter().flat_map(names_of).collect();
     for pair in &pairs.entries {
         if notes.full() {
             return;
@@ -33,7 +34,13 @@ pub fn apply(set: &Entry, model: &mut Table, notes: &mut Notes) {
             // Unquoted, `element.key = value` is a table `element` in TOML.
             (Value::Table(inner), None) => {
                 for entry in &inner.entries {
-                    replace(model, &pair.key, &pair.key_place, entry.clone(), notes);
+                    replace(
+                        model,
+                        (&pair.key, &given),
+                        &pair.key_place,
+                        entry.clone(),
+                        notes,
+                    );
                 }
             }
             (_, Some((element, key))) => {
@@ -41,7 +48,7 @@ pub fn apply(set: &Entry, model: &mut Table, notes: &mut Notes) {
                     key: key.to_string(),
                     ..pair.clone()
                 };
-                replace(model, element, &pair.key_place, entry, notes);
+                replace(model, (element, &given), &pair.key_place, entry, notes);
             }
             (_, None) => notes.push(
                 Error::new(
@@ -56,7 +63,45 @@ pub fn apply(set: &Entry, model: &mut Table, notes: &mut Notes) {
     }
 }
 
-fn replace(model: &mut Table, element: &str, at: &Place, entry: Entry, notes: &mut Notes) {
+/// `element.key` of what an entry of `[set]` sets.
+fn names_of(pair: &Entry) -> Vec<String> {
+    match &pair.item.value {
+        Value::Table(inner) if !pair.key.contains('.') => {
+            let whole = |entry: &Entry| format!("{}.{}", pair.key, entry.key);
+            inner.entries.iter().map(whole).collect()
+        }
+        _ => vec![pair.key.clone()],
+    }
+}
+
+/// Keys of which a stiffness takes one: another in its place changes the kind of loss.
+const LOSSES: [&str; 3] = ["c", "damping_ratio", "loss_factor"];
+
+/// Keys that go by a loss set in place of another, all with the same suffix.
+fn other_losses(key: &str) -> Vec<String> {
+    let suffix = |base: &str| {
+        let rest = key.strip_prefix(base)?;
+        (rest.is_empty() || rest.starts_with('_')).then(|| rest.to_string())
+    };
+    match LOSSES
+        .into_iter()
+        .find_map(|base| Some((base, suffix(base)?)))
+    {
+        Some((own, suffix)) => {
+            let others = LOSSES.into_iter().filter(|base| *base != own);
+            others.map(|base| format!("{base}{suffix}")).collect()
+        }
+        None => Vec::new(),
+    }
+}
+
+fn replace(
+    model: &mut Table,
+    (element, given): (&str, &[String]),
+    at: &Place,
+    entry: Entry,
+    notes: &mut Notes,
+) {
     if SINGLE.contains(&element) && model.get(element).is_none() {
         model.entries.push(Entry {
             key: element.to_string(),
@@ -90,6 +135,12 @@ fn replace(model: &mut Table, element: &str, at: &Place, entry: Entry, notes: &m
         notes.push(error.at(at).label("in [set]"));
         return;
     }
+    // Both set by the scene are left for the reader of the element to refuse.
+    let others = other_losses(&entry.key);
+    let goes = |key: &String| {
+        others.contains(key) && !given.iter().any(|one| *one == format!("{element}.{key}"))
+    };
+    table.entries.retain(|old| !goes(&old.key));
     match table.entries.iter_mut().find(|old| old.key == entry.key) {
         Some(old) => *old = entry,
         None => table.entries.push(entry),

@@ -3,7 +3,7 @@
 use super::common;
 use super::friction;
 use super::laws::Losses;
-use super::model::{Axis, Bearing, Damper, GlobalDamping, MeanSpeed, Name};
+use super::model::{Axis, Bearing, Damper, GlobalDamping, Loss, MeanSpeed, Name};
 use crate::base::code::Code;
 use crate::base::fields::Fields;
 use crate::base::kind::Kind;
@@ -16,6 +16,7 @@ pub fn bearing(f: &mut Fields) -> Bearing {
     let between = common::ends_or_at(f);
     let stiffness = terms(f, "k", stiffness_kind);
     let damping = terms(f, "c", damping_kind);
+    let loss = loss(f, &stiffness);
     let any = f.has_any("k_") || f.has_any("c_") || f.has_any("friction");
     if !any {
         f.missing("k_radial", " nor any other stiffness, damping or friction");
@@ -26,8 +27,32 @@ pub fn bearing(f: &mut Fields) -> Bearing {
         between,
         stiffness,
         damping,
+        loss,
         friction,
     }
+}
+
+/// A ratio or a factor for every term of the stiffness; its dampers are terms of their own.
+fn loss(f: &mut Fields, stiffness: &[(Axis, Axis, f64)]) -> Loss {
+    let ratio = f.optional_number("damping_ratio", Range::NotNegative);
+    let factor = f.optional_number("loss_factor", Range::NotNegative);
+    f.exclusive("damping_ratio", "loss_factor");
+    for key in ["damping_ratio", "loss_factor"] {
+        if f.has(key) && f.has_any("c_") {
+            let message = format!("`{key}` and a damper `c_…` are both losses of the bearing");
+            f.refuse_key(Code::Conflict, key, message, "give one of them");
+        } else if f.has(key) && stiffness.iter().any(|(row, column, _)| row != column) {
+            let message = format!("`{key}` is of springs along the axes, and cross terms are none");
+            f.refuse_key(Code::Conflict, key, message, "give dampers `c_…` instead");
+        } else if f.has(key) && !f.has_any("k_") {
+            f.missing(
+                "k_radial",
+                &format!(" nor any other stiffness, and `{key}` is of it"),
+            );
+        }
+    }
+    let ratio = ratio.map(Loss::Ratio);
+    ratio.or(factor.map(Loss::Factor)).unwrap_or_default()
 }
 
 /// The terms whose keys start with `letter`; `radial` and `tilt` stand for two each.

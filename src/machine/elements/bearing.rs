@@ -32,7 +32,7 @@ pub fn add(builder: &mut Builder, element: usize, bearing: &Bearing) -> Result<(
         .map(|axis| Ok((axis, between(builder, &bearing.between, axis)?)))
         .collect::<Result<BTreeMap<Axis, Direction>, Error>>()?;
     let mut forces: BTreeMap<Axis, Vec<(usize, f64)>> = BTreeMap::new();
-    let mut put = |entries: &[(Axis, Axis, f64)], law: fn(f64) -> Law| {
+    let mut put = |entries: &[(Axis, Axis, f64)], law: &dyn Fn(f64) -> Law| {
         for term in split(entries) {
             let own = builder.machine.branches.len();
             match &term.force {
@@ -64,11 +64,11 @@ pub fn add(builder: &mut Builder, element: usize, bearing: &Bearing) -> Result<(
             });
         }
     };
-    put(&bearing.stiffness, |stiffness| Law::Linear {
+    put(&bearing.stiffness, &|stiffness| Law::Linear {
         stiffness,
-        loss: Loss::None,
+        loss: bearing.loss,
     });
-    put(&bearing.damping, |c| Law::Linear {
+    put(&bearing.damping, &|c| Law::Linear {
         stiffness: 0.0,
         loss: Loss::Viscous(c),
     });

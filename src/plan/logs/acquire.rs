@@ -11,7 +11,7 @@ use crate::recording::responses::{FrequencyResponses, Terminal};
 use crate::recording::signals::{Channel, Moment, Recording};
 use crate::spectrum::frf::{self, Estimate, Estimator};
 use crate::spectrum::hits;
-use crate::spectrum::impact::{self, Fault, Hit, ImpactOptions};
+use crate::spectrum::impact::{self, Fault, Hit, HitResponses, ImpactOptions};
 use crate::spectrum::local::{Local, least_half_width};
 use crate::spectrum::spectra::Spectra;
 use crate::spectrum::welch::{Welch, WelchOptions};
@@ -69,6 +69,8 @@ pub struct Acquired {
     pub how: String,
     /// Hits, where the input is a hammer.
     pub hits: Vec<FoundHit>,
+    /// The responses hit by hit, where there are several hits: outputs in the order of `responses`.
+    pub by_hit: Vec<HitResponses>,
     /// Power spectral density of the first input by line, and of every channel, where blocks were averaged.
     pub spectra: Option<Spectra>,
     /// Lines can be had this near to each other, Hz, by asking again with [`Look::apart_hz`]; `None` where they are as asked.
@@ -287,6 +289,7 @@ fn struck(
         },
         how,
         hits: found.hits.iter().map(hit).collect(),
+        by_hit: found.by_hit,
         spectra: None,
         nearest_hz: None,
         smeared_lines: 0.0,
@@ -311,6 +314,7 @@ fn stepped(
         responses,
         how,
         hits: Vec::new(),
+        by_hit: Vec::new(),
         spectra: None,
         nearest_hz: None,
         smeared_lines: 0.0,
@@ -425,6 +429,7 @@ fn averaged(
             },
             how: how + &how_driven,
             hits: Vec::new(),
+            by_hit: Vec::new(),
             nearest_hz: Some(nearest_hz),
             smeared_lines,
             warnings: estimate.warnings,
@@ -454,6 +459,7 @@ fn averaged(
         },
         how,
         hits: Vec::new(),
+        by_hit: Vec::new(),
         nearest_hz: None,
         smeared_lines: SMEARED_BY_BLOCKS,
         warnings: estimate.warnings,

@@ -1,19 +1,16 @@
-//! Which method integrates a machine, and why; which of its parts the scene does not need.
+//! Which method integrates a machine, and why.
 
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::units::duration;
-use crate::base::words::{counted, suggestion};
+use crate::base::words::suggestion;
 use crate::motion::methods::{self, Kin, Ladder, METHODS, Method};
-use crate::motion::prescribed::Motion;
 use crate::motion::problem::Wanted;
 use crate::motion::train::{Law, Train};
-use crate::plan::stages::Verdict;
 use crate::scene::study::SimulateStudy;
 
 use super::dense::Dense;
-use super::scene::MotionScene;
-use super::structure::{curved, structure};
+use super::structure::curved;
 
 /// Local error per step where a study names none.
 pub const TOLERANCE: f64 = 1e-8;
@@ -320,84 +317,4 @@ fn structural(method: &Method) -> String {
         "periodic" => "stiffness and loads repeat in time, so that one period is tabulated and combined; whatever error is asked".to_string(),
         _ => format!("a step is given, and {} goes by one", method.title),
     }
-}
-
-/// The plan of a motion, row by row.
-pub fn plan(
-    scene: &MotionScene,
-    choice: &Choice,
-    study: &SimulateStudy,
-) -> Vec<(&'static str, Verdict)> {
-    let train = &scene.moving.train;
-    let branches = match train.branches.len() {
-        1 => "1 branch".to_string(),
-        n => format!("{n} branches"),
-    };
-    let outputs = scene.outputs.list.len();
-    let mut rows = vec![
-        (
-            "equations",
-            Verdict::Runs(format!(
-                "{}, {}, {}",
-                counted(train.n(), "coordinate"),
-                branches,
-                counted(train.drives.len(), "load")
-            )),
-        ),
-        ("structure", Verdict::Runs(structure(train))),
-    ];
-    if let Some(known) = &scene.moving.prescribed {
-        let moved = |m: &Motion| {
-            let name = &known.whole.coordinates[m.coordinate];
-            format!("{name} by {}", m.name)
-        };
-        let moved: Vec<String> = known.motions.iter().map(moved).collect();
-        let message = format!("{}: known in time, so no unknown", moved.join(", "));
-        rows.push(("prescribed motion", Verdict::LeftOut(message)));
-    }
-    rows.extend([
-        (
-            "method",
-            Verdict::Runs(format!("{}: {}", choice.method.name, choice.reason)),
-        ),
-        (
-            "outputs",
-            Verdict::Runs(format!(
-                "{} {} at {} instants, every {}; of {} no history",
-                counted(outputs, "signal"),
-                if study.running.history {
-                    "kept"
-                } else {
-                    "seen, none kept,"
-                },
-                scene.samples + 1,
-                crate::base::units::seconds(scene.until / scene.samples as f64),
-                counted(2 * train.n() + train.inner(), "state")
-            )),
-        ),
-    ]);
-    let lateral = train.coordinates.iter().any(|c| !c.ends_with(".theta"));
-    if !lateral {
-        rows.push((
-            "lateral motion",
-            Verdict::LeftOut("no bearing supports a lateral freedom".to_string()),
-        ));
-    }
-    if train.is_linear() {
-        rows.push(("events", Verdict::LeftOut("nothing can switch".to_string())));
-        rows.push((
-            "Newton iterations",
-            Verdict::LeftOut("the equations are linear".to_string()),
-        ));
-    }
-    rows.push((
-        "energy balance",
-        match study.energy {
-            true => Verdict::Runs(
-                "powers added up along the motion, between switches and kinks".to_string(),
-            ),
-            false => Verdict::LeftOut("not asked for".to_string()),
-        },
-    ));
-    rows
 }

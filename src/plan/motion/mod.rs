@@ -15,6 +15,9 @@ pub mod dense;
 /// Which method, and why.
 pub mod choice;
 
+/// Its stages.
+pub mod stages;
+
 /// What it costs at least.
 pub mod cost;
 
@@ -26,3 +29,9 @@ pub mod fineness;
 
 /// The run.
 pub mod run;
+
+/// Statistics of what cannot be predicted.
+pub mod statistics;
+
+/// How it amplifies a change of its start.
+pub mod sensitivity;

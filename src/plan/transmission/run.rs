@@ -134,17 +134,10 @@ impl Answer {
     }
 }
 
-/// Runs a study.
-///
-/// # Errors
-/// Names that do not exist; ends that do not turn together; a model without errors; rigid loops that do not fit; those of the
-/// equations.
-pub fn run(prepared: &Prepared, study: &TransmissionStudy) -> Result<Answer, Error> {
+/// The chain from the driver to the output that a study names.
+fn chain_of(prepared: &Prepared, study: &TransmissionStudy) -> Result<Chain, Error> {
     let Prepared {
-        machine,
-        kinematics,
-        operating,
-        ..
+        machine, operating, ..
     } = prepared;
     let Some(output) = &study.output else {
         return Err(Error::new(
@@ -187,6 +180,30 @@ pub fn run(prepared: &Prepared, study: &TransmissionStudy) -> Result<Answer, Err
         return Err(Error::new(Code::Conflict, message)
             .hint("leave it out: the error of a slide is told in µm of its travel"));
     }
+    Ok(chain)
+}
+
+/// Refuses what [`run`] would refuse before it solves anything.
+///
+/// # Errors
+/// Names that do not exist; no declared error; what does not go with an output that slides.
+pub fn refuse(prepared: &Prepared, study: &TransmissionStudy) -> Result<(), Error> {
+    chain_of(prepared, study).map(|_| ())
+}
+
+/// Runs a study.
+///
+/// # Errors
+/// Names that do not exist; ends that do not turn together; a model without errors; rigid loops that do not fit; those of the
+/// equations.
+pub fn run(prepared: &Prepared, study: &TransmissionStudy) -> Result<Answer, Error> {
+    let Prepared {
+        machine,
+        kinematics,
+        operating,
+        ..
+    } = prepared;
+    let chain = chain_of(prepared, study)?;
     let setting = prepared.setting(None);
     let mut all = lines::lines(machine, operating, &chain);
     let misfit = lines::misfit(machine, &chain, &all);

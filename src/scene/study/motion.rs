@@ -30,6 +30,8 @@ pub struct SimulateStudy {
     pub speed: Option<f64>,
     /// How long the work may take, s.
     pub allow: Option<f64>,
+    /// No second run tells how the motion amplifies a change of its start.
+    pub no_sensitivity: bool,
     /// What is found while it runs.
     pub running: RunningStudy,
 }
@@ -50,6 +52,7 @@ pub(super) fn simulate(f: &mut Fields) -> SimulateStudy {
         energy: f.flag("energy"),
         speed: f.optional_quantity("speed", Kind::Speed, Range::Any),
         allow: None,
+        no_sensitivity: f.optional_flag("sensitivity") == Some(false),
         running: RunningStudy::default(),
     }
 }

@@ -1,0 +1,139 @@
+//! Sensitivity of a motion to its start: how many times as large a difference of two motions becomes as it was at the start,
+//! `S = max |Δδ| / (ε D)`, δ the deflection of a branch, D the largest it reaches, ε the share of D by which the start is changed.
+//!
+//! Angles that turn are no measure: a shaft that has turned a thousand radians is wound up by microradians, and a change by a
+//! share of the turned angle is larger than every deflection.
+
+use super::signal::Signal;
+use super::train::{Law, Train};
+
+/// Numbers kept of a run, at most: deflections times instants.
+const KEPT: usize = 4_000_000;
+
+/// Instants at which deflections are compared, at most.
+const INSTANTS: usize = 2000;
+
+/// Deflections of all elastic branches along a run.
+#[derive(Debug, Clone)]
+pub struct Deflections {
+    /// Branches with a stiffness.
+    branches: Vec<usize>,
+    /// One sample in so many is kept.
+    every: usize,
+    seen: usize,
+    /// Instants, s.
+    time: Vec<f64>,
+    /// Instant by instant, the deflection of each branch, rad or m.
+    values: Vec<f64>,
+    /// The largest deflection and rate of each branch.
+    largest: Vec<(f64, f64)>,
+}
+
+impl Deflections {
+    /// For a run of so many samples.
+    pub fn new(train: &Train, samples: usize) -> Deflections {
+        let all = train.branches.iter().enumerate();
+        let elastic = all.filter(|(_, b)| is_elastic(&b.law));
+        let branches: Vec<usize> = elastic.map(|(at, _)| at).collect();
+        let instants = (KEPT / branches.len().max(1)).clamp(1, INSTANTS);
+        Deflections {
+            largest: vec![(0.0, 0.0); branches.len()],
+            branches,
+            every: samples / instants + 1,
+            seen: 0,
+            time: Vec::new(),
+            values: Vec::new(),
+        }
+    }
+
+    /// Takes the next sample.
+    pub fn see(&mut self, train: &Train, t: f64, y: &[f64]) {
+        let due = self.seen.is_multiple_of(self.every);
+        self.seen += 1;
+        if !due {
+            return;
+        }
+        let (n, piece) = (train.n(), |e: &Signal| e.piece(t) as u32);
+        self.time.push(t);
+        for (&at, largest) in self.branches.iter().zip(&mut self.largest) {
+            let branch = &train.branches[at];
+            let piece = branch.imposed.as_ref().map_or(0, piece);
+            let (delta, rate) = branch.deflection(t, &y[..n], &y[n..2 * n], piece);
+            largest.0 = largest.0.max(delta.abs());
+            largest.1 = largest.1.max(rate.abs());
+            self.values.push(delta);
+        }
+    }
+
+    /// A start changed by the share `by` of the size that deflections and their rates reach; coordinates that no elastic branch
+    /// joins, those without inertia and inner states keep their start.
+    ///
+    /// Every coordinate goes its own way, so that no branch is left out because its ends move alike.
+    pub fn moved(&self, train: &Train, start: &[f64], by: f64) -> Vec<f64> {
+        let n = train.n();
+        let mut room = vec![f64::INFINITY; 2 * n];
+        for (&at, largest) in self.branches.iter().zip(&self.largest) {
+            for (i, a) in train.branches[at].direction.scaled() {
+                for (j, size) in [(i, largest.0), (n + i, largest.1)] {
+                    let own = size / a.abs();
+                    if own > 0.0 {
+                        room[j] = room[j].min(own);
+                    }
+                }
+            }
+        }
+        let mut moved = start.to_vec();
+        for (j, room) in room.into_iter().enumerate() {
+            if room.is_finite() && !train.is_light(j % n) {
+                moved[j] += by * room * way(j);
+            }
+        }
+        moved
+    }
+
+    /// The largest difference from another run up to an instant, by the size that each deflection reaches here.
+    pub fn apart(&self, other: &Deflections, until: f64) -> f64 {
+        let count = self.branches.len().max(1);
+        let rows = self.values.chunks(count).zip(other.values.chunks(count));
+        let rows = rows.zip(&self.time).filter(|(_, t)| **t <= until);
+        let of = |(a, b): (&[f64], &[f64])| {
+            let each = a.iter().zip(b).zip(&self.largest);
+            let shares = each.filter(|(_, size)| size.0 > 0.0);
+            shares.fold(0.0f64, |most, ((a, b), size)| {
+                most.max((a - b).abs() / size.0)
+            })
+        };
+        rows.map(|(pair, _)| of(pair)).fold(0.0, f64::max)
+    }
+}
+
+/// Its deflection has a size: it does not turn or slip away.
+fn is_elastic(law: &Law) -> bool {
+    match law {
+        Law::Linear { stiffness, .. } => *stiffness != 0.0,
+        Law::Contact(_) | Law::Nonlinear { .. } => true,
+        _ => false,
+    }
+}
+
+/// A number in ±[½, 1] for each state, the same in every run: multiples of the golden ratio modulo one fill the interval evenly
+/// (Weyl's sequence).
+fn way(state: usize) -> f64 {
+    const GOLDEN: f64 = 0.618_033_988_749_894_9;
+    let x = (GOLDEN * (state + 1) as f64).fract();
+    if x < 0.5 { -0.5 - x } else { x }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::way;
+
+    /// No state stays, none goes farther than asked, and they go both ways.
+    #[test]
+    fn law_every_state_is_moved() {
+        let all: Vec<f64> = (0..1000).map(way).collect();
+        assert!(all.iter().all(|x| (0.5..=1.0).contains(&x.abs())));
+        let forward = all.iter().filter(|x| **x > 0.0).count();
+        assert!((450..550).contains(&forward));
+    }
+}
