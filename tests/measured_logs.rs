@@ -301,3 +301,19 @@ fn ref_bridge_from_responses_alone() {
         near(mode(&found, f).0, f, 2e-2, "frequency");
     }
 }
+
+/// One channel of a bridge: its four modes; others are possible, no answer is known of them.
+#[test]
+#[cfg_attr(
+    not(recordings),
+    ignore = "set GEARDYN_RECORDINGS to the folder of measured logs"
+)]
+fn ref_bridge_of_one_channel_from_responses_alone() {
+    let name = log("munich_bridge/AllM100Hz.csv.zip");
+    let channels = document(&["check", &name, "--json"]);
+    let channel = channels["channels"][0]["name"].as_str().unwrap();
+    let found = document(&["identify", &name, "--output", channel, "--json"]);
+    for f in [10.79, 12.65, 13.62, 16.26] {
+        near(mode(&found, f).0, f, 1e-2, "frequency");
+    }
+}

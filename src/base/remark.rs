@@ -356,7 +356,32 @@ pub const ALL: &[(&str, Sort, &str)] = &[
     (
         "few-block-rows",
         Warning,
-        "The covariances reach over too few periods of the lowest frequency of the band.",
+        "The record holds too few periods of the lowest frequencies of the band, or is so short that the covariances reach over fewer lags than usual: no mode is sought below the frequency named. Take a longer record.",
+    ),
+    (
+        "band-cut",
+        Warning,
+        "The band reaches beyond 0.4 of the sample rate, where filters of loggers end: no mode is sought there. Sample faster.",
+    ),
+    (
+        "evenly-spaced",
+        Warning,
+        "Five or more sines are evenly spaced, as harmonics of a shaft and sidebands of a mesh are, and the modes of a structure hardly ever. Narrow poles in their series are listed with them and not as modes. State the speed, or repeat at another one.",
+    ),
+    (
+        "many-modes",
+        Warning,
+        "So many modes lie within three octaves that the highest order of the models may not hold all of them. Compare with the peaks of --method fdd.",
+    ),
+    (
+        "close-pair",
+        Warning,
+        "At one sample rate two modes are found where another shows one. Where their distance exceeds their uncertainty both are listed, else the one. Two modes may be hardly resolved, or one may change during the record: take a longer record, or sensors where the two shapes differ.",
+    ),
+    (
+        "peak-without-mode",
+        Warning,
+        "The spectra show a peak that is no sine, and no mode explains it: a mode whose poles were not certain enough, or one beyond the frequencies in which modes are sought. The poles that were rejected are listed with their reasons.",
     ),
     (
         "residuals",

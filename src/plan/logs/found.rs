@@ -167,14 +167,19 @@ impl FoundMode {
 
     /// What it is where it is nearer to a line of running speed than to a mode.
     fn as_harmonic(&self) -> Option<FoundHarmonic> {
-        let harmonic = self.harmonic.as_ref().filter(|h| h.is_harmonic())?;
-        Some(FoundHarmonic {
+        let is_one = self.harmonic.as_ref().is_some_and(Harmonic::is_harmonic);
+        is_one.then(|| self.listed_as_harmonic())
+    }
+
+    /// The pole as a line of running speed.
+    pub fn listed_as_harmonic(&self) -> FoundHarmonic {
+        FoundHarmonic {
             frequency_hz: self.frequency_hz(),
-            order: harmonic.order,
+            order: self.harmonic.as_ref().and_then(|h| h.order),
             amplitude: Vec::new(),
             probability: None,
-            envelope_kurtosis: Some(harmonic.envelope_kurtosis),
-        })
+            envelope_kurtosis: self.harmonic.as_ref().map(|h| h.envelope_kurtosis),
+        }
     }
 }
 

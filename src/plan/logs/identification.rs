@@ -228,7 +228,12 @@ fn from_signals(
 ) -> Result<Identification, Error> {
     let start = Instant::now();
     let places: Vec<usize> = inputs.iter().chain(outputs).copied().collect();
-    let record = record::of(recording, &places, study.band_hz, method.word())?;
+    // Subspace methods have their own ladder of rates, so that a band only chooses among the modes of the whole record.
+    let decimated = match method {
+        Method::SsiCov | Method::SsiData => None,
+        _ => study.band_hz,
+    };
+    let record = record::of(recording, &places, decimated, method.word())?;
     let mut trace = vec![("samples", start.elapsed().as_secs_f64())];
     let band_hz = study.band_hz.unwrap_or((0.0, record.rate_hz / 2.0));
     let start = Instant::now();

@@ -36,6 +36,12 @@ mod modal;
 /// Modal masses from a driving point.
 pub mod scaling;
 
+/// Lines of running speed.
+mod running;
+
+/// The answer of a subspace identification.
+mod subspace;
+
 /// Modes from responses alone.
 mod operational;
 
