@@ -83,7 +83,7 @@ fn power(x: Complex, n: usize) -> Complex {
 
 fn assert_close(found: Complex, exact: Complex, relative: f64, what: &str) {
     let off = (found - exact).norm() / exact.norm();
-    within(&format!("{what}"), off, relative);
+    within(what, off, relative);
 }
 
 const LINES: [f64; 5] = [3.0, 47.0, 400.0, 1300.0, 2600.0];

@@ -202,7 +202,12 @@ pub fn printed(what: &str, unit: &str, reference: f64, value: f64, tolerance: f6
     let shown = format!("{reference}");
     let written = shown.split_once('.').map_or(0, |(_, digits)| digits.len());
     let allowed = (-(2.0 * tolerance).log10()).ceil().max(0.0) as usize;
-    let decimals = written.max(allowed);
+    // A tolerance far below the digits written says that the number is exact.
+    let decimals = if allowed > written + 2 {
+        written
+    } else {
+        written.max(allowed)
+    };
     let difference = match reference {
         0.0 if value == 0.0 => "0".into(),
         0.0 => bound_text(apart, tolerance),

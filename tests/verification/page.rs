@@ -44,13 +44,21 @@ fn case_rows(case: &Case, figures: &[Figure]) -> String {
         .iter()
         .filter(|f| f.kind == "difference" || f.kind == "printed")
         .collect();
-    let difference = match listed[..] {
-        [] => "holds",
-        [one] if one.kind == "difference" => &one.difference,
-        _ => "",
+    // One bound that is relative needs no row of its own.
+    let alone = match listed[..] {
+        [one] => one.kind == "difference" && !one.what.contains(','),
+        _ => false,
     };
-    let mut text = row([&case.sentence, "", "", difference, &source, &test]);
-    if listed.len() > 1 || listed.iter().any(|f| f.kind == "printed") {
+    let orders = figures.iter().filter(|f| f.kind == "order");
+    let orders: Vec<&str> = orders.map(|f| f.computed.as_str()).collect();
+    let difference = match listed[..] {
+        [one] if alone => one.difference.clone(),
+        [] if !orders.is_empty() => format!("order {}", orders.join(", ")),
+        [] => "holds".into(),
+        _ => String::new(),
+    };
+    let mut text = row([&case.sentence, "", "", &difference, &source, &test]);
+    if !alone {
         for f in listed {
             let what = format!("· {}", f.what);
             let [reference, computed] =
