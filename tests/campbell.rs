@@ -1,5 +1,8 @@
 //! Campbell diagrams: closed forms, crossings and veerings, an independent assembly.
 
+#[path = "support/verification.rs"]
+mod verification;
+
 use std::f64::consts::TAU;
 use std::path::Path;
 
@@ -18,6 +21,7 @@ use geardyn::modes::tracking::TrackingOptions;
 use geardyn::modes::whirl::Whirl;
 use geardyn::numeric::Complex;
 use geardyn::scene;
+use verification::{printed, within};
 
 struct Case {
     machine: Machine,
@@ -146,7 +150,7 @@ fn exact_whirl_of_a_tilting_disc() {
         let error = worst(line, |i| {
             whirl_of_disc(0.12, 0.065, 4.0e5, speeds[i])[sense]
         });
-        assert!(error < 1e-14, "{error:e}");
+        within("frequencies from 0 to 12 000 rpm", error, 1e-14);
         assert!(
             line.whirl.iter().all(|w| *w == line.whirl[0]),
             "{:?}",
@@ -180,10 +184,10 @@ fn exact_crossings_of_a_tilting_disc() {
     exact.sort_by(f64::total_cmp);
     assert_eq!(found.crossings.len(), exact.len(), "{:?}", found.crossings);
     for (crossing, rpm) in found.crossings.iter().zip(exact) {
-        assert!(
-            (crossing.speed_rpm / rpm - 1.0).abs() < 1e-9,
-            "{} {rpm}",
-            crossing.speed_rpm
+        within(
+            "critical speeds",
+            (crossing.speed_rpm / rpm - 1.0).abs(),
+            1e-9,
         );
         let order = found.orders[crossing.order].value;
         assert!((crossing.frequency_hz / (order * rpm / 60.0) - 1.0).abs() < 1e-9);
@@ -268,7 +272,7 @@ fn exact_branches_that_cross() {
         let error = worst(line, |i| {
             whirl_of_disc(polar, diametral, k, speeds[i])[own.1]
         });
-        assert!(error < 1e-12, "{own:?} {error:e}");
+        within("frequencies from 0 to 12 000 rpm", error, 1e-12);
         assert!(
             line.whirl
                 .iter()
@@ -570,10 +574,10 @@ fn exact_modes_that_appear() {
         assert_eq!(line.frequency_hz[0], None);
         for (i, f) in line.frequency_hz.iter().enumerate().skip(1) {
             let nearest = exact(speeds[i]).map(|e| (f.unwrap() / e - 1.0).abs());
-            assert!(
-                nearest[0].min(nearest[1]) < 1e-12,
-                "{} rpm: {nearest:?}",
-                speeds[i]
+            within(
+                "frequencies to 12 000 rpm",
+                nearest[0].min(nearest[1]),
+                1e-12,
             );
             assert!(line.damping_ratio[i].unwrap() > 0.0);
         }
@@ -607,6 +611,7 @@ fn meet(found: &Campbell, a: &BranchLine, b: &BranchLine) -> Vec<(f64, f64)> {
 }
 
 /// The shipped overhung rotor against an assembly of its own: `tools/reference_overhung.py`, numpy 2.4.6.
+/// Source: NumPy 2.4.6 (tools/reference_overhung.py).
 #[test]
 fn ref_numpy_overhung_rotor() {
     let found = Case::shipped("overhung_rotor.toml").diagram(&grid(0.0, 15000.0, 300), false);
@@ -621,11 +626,13 @@ fn ref_numpy_overhung_rotor() {
     ] {
         let met = meet(&found, f(forward), b(backward));
         // Straight lines between speeds 50 rpm apart are off by 0.01 rpm here.
-        let is_near = |m: &(f64, f64)| (m.0 - rpm).abs() < 0.02 && (m.1 - hz).abs() < 1e-3;
-        assert!(
-            met.iter().any(is_near),
-            "F{forward} and B{backward}: {met:?}"
-        );
+        let nearest = met
+            .iter()
+            .min_by(|a, b| (a.0 - rpm).abs().total_cmp(&(b.0 - rpm).abs()));
+        let (at, f) = *nearest.unwrap();
+        let what = format!("F{forward} meets B{backward}");
+        printed(&format!("{what}, speed"), "rpm", rpm, at, 0.02);
+        printed(&format!("{what}, frequency"), "Hz", hz, f, 1e-3);
     }
     for (low, high, rpm, hz) in [(f(4), f(5), 8112.5, 19.5151), (b(4), b(5), 4686.5, 23.8329)] {
         let gap = |i: usize| high.frequency_hz[i].unwrap() - low.frequency_hz[i].unwrap();
@@ -641,9 +648,19 @@ fn ref_numpy_overhung_rotor() {
             found.speeds_rpm[i] - 50.0 * slope / bend,
             gap(i) - slope * slope / bend / 2.0,
         );
-        assert!(
-            (at - rpm).abs() < 0.3 && (least - hz).abs() < 2e-4,
-            "{at} rpm, {least} Hz"
+        printed(
+            &format!("branches veer {hz} Hz apart, speed"),
+            "rpm",
+            rpm,
+            at,
+            0.3,
+        );
+        printed(
+            &format!("branches veer {hz} Hz apart, gap"),
+            "Hz",
+            hz,
+            least,
+            2e-4,
         );
     }
     assert!(

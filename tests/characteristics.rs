@@ -1,5 +1,8 @@
 //! Couplings and teeth that are not linear: their tangents under load, their motion, what is refused.
 
+#[path = "support/verification.rs"]
+mod verification;
+
 use geardyn::base::stop::Stop;
 
 use geardyn::plan::motion::run::{self, Motion};
@@ -11,6 +14,7 @@ use geardyn::plan::stages::Plan;
 use geardyn::scene::laws::StartAt;
 use geardyn::scene::study::{ModesStudy, SimulateStudy};
 use geardyn::scene::{self, Scene};
+use verification::within;
 
 fn scene_of(text: &str) -> Scene {
     scene::read_text(
@@ -55,7 +59,7 @@ load = [{ at = \"disc\", torque = 40.0 }]",
     let delta = 0.05 * (0.4f64).powf(2.0 / 3.0);
     let exact = (1.5 * 40.0 / delta / 2.0).sqrt() / std::f64::consts::TAU;
     let found = frequencies(&scene)[0];
-    assert!((found / exact - 1.0).abs() < 1e-12, "{found} {exact}");
+    within("frequency", (found / exact - 1.0).abs(), 1e-12);
 }
 
 /// A hard and a straight coupling side by side share a torque so that both twist alike: the cubic's root in closed form.
@@ -73,7 +77,7 @@ load = [{ at = \"disc\", torque = 14.0 }]",
     let x = (7.0 + 50f64.sqrt()).cbrt() + (7.0 - 50f64.sqrt()).cbrt();
     let exact = (3.0 * x * x + 3.0).sqrt() / std::f64::consts::TAU;
     let found = frequencies(&scene)[0];
-    assert!((found / exact - 1.0).abs() < 1e-11, "{found} {exact}");
+    within("frequency", (found / exact - 1.0).abs(), 1e-11);
     let prepared = Prepared::new(&scene.model).unwrap();
     assert!((prepared.operating.tangents[0].force - x.powi(3)).abs() < 1e-9);
     assert!(prepared.warnings().iter().any(|w| w.code == "linearised"));
@@ -94,7 +98,11 @@ coupling = [{ name = \"hard\", between = [\"ground\", \"disc\"], characteristic 
         let last = motion.time.len() - 1;
         let (angle, speed) = (motion.values[0][last], motion.values[1][last]);
         let name = choice.method.name;
-        assert!((angle / 0.3 - 1.0).abs() < 1e-7, "{name}: {angle}");
+        within(
+            &format!("angle after four periods, {name}"),
+            (angle / 0.3 - 1.0).abs(),
+            1e-7,
+        );
         assert!(speed.abs() < 1e-6 * omega * 0.09, "{name}: {speed}");
         assert!(motion.balance.unwrap().gap().abs() < 1e-6, "{name}");
     }
@@ -146,7 +154,7 @@ load = [{ at = \"pinion\", torque = 10.0 }, { at = \"wheel\", torque = 20.0 }]",
     let exact =
         (k * (base * base / 0.001 + 4.0 * base * base / 0.01)).sqrt() / std::f64::consts::TAU;
     let found = *frequencies(&scene).last().unwrap();
-    assert!((found / exact - 1.0).abs() < 1e-10, "{found} {exact}");
+    within("frequency", (found / exact - 1.0).abs(), 1e-10);
 }
 
 /// What makes no curve is refused where it stands.
@@ -239,7 +247,7 @@ coupling = [{{ name = \"rubber\", between = [\"ground\", \"disc\"], k = {k:?}, m
         let terms = [s * s * s * j, s * s * (j * rate), s * (k + k1)];
         let sum = terms[0] + terms[1] + terms[2] + k * rate;
         let size = terms.iter().map(|t| t.norm()).sum::<f64>();
-        assert!(sum.norm() < 1e-12 * size, "{s}: {sum}");
+        within("residual of the polynomial", sum.norm() / size, 1e-12);
     }
 }
 

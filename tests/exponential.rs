@@ -9,6 +9,7 @@ use geardyn::motion::problem::Wanted;
 use geardyn::motion::signal::Signal;
 use geardyn::motion::train::{Law, Train};
 use support::moving::{apart, branch, contact, inertias, push, run, run_with, spring};
+use support::verification::{order, within};
 
 /// `K δ³`.
 fn cube(factor: f64) -> Law {
@@ -45,10 +46,7 @@ fn exact_kernels() {
         } = Kernel::new((square, damping), tau);
         let near = |sum: f64, exact: f64, size: f64| {
             let off = (sum - exact).abs();
-            assert!(
-                off <= 1e-13 * size.max(exact.abs()),
-                "{square} {damping} {tau}: {sum} {exact}"
-            );
+            within("kernels", off / size.max(exact.abs()), 1e-13);
         };
         let size = |x: f64, y: f64, z: f64| x.abs() + (damping * y).abs() + (square * z).abs();
         near(
@@ -120,7 +118,7 @@ fn exact_linear_in_one_step() {
     let (_, found, effort) =
         run_with("exponential", &train, &start, 20.0, 40, Wanted::Step(20.0)).unwrap();
     assert_eq!(effort.steps, 1);
-    assert!(apart(&found, &exact) < 1e-9, "{:e}", apart(&found, &exact));
+    within("states", apart(&found, &exact), 1e-9);
 }
 
 /// Two discs on a stiff shaft, the second on a cubic spring; where the fast swing stands as its load asks, and at the rest.
@@ -165,11 +163,9 @@ fn order_is_kept_where_it_is_stiff() {
     };
     let errors = [0.1, 0.05, 0.025].map(error);
     let orders = [0, 1].map(|k| (errors[k] / errors[k + 1]).log2());
-    eprintln!("errors {errors:?}, orders {orders:?}");
-    assert!(
-        (orders[0] - 4.0).abs() < 0.3 && (orders[1] - 4.0).abs() < 0.2,
-        "{orders:?}"
-    );
+    eprintln!("errors {errors:?}");
+    assert!((orders[0] - 4.0).abs() < 0.3, "{orders:?}");
+    order("exponential, stiff shaft", 4.0, orders[1]);
 }
 
 /// What it costs beside the others: far fewer evaluations than explicit steps on a stiff shaft whose fast swing is not excited.

@@ -12,7 +12,7 @@ use geardyn::plan::motion::scene::MotionScene;
 use geardyn::plan::prepared::Prepared;
 use geardyn::scene::study::SimulateStudy;
 use geardyn::scene::{self, Scene};
-use support::{numbers, reference};
+use support::{numbers, reference, within};
 
 fn scene_of(text: &str) -> Scene {
     let head = "title = \"t\"\nsource = \"t\"\nunits = \"SI\"\n";
@@ -112,10 +112,7 @@ bearing = [{{ name = "b", at = "a", friction_torque = 0.8, friction = 0.004, fri
             } else {
                 exact
             };
-            assert!(
-                (found - exact).abs() < 1e-10,
-                "{method:?} {n}: {found} {exact}"
-            );
+            within("amplitude, rad", (found - exact).abs(), 1e-10);
         }
         assert!(motion.values[0][16].abs() <= torque / k + 1e-12);
         let spring = -k * motion.values[0][16];
@@ -185,6 +182,7 @@ load = [{ at = "a", kind = "ramp", torque = 10.0, between = [0.0, 10.0] }]
 }
 
 /// A bearing that carries a belt's force: sticking where k |x| falls below T₀ + μ r |F|; against the integration swing by swing.
+/// Source: SciPy 1.17.1 (tools/reference_friction.py).
 #[test]
 fn ref_bearing_by_load() {
     let text = r#"
@@ -208,7 +206,7 @@ bearing = [{ name = "bear", at = "a", friction_torque = 0.6, friction = 0.15, fr
             for (at, size) in [(0, 0.3), (1, 3.0)] {
                 let error = (motion.values[at][n] - exact[at]).abs() / size;
                 let allowed = if method.is_some() { 1e-9 } else { 1e-6 };
-                assert!(error < allowed, "{method:?} {n} {at}: {error:e}");
+                within("angle and speed", error, allowed);
             }
         }
         assert!(gap(&motion) < 1e-5, "{:e}", gap(&motion));
@@ -216,6 +214,7 @@ bearing = [{ name = "bear", at = "a", friction_torque = 0.6, friction = 0.15, fr
 }
 
 /// Teeth that rub pair by pair along the path of contact, vibrating under load.
+/// Source: SciPy 1.17.1 (tools/reference_friction.py).
 #[test]
 fn ref_teeth_along_the_path() {
     let known = &reference("friction")["teeth"];
@@ -232,7 +231,7 @@ fn ref_teeth_along_the_path() {
         for (at, size) in [(0, 2.0), (1, 0.7), (2, 40.0), (3, 13.0)] {
             let error = states.iter().zip(&motion.values[at]);
             let error = error.map(|(y, x)| (x - y[at]).abs()).fold(0.0, f64::max) / size;
-            assert!(error < 1e-8, "{method} {}: {error:e}", outputs[at]);
+            within("outputs", error, 1e-8);
         }
         assert!(motion.effort.events == 0 && motion.effort.steps > 50);
     }
@@ -299,10 +298,7 @@ damper = [{{ name = "d", at = "b", c = 20.0 }}]
         let mean = |at: usize| motion.values[at][half..whole].iter().sum::<f64>() / half as f64;
         let carried = mean(1).abs() * 0.5 * z1 * m * alpha.cos() * speed;
         let found = mean(0) / (mu * carried);
-        assert!(
-            (found / factor - 1.0).abs() < bound,
-            "{sliding}: {found} {factor}"
-        );
+        within("mean loss", (found / factor - 1.0).abs(), bound);
     }
 }
 

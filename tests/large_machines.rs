@@ -2,6 +2,9 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+#[path = "support/verification.rs"]
+mod verification;
+
 #[path = "support/command.rs"]
 mod command;
 
@@ -22,6 +25,7 @@ use geardyn::response::ports::Ports;
 use geardyn::scene::study::SimulateStudy;
 use geardyn::scene::{self, Scene};
 use geardyn::study::stability::cases::{BUDGET, budget};
+use verification::within;
 
 const INERTIA: f64 = 1.0;
 const STIFFNESS: f64 = 1e6;
@@ -79,10 +83,7 @@ fn power(x: Complex, n: usize) -> Complex {
 
 fn assert_close(found: Complex, exact: Complex, relative: f64, what: &str) {
     let off = (found - exact).norm() / exact.norm();
-    assert!(
-        off < relative,
-        "{what}: {found} for {exact}, off by {off:e}"
-    );
+    within(what, off, relative);
 }
 
 const LINES: [f64; 5] = [3.0, 47.0, 400.0, 1300.0, 2600.0];
@@ -213,9 +214,10 @@ fn exact_motion_of_a_long_chain() {
     let largest = exact(0.05 - STRUCK);
     for (t, value) in moved.motion.time.iter().zip(&moved.motion.values[0]) {
         let exact = exact((t - STRUCK).max(0.0));
-        assert!(
-            (value - exact).abs() < 1e-9 * largest,
-            "{value} at {t}: {exact}"
+        within(
+            "angle of the end, of the largest",
+            (value - exact).abs() / largest,
+            1e-9,
         );
     }
 }

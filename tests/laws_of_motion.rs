@@ -1,5 +1,8 @@
 //! Laws of motion in scenes: motions known in time, and what follows.
 
+#[path = "support/verification.rs"]
+mod verification;
+
 use std::f64::consts::TAU;
 
 use geardyn::base::error::Error;
@@ -11,6 +14,7 @@ use geardyn::plan::prepared::Prepared;
 use geardyn::scene::laws::StartAt;
 use geardyn::scene::study::SimulateStudy;
 use geardyn::scene::{self, Scene};
+use verification::within;
 
 /// A model in SI as a scene without studies.
 fn scene_of(text: &str) -> Scene {
@@ -104,11 +108,7 @@ motor = [{ name = "m", at = "a", kind = "speed", speed = "3 rad/s" }]
         ];
         for (at, exact) in exact.iter().enumerate() {
             let found = motion.values[at][k];
-            assert!(
-                (found - exact).abs() < 1e-12,
-                "{} {t}: {found} {exact}",
-                outputs[at]
-            );
+            within("states and torque", (found - exact).abs(), 1e-12);
         }
     }
     assert!(gap(&motion) < 1e-12, "{}", gap(&motion));
@@ -133,7 +133,7 @@ motor = [{ name = "m", at = "b", kind = "speed", times = [0.0, 2.0], speeds = [1
     for (k, t) in motion.time.iter().enumerate() {
         let exact = 3.5 * 2.0 + 0.25 * (1.0 + 2.0 * t) - 7.0 - motion.values[1][k];
         let found = motion.values[0][k];
-        assert!((found - exact).abs() < 1e-9, "{t}: {found} {exact}");
+        within("torque of the drive, N·m", (found - exact).abs(), 1e-9);
     }
     assert!(gap(&motion) < 1e-9, "{}", gap(&motion));
 }
@@ -199,7 +199,7 @@ motor = [{ name = "m", at = "a", kind = "speed", speed = "4 rad/s" }]
     );
     for (k, t) in motion.time.iter().enumerate() {
         let exact = (2.0 * t).min(4.0);
-        assert!((motion.values[0][k] - exact).abs() < 1e-12, "{t}");
+        within("speed, rad/s", (motion.values[0][k] - exact).abs(), 1e-12);
         if *t < 1.99 {
             assert!((motion.values[2][k] - 6.0).abs() < 1e-12, "{t}");
         } else if *t > 2.01 {
@@ -207,10 +207,7 @@ motor = [{ name = "m", at = "a", kind = "speed", speed = "4 rad/s" }]
         }
     }
     let balance = motion.balance.unwrap();
-    assert!(
-        (balance.lost - 0.5 * 3.0 * 16.0).abs() < 1e-3,
-        "{balance:?}"
-    );
+    within("heat, J", (balance.lost - 0.5 * 3.0 * 16.0).abs(), 1e-3);
 }
 
 /// The waves of a pinion of prescribed speed are known in time, so that machines of rectangular stiffness stay piecewise linear.
@@ -229,6 +226,7 @@ error = [{ on = "p", amplitude = 1e-5 }]
 
 /// The wave goes by the angle of the second gear where that is the one whose motion is known; turning backward it runs backward.
 /// Against Runge and Kutta's method on `J θ̈ = T − r (k(t) δ + c δ̇)`, written out here, piece by piece of the wave.
+/// Source: Runge and Kutta's classical method written in the test.
 #[test]
 fn ref_wave_by_the_second_gear() {
     let text = r#"
@@ -253,7 +251,6 @@ load = [{ at = "w", torque = 3.0 }]
     };
     let on = |[x, v]: [f64; 2], h: f64, [dx, dv]: [f64; 2]| [x + h * dx, v + h * dv];
     let (mut now, mut y) = (0.0, [0.0, 0.0]);
-    let last = motion.time.len() - 1;
     for (k, &t) in motion.time.iter().enumerate() {
         while now < t {
             // Six tenths of a cycle low, then four high: the wave from its end to its beginning.
@@ -277,12 +274,7 @@ load = [{ at = "w", torque = 3.0 }]
             now = end;
         }
         let off = (motion.values[0][k] - y[1]).abs();
-        assert!(
-            off < 1e-8 * 40.0,
-            "{k} of {last}: {} {}",
-            motion.values[0][k],
-            y[1]
-        );
+        within("angle", off / 40.0, 1e-8);
     }
 }
 
@@ -302,10 +294,18 @@ motor = [
         // 2 b̈ + 200 b = 10 cos 6t: the forced part 10/(200 − 72) cos 6t.
         let forced = 10.0 / (200.0 - 72.0);
         let b = forced * ((6.0 * t).cos() - (10.0 * t).cos());
-        assert!((motion.values[0][k] - b).abs() < 1e-13, "{t}");
+        within("angle, rad", (motion.values[0][k] - b).abs(), 1e-13);
         let a = 0.1 * (6.0 * t).cos();
-        assert!((motion.values[1][k] - (-36.0 * a + 100.0 * (a - b))).abs() < 1e-11);
-        assert!((motion.values[2][k] + 100.0 * b).abs() < 1e-11);
+        within(
+            "torque of the first drive, N·m",
+            (motion.values[1][k] - (-36.0 * a + 100.0 * (a - b))).abs(),
+            1e-11,
+        );
+        within(
+            "torque of the second drive, N·m",
+            (motion.values[2][k] + 100.0 * b).abs(),
+            1e-11,
+        );
     }
 }
 
@@ -392,7 +392,7 @@ load = [{{ at = "d", kind = "harmonic", torque = 5.0, frequency = "7 rad/s" }}, 
     // What is light rings about what has no inertia, at a frequency beyond a million per second.
     for at in [0, 3] {
         let gap = apart(&motion.values[at], &light.values[at]);
-        assert!(gap < 1e-7, "{}: {gap:e}", outputs[at]);
+        within("outputs", gap, 1e-7);
     }
     // In the mesh F = s_force over the pitch radius and the load beside it; K₁K₂/ΣK thrice by hand.
     let radius = 0.5 * 20.0 * 0.01 * 20f64.to_radians().cos();
@@ -503,11 +503,15 @@ fn exact_clutch_synchronises() {
             true => (10.0 - 3.0 * t, 2.0 * t),
             false => (4.0, 4.0),
         };
-        assert!((motion.values[0][k] - a).abs() < 1e-12, "{t}");
-        assert!((motion.values[1][k] - b).abs() < 1e-12, "{t}");
+        within("first speed, rad/s", (motion.values[0][k] - a).abs(), 1e-12);
+        within(
+            "second speed, rad/s",
+            (motion.values[1][k] - b).abs(),
+            1e-12,
+        );
     }
     let lost = motion.balance.unwrap().lost;
-    assert!((lost / 60.0 - 1.0).abs() < 1e-4, "{lost}");
+    within("heat", (lost / 60.0 - 1.0).abs(), 1e-4);
 
     // Pressed from nothing to 12 N·m within 2 s: Δω = 10 − 3t² /1.2, in step after 2 s exactly.
     for method in [None, Some("dop853-events")] {
@@ -536,7 +540,7 @@ load = [{ at = "b", torque = 5.0 }]
             true => *t,
             false => 3.0 + 4.0 * (t - 3.0) - (t * t - 9.0) / 2.0,
         };
-        assert!((motion.values[0][k] - a).abs() < 1e-8, "{t}");
+        within("angle, rad", (motion.values[0][k] - a).abs(), 1e-8);
     }
     assert!(gap(&motion) < 1e-4, "{}", gap(&motion));
 }
@@ -552,7 +556,11 @@ fn exact_orders_follow_the_angle() {
     for k in 0..motion.time.len() {
         let (angle, speed) = (motion.values[0][k], motion.values[1][k]);
         let square = 4.0 + 2.0 * (1.5 * angle).sin();
-        assert!((speed * speed - square).abs() < 1e-6, "{speed} {square}");
+        within(
+            "square of the speed, rad²/s²",
+            (speed * speed - square).abs(),
+            1e-6,
+        );
     }
     assert!(gap(&motion) < 1e-8, "{}", gap(&motion));
     // At imposed speed the same load is a known torque.
@@ -564,7 +572,7 @@ fn exact_orders_follow_the_angle() {
     assert_eq!(name, "exact");
     for (k, t) in motion.time.iter().enumerate() {
         let speed = 2.0 + 3.0 / 2.0 * (3.0 * t).sin() / 3.0;
-        assert!((motion.values[0][k] - speed).abs() < 1e-12, "{t}");
+        within("speed, rad/s", (motion.values[0][k] - speed).abs(), 1e-12);
     }
 }
 

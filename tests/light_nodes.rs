@@ -17,7 +17,7 @@ use geardyn::plan::prepared::Prepared;
 use geardyn::scene;
 use geardyn::scene::study::SimulateStudy;
 use support::moving::{apart, branch, contact, inertias, push, run as by, run_with, spring};
-use support::{numbers, reference};
+use support::{numbers, reference, verification, within};
 
 /// A disc x₀ on a spring k, behind it a node x₁ without inertia on a cubic spring and a damper to ground, pushed so that x₁ = cos t:
 /// `x₀ = x₁ + (K x₁³ + c ẋ₁)/k`, `f = ẍ₀ + K x₁³ + c ẋ₁`, `cos³ t = (3 cos t + cos 3t)/4`.
@@ -76,19 +76,22 @@ fn order_is_kept() {
             "damper {c}: order {end:.2} at the end, {inner:.2} inside, {:.1e}",
             error(0.05, 1)
         );
-        assert!((end - 5.0).abs() < 0.2, "{c}: {end}");
-        assert!((inner - 4.0).abs() < 0.2, "{c}: {inner}");
+        let damped = if c > 0.0 { "with" } else { "without" };
+        let what = format!("radau5, node without inertia, {damped} damper");
+        verification::order(&format!("{what}, at the end of steps"), 5.0, end);
+        verification::order(&format!("{what}, between them"), 4.0, inner);
         let (times, states, _) =
             run_with("radau5", &train, &start, 4.0, 40, Wanted::Tolerance(1e-10)).unwrap();
         for (t, y) in times.iter().zip(&states) {
             for (y, x) in y.iter().zip(exact(*t)) {
-                assert!((y - x).abs() < 1e-9, "{c} {t}: {y} {x}");
+                within("states", (y - x).abs(), 1e-9);
             }
         }
     }
 }
 
 /// A node between a spring and play: as if the springs in series were the contact, which the method exact between switches takes.
+/// Source: the method that is exact between switches, on springs in series.
 #[test]
 fn ref_play_behind_a_spring() {
     let terms = [(0, -1.0), (1, 1.0)];
@@ -125,19 +128,18 @@ fn ref_play_behind_a_spring() {
         // Beyond the gap the node stands between both springs.
         let beyond = (x[0].abs() - 0.02).max(0.0) * x[0].signum();
         let node = x[0] - 600.0 / 900.0 * beyond;
-        assert!(
-            (y[0] - x[0]).abs() < 1e-8 && (y[1] - node).abs() < 1e-8,
-            "{y:?} {x:?} {node}"
+        within(
+            "deflections",
+            (y[0] - x[0]).abs().max((y[1] - node).abs()),
+            1e-8,
         );
         let rate = if beyond == 0.0 { x[1] } else { x[1] / 3.0 };
-        assert!(
-            (y[2] - x[1]).abs() < 1e-7 && (y[3] - rate).abs() < 1e-7,
-            "{y:?} {x:?} {rate}"
-        );
+        within("rates", (y[2] - x[1]).abs().max((y[3] - rate).abs()), 1e-7);
     }
 }
 
 /// A spring and a Maxwell element in series at the node are one Maxwell element, which the exact method takes.
+/// Source: the method that is exact between switches, on one Maxwell element.
 #[test]
 fn ref_maxwell_behind_a_spring() {
     let maxwell = |stiffness: f64, damping: f64| Law::Maxwell { stiffness, damping };
@@ -167,7 +169,7 @@ fn ref_maxwell_behind_a_spring() {
     )
     .unwrap();
     let there: Vec<Vec<f64>> = found.iter().map(|y| vec![y[0], y[2], y[4]]).collect();
-    assert!(apart(&there, &exact) < 1e-9, "{:e}", apart(&there, &exact));
+    within("states", apart(&there, &exact), 1e-9);
     for y in &found {
         assert!((300.0 * (y[0] - y[1]) - y[4]).abs() < 1e-9, "{y:?}");
     }
@@ -214,7 +216,7 @@ fn order_limit_of_no_inertia() {
     };
     let start = [0.0; 8];
     let gap = compare("exact", &row(0.0), &row(1e-12), &start, 1.0);
-    assert!(gap < 1e-8, "{gap:e}");
+    within("dampers in a row", gap, 1e-8);
     // The last where the disc goes back, beyond which the exact method switches to and fro.
     for (losses, to) in [
         (Losses::Throughout, 1.0),
@@ -224,7 +226,7 @@ fn order_limit_of_no_inertia() {
     ] {
         let (light, small) = (play(0.0, losses), play(1e-12, losses));
         let gap = compare("switched", &light, &small, &[0.0, 0.0, 0.3, 0.3], to);
-        assert!(gap < 1e-8, "{losses:?}: {gap:e}");
+        within(&format!("play, {losses:?}"), gap, 1e-8);
     }
 }
 
@@ -264,6 +266,7 @@ load = [{{ at = "a", kind = "harmonic", torque = 20.0, frequency = "0.8 Hz" }}, 
 
 /// From a file: the motion is that of a program that takes the node out by hand (tools/reference_light.py); the shaft carries what the
 /// coupling and the load leave it; the energy adds up.
+/// Source: SciPy 1.17.1 (tools/reference_light.py).
 #[test]
 fn ref_hardening_coupling_behind_a_shaft() {
     let expected = reference("light");
@@ -285,7 +288,7 @@ fn ref_hardening_coupling_behind_a_shaft() {
                 let exact = numbers(&expected[key]);
                 assert_eq!(exact.len(), motion.time.len());
                 for (found, exact) in motion.values[at].iter().zip(exact) {
-                    assert!((found - exact).abs() < 1e-8, "{key}: {found} {exact}");
+                    within("angles, rad", (found - exact).abs(), 1e-8);
                 }
             }
         }

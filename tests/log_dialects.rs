@@ -840,6 +840,8 @@ const RECORDINGS: &[(&str, usize, usize, Option<f64>, bool)] = &[
     ),
 ];
 
+/// Measured text logs: rows, channels and rates.
+/// Source: measured files, their rows and rates as published.
 #[test]
 #[cfg_attr(
     not(recordings),

@@ -91,6 +91,8 @@ fn exact_progress_of_reading() {
 
 // MATLAB
 
+/// Every class of numbers of a MATLAB file.
+/// Source: SciPy 1.17.1 (tools/log_formats.py).
 #[test]
 fn ref_scipy_every_class_of_numbers() {
     let reference = reference();
@@ -113,6 +115,8 @@ fn ref_scipy_every_class_of_numbers() {
     }
 }
 
+/// Structures and cells of a MATLAB file.
+/// Source: SciPy 1.17.1 (tools/log_formats.py).
 #[test]
 fn ref_scipy_structures_and_cells() {
     let reference = reference();
@@ -136,6 +140,8 @@ fn ref_scipy_structures_and_cells() {
     );
 }
 
+/// Frequency responses with coherence in a MATLAB file.
+/// Source: SciPy 1.17.1 (tools/log_formats.py).
 #[test]
 fn ref_scipy_responses_with_coherence() {
     let reference = reference();
@@ -164,6 +170,7 @@ fn ref_scipy_responses_with_coherence() {
     }
 }
 
+/// A MATLAB file of the other byte order.
 #[test]
 fn exact_other_byte_order() {
     let reference = reference();
@@ -281,6 +288,7 @@ fn lvm_segment(start: &str, x_columns: bool, values: &[f64]) -> String {
     text
 }
 
+/// Segments of a file follow each other by their time.
 #[test]
 fn exact_segments_follow_each_other_by_their_time() {
     for x_columns in [true, false] {
@@ -312,6 +320,7 @@ fn exact_segments_follow_each_other_by_their_time() {
     }
 }
 
+/// Segments that begin at one time stay apart.
 #[test]
 fn exact_segments_at_one_time_stay_apart() {
     let text = format!(
@@ -327,6 +336,7 @@ fn exact_segments_at_one_time_stay_apart() {
     );
 }
 
+/// Commas between cells and two-byte line ends.
 #[test]
 fn exact_commas_between_cells_and_windows_lines() {
     let text = format!(
@@ -346,6 +356,7 @@ fn exact_commas_between_cells_and_windows_lines() {
     );
 }
 
+/// A shorter channel has a time base of its own.
 #[test]
 fn exact_shorter_channel_has_a_clock_of_its_own() {
     let text = format!(
@@ -386,6 +397,8 @@ fn refuses_words_among_numbers_and_short_rows() {
 
 // UFF 58
 
+/// A time response in a universal file, data set 58.
+/// Source: pyuff 2.5.8 (tools/log_formats.py).
 #[test]
 fn ref_pyuff_time_response() {
     let reference = reference();
@@ -409,6 +422,8 @@ fn ref_pyuff_time_response() {
     }
 }
 
+/// Frequency responses in a universal file, data set 58.
+/// Source: pyuff 2.5.8 (tools/log_formats.py).
 #[test]
 fn ref_pyuff_frequency_responses() {
     let reference = reference();
@@ -499,6 +514,7 @@ fn survives_fortran_numbers() {
 
 // WAV
 
+/// Sound files of every width of sample.
 #[test]
 fn exact_wav_of_every_width() {
     let integers = [0, 1, -1, 100, -128, 127];
@@ -661,6 +677,7 @@ fn law_uff_of_signals_reads_back() {
     }
 }
 
+/// Signals as JSON come back.
 #[test]
 fn exact_json_of_signals() {
     let mut recording = recording(3);
@@ -754,6 +771,7 @@ fn law_uff_of_responses_reads_back() {
     }
 }
 
+/// Responses as CSV and JSON come back.
 #[test]
 fn exact_csv_and_json_of_responses() {
     let written = responses(|k| k / 3.0);
@@ -982,6 +1000,8 @@ fn recorded(reader: Reader, path: &str) -> Raw {
     read_with(reader, &std::fs::read(folder.join(path)).unwrap())
 }
 
+/// Measured LVM files: channels, samples, rates.
+/// Source: measured files, read by the program that published them.
 #[test]
 #[cfg_attr(
     not(recordings),
@@ -1037,6 +1057,8 @@ fn ref_recordings_lvm() {
     assert_eq!(comments.groups[0].channels[1].unit, "°C");
 }
 
+/// Universal files of several programs: functions and their values.
+/// Source: measured files, read by pyuff.
 #[test]
 #[cfg_attr(
     not(recordings),
@@ -1094,6 +1116,8 @@ fn ref_recordings_uff() {
     );
 }
 
+/// Measured MATLAB files: channels, times, responses.
+/// Source: measured files, read by SciPy.
 #[test]
 #[cfg_attr(
     not(recordings),

@@ -22,6 +22,7 @@ fn map() -> Map {
     }
 }
 
+/// A map of two levels has the cells that were put in.
 #[test]
 fn exact_cells_of_two_levels() {
     let svg = maps(&[map()]);

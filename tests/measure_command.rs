@@ -55,6 +55,7 @@ fn micro(found: &Value, name: &str, side: &str) -> f64 {
 }
 
 /// Eighteen readings whose answers are known, through file, table and every format; the limit is kept at one grade, missed at a finer.
+/// Source: worked example of 18 pitch readings.
 #[test]
 fn ref_pitch_readings_through_the_command() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,10 +1,14 @@
 //! One transmission error e(φ): what is read from it against closed forms.
 
+#[path = "support/verification.rs"]
+mod verification;
+
 use std::f64::consts::{PI, TAU};
 
 use geardyn::base::code::Code;
 use geardyn::gear::measurement::composite::Record;
 use geardyn::gear::measurement::ranges::{range, ranges};
+use verification::within;
 
 /// `n` samples over `turns` turns of Σ a cos(order φ + phase).
 fn waves(n: usize, turns: usize, lines: &[(f64, f64, f64)]) -> Vec<f64> {
@@ -17,10 +21,7 @@ fn waves(n: usize, turns: usize, lines: &[(f64, f64, f64)]) -> Vec<f64> {
 }
 
 fn near(found: f64, expected: f64, tolerance: f64) {
-    assert!(
-        (found - expected).abs() <= tolerance,
-        "{found} instead of {expected}"
-    );
+    within("values, absolute", (found - expected).abs(), tolerance);
 }
 
 /// An eccentricity a alone: F_i′ = 2a, f_i′ = 2a sin(π/z) wherever the pitch lies, nothing in the short wave.

@@ -1,5 +1,8 @@
 //! Readings of a gear: pitch, run-out, traces, tooth thickness, and how the uncertainty of readings reaches the values.
 
+#[path = "support/verification.rs"]
+mod verification;
+
 use std::f64::consts::TAU;
 
 use geardyn::base::code::Code;
@@ -8,12 +11,10 @@ use geardyn::gear::measurement::pitch::{Method, Pitches, usual_reach};
 use geardyn::gear::measurement::runout;
 use geardyn::gear::measurement::sizes::Way;
 use geardyn::gear::measurement::trace::{self, Modification};
+use verification::{printed, within};
 
 fn near(found: f64, expected: f64, tolerance: f64) {
-    assert!(
-        (found - expected).abs() <= tolerance,
-        "{found} instead of {expected}"
-    );
+    within("values, absolute", (found - expected).abs(), tolerance);
 }
 
 /// Normal deviates of variance 1, always the same.
@@ -56,6 +57,7 @@ const READINGS: [f64; 18] = [
 ];
 
 /// Eighteen readings whose answers are known: f_p 5, F_p 8, F_p2 7, f_u 6; by either method, whatever the comparator was set to.
+/// Source: worked example of 18 pitch readings.
 #[test]
 fn ref_pitch_by_both_methods() {
     let mut sum = 0.0;
@@ -257,6 +259,7 @@ fn law_trace_uncertainty_is_the_scatter() {
     assert!(found < 1.05 * stated.form.std.unwrap() && found > 0.6 * stated.form.std.unwrap());
 }
 
+/// Profiles with designed crowning and slope: form and slope deviations are those put in.
 #[test]
 fn exact_designs() {
     let relief = Modification::Relief {
@@ -326,32 +329,83 @@ fn spur(teeth: u32, module: f64, shift: f64) -> Involute {
 }
 
 /// Handbook examples: span, chord, constant chord; a report of a planetary stage: span and dimension over balls.
+/// Source: Kohara Gear Industry, Gear technical reference; a KISSsoft 03/2017 report of a planetary stage.
 #[test]
 fn ref_sizes() {
     let plain = spur(24, 1.0, 0.0);
-    near(plain.span(3, plain.thickness()), 7.716462, 5e-7);
+    printed(
+        "z 24, m 1: span over 3",
+        "mm",
+        7.716462,
+        plain.span(3, plain.thickness()),
+        5e-7,
+    );
     assert_eq!(plain.teeth_to_span(), 3);
     let tip = 26.0;
     let chord = Way::Chord(tip).nominal(&plain).unwrap();
-    near(chord.size, 1.569675, 5e-7);
-    near(chord.height.unwrap(), 1.025693, 5e-7);
+    printed("z 24, m 1: chord", "mm", 1.569675, chord.size, 5e-7);
+    printed(
+        "z 24, m 1: height of the chord",
+        "mm",
+        1.025693,
+        chord.height.unwrap(),
+        5e-7,
+    );
     let constant = Way::ConstantChord(tip).nominal(&plain).unwrap();
-    near(constant.size, 1.387048, 5e-7);
-    near(constant.height.unwrap(), 0.747578, 5e-7);
+    printed(
+        "z 24, m 1: constant chord",
+        "mm",
+        1.387048,
+        constant.size,
+        5e-7,
+    );
+    printed(
+        "z 24, m 1: height of the constant chord",
+        "mm",
+        0.747578,
+        constant.height.unwrap(),
+        5e-7,
+    );
     let shifted = spur(24, 3.0, 0.4);
     assert_eq!(shifted.teeth_to_span(), 4);
-    near(shifted.span(4, shifted.thickness()), 32.8266, 5e-5);
+    printed(
+        "z 24, m 3, x 0.4: span over 4",
+        "mm",
+        32.8266,
+        shifted.span(4, shifted.thickness()),
+        5e-5,
+    );
     let ten = spur(12, 10.0, 0.3);
-    near(ten.thickness(), 17.8918, 5e-5);
+    printed(
+        "z 12, m 10, x 0.3: thickness",
+        "mm",
+        17.8918,
+        ten.thickness(),
+        5e-5,
+    );
     let chord = Way::Chord(146.0).nominal(&ten).unwrap();
-    near(chord.size, 17.8256, 5e-5);
-    near(chord.height.unwrap(), 13.6657, 1e-4);
+    printed("z 12, m 10, x 0.3: chord", "mm", 17.8256, chord.size, 5e-5);
+    printed(
+        "z 12, m 10, x 0.3: height of the chord",
+        "mm",
+        13.6657,
+        chord.height.unwrap(),
+        1e-4,
+    );
     for (gear, k, ball, span, over) in [
         (spur(18, 21.0, 0.389), 3, 45.0, 165.869, 466.306),
         (spur(36, 21.0, 0.5039), 5, 40.0, 296.803, 836.492),
     ] {
-        near(Way::Span(k).nominal(&gear).unwrap().size, span, 6e-4);
-        near(Way::Balls(ball).nominal(&gear).unwrap().size, over, 6e-3);
+        let (by_span, by_balls) = (Way::Span(k), Way::Balls(ball));
+        let found = [by_span, by_balls].map(|way| way.nominal(&gear).unwrap().size);
+        printed(&format!("m 21: span over {k}"), "mm", span, found[0], 6e-4);
+        printed(
+            &format!("m 21: over balls of {ball} mm"),
+            "mm",
+            over,
+            found[1],
+            6e-3,
+        );
     }
 }
 
@@ -424,10 +478,12 @@ fn ring(teeth: u32, module: f64, shift: f64) -> Involute {
 
 /// Between pins of 1.7 mm on an internal spur gear of 40 teeth, module 1 (Kohara Gear Industry, Gear technical reference, internal spur
 /// gears: 37.5951 mm).
+/// Source: Kohara Gear Industry, Gear technical reference.
 #[test]
 fn ref_between_pins() {
     let gear = ring(40, 1.0, 0.0);
-    near(gear.over_balls(1.7, gear.thickness()), 37.5951, 5e-5);
+    let between = gear.over_balls(1.7, gear.thickness());
+    printed("between pins", "mm", 37.5951, between, 5e-5);
     let found = Way::Balls(1.7).nominal(&gear).unwrap();
     near(found.size, 37.5951, 5e-5);
 }
@@ -469,7 +525,10 @@ fn exact_gauges_on_internal_flanks() {
         let r = (0.5 * base).hypot(0.5 * span);
         // The middle of the spaces lies on the axis; the tangent is across it, and touches the flank where it is that wide.
         near(r * (inside + half_space(r)).sin(), 0.5 * span, 1e-9);
-        near(r, 0.5 * d + 3.0 * -shift, 3.0);
+        assert!(
+            (r - (0.5 * d - 3.0 * shift)).abs() <= 3.0,
+            "near the pitch circle: {r}"
+        );
         // Chords, seen from the tip, which lies inward.
         let tip = d - 2.0 * 3.0;
         let (chord, height) = gear.chord(tip, s);

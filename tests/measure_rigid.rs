@@ -1,10 +1,14 @@
 //! A pair that rolls rigidly: its record from pitch and profile, and back.
 
+#[path = "support/verification.rs"]
+mod verification;
+
 use std::f64::consts::TAU;
 
 use geardyn::base::code::Code;
 use geardyn::gear::measurement::composite::Record;
 use geardyn::gear::measurement::rigid::{Flanks, of_pair, teeth_of, with_master};
+use verification::within;
 
 const BASE_PITCH: f64 = 8.856e-3;
 
@@ -15,10 +19,7 @@ fn along(reach: f64, points: usize) -> Vec<f64> {
 }
 
 fn near(found: f64, expected: f64, tolerance: f64) {
-    assert!(
-        (found - expected).abs() <= tolerance,
-        "{found} instead of {expected}"
-    );
+    within("values, absolute", (found - expected).abs(), tolerance);
 }
 
 /// Perfect profiles with pitch errors: at each place the tooth further out carries, so the record is the larger of the two in contact.

@@ -1,9 +1,13 @@
 //! Tolerances of both editions of ISO 1328 and the grades read from them; grades as JB 179-60 wrote them.
 
+#[path = "support/verification.rs"]
+mod verification;
+
 use Quantity::*;
 use geardyn::gear::measurement::iso::{Edition, Size, keeps, rounded};
 use geardyn::gear::measurement::notation::{Accuracy, Backlash};
 use geardyn::gear::measurement::quantity::{Group, Quantity};
+use verification::printed;
 
 fn size(module_mm: f64, teeth: u32, width_mm: f64) -> Size {
     Size {
@@ -22,6 +26,7 @@ fn micro(found: Option<f64>) -> f64 {
 }
 
 /// m 3, z 40, b 30, grade 6 of the newer edition, unrounded: three public programs agree on these digits.
+/// Source: ISO 1328-1:2013; three public programs agree.
 #[test]
 fn ref_newer_edition_to_its_digits() {
     let gear = size(3.0, 40, 30.0);
@@ -37,7 +42,13 @@ fn ref_newer_edition_to_its_digits() {
         (Runout, 25.920347261),
     ] {
         let found = micro(Edition::Y2013.exact(quantity, &gear, 6));
-        assert!((found - expected).abs() < 6e-10, "{quantity:?}: {found}");
+        printed(
+            &format!("{quantity:?}, unrounded"),
+            "µm",
+            expected,
+            found,
+            6e-10,
+        );
     }
     for (quantity, expected) in [
         (SinglePitch, 9.0),
@@ -45,13 +56,21 @@ fn ref_newer_edition_to_its_digits() {
         (ProfileTotal, 12.0),
     ] {
         let found = micro(Edition::Y2013.tolerance(quantity, &gear, 6));
-        assert!((found - expected).abs() < 1e-12, "{quantity:?}: {found}");
+        printed(
+            &format!("{quantity:?}, rounded"),
+            "µm",
+            expected,
+            found,
+            1e-12,
+        );
     }
     // Over a quarter of the teeth the tolerance is that of all of them.
     let quarter = micro(Edition::Y2013.exact(OverPitches(10), &gear, 6));
     assert!((quarter - 28.800385846).abs() < 1e-9);
 }
 
+/// Tolerances are rounded as the standard rounds them.
+/// Source: ISO 1328-1:2013.
 #[test]
 fn ref_rounding() {
     for (exact, expected) in [
@@ -69,6 +88,7 @@ fn ref_rounding() {
 }
 
 /// A published report of a planetary stage (m 21, z 18 and 36, b 550, grade 6 of 1995 and 1997) by a commercial program.
+/// Source: KISSsoft 03/2017 report of a planetary stage.
 #[test]
 fn ref_older_edition_against_a_report() {
     let (mut sun, mut planet) = (size(21.0, 18, 550.0), size(21.0, 36, 550.0));
@@ -86,22 +106,26 @@ fn ref_older_edition_against_a_report() {
         (DoubleFlankTotal, [133.0, 143.0]),
         (DoubleFlankTooth, [89.0, 89.0]),
     ] {
-        for (gear, expected) in [&sun, &planet].into_iter().zip(expected) {
+        let gears = [("sun", &sun), ("planet", &planet)];
+        for ((name, gear), expected) in gears.into_iter().zip(expected) {
             let found = micro(Edition::Y1995.tolerance(quantity, gear, 6));
-            assert!(
-                (found - expected).abs() < 1e-9,
-                "{quantity:?}: {found} not {expected}"
+            printed(
+                &format!("{quantity:?}, {name}"),
+                "µm",
+                expected,
+                found,
+                1e-9,
             );
         }
     }
     // Over k = z/8 pitches; single-flank with the contact ratio of the sun's mesh.
     for (gear, k, expected) in [(&sun, 2, 28.0), (&planet, 4, 36.0)] {
         let found = micro(Edition::Y1995.tolerance(OverPitches(k), gear, 6));
-        assert!((found - expected).abs() < 1e-9, "{found}");
+        printed(&format!("over {k} pitches"), "µm", expected, found, 1e-9);
     }
     for (quantity, expected) in [(SingleFlankTooth, 40.0), (SingleFlankTotal, 94.0)] {
         let found = micro(Edition::Y1995.tolerance(quantity, &sun, 6));
-        assert!((found - expected).abs() < 1e-9, "{quantity:?}: {found}");
+        printed(&format!("{quantity:?}, sun"), "µm", expected, found, 1e-9);
     }
 }
 
@@ -195,6 +219,7 @@ fn refuses_sizes_outside_the_editions() {
     assert_eq!(Edition::Y1995.tolerance(DoubleFlankTotal, &gear, 3), None);
 }
 
+/// Grades are written as the standard writes them.
 #[test]
 fn exact_notation() {
     let read = |text: &str| Accuracy::parse(text).unwrap();

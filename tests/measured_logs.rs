@@ -43,6 +43,7 @@ fn mode(found: &Value, frequency_hz: f64) -> (f64, f64) {
 }
 
 /// Stamps of a drifting, jittered clock: the mean rate, not the median step; the jitter is said.
+/// Source: measured log of Raspberry-Pi-CNC-Tap-Tester, as analysed there.
 #[test]
 #[cfg_attr(
     not(recordings),
@@ -64,6 +65,8 @@ fn ref_spindle_tap_has_its_mean_rate() {
     );
 }
 
+/// Rates and rows of measured logs, by header or stamps.
+/// Source: rows and rates published with each log.
 #[test]
 #[cfg_attr(
     not(recordings),
@@ -134,6 +137,8 @@ fn refuses_rates_that_disagree_or_lack() {
     assert!(String::from_utf8_lossy(&bare.stderr).contains("--rate"));
 }
 
+/// One hit on a beam: three modes by one response.
+/// Source: measured beam of ladisk/ImageBasedModalAnalysisTutorial; modes by its least-squares complex frequency fit.
 #[test]
 #[cfg_attr(
     not(recordings),
@@ -157,6 +162,8 @@ fn ref_impact_on_a_beam() {
     }
 }
 
+/// Six responses of a beam to one force: its bending modes.
+/// Source: measured beam of sdypy-EMA; modes by its least-squares complex frequency fit.
 #[test]
 #[cfg_attr(
     not(recordings),
@@ -187,6 +194,7 @@ fn ref_six_responses_of_a_beam() {
 }
 
 /// The whole file, unasked: the first mode is a hundredth as high as the last.
+/// Source: measured beam of sdypy-EMA; modes by its least-squares complex frequency fit.
 #[test]
 #[cfg_attr(
     not(recordings),
@@ -219,6 +227,7 @@ fn ref_six_responses_of_a_beam_over_four_decades() {
 
 /// A slab's first mode. The peak of its spectrum is stated, in steps of 0.21 Hz; the subspace method, with an interval, says where the
 /// middle of that flat peak lies.
+/// Source: measured slab of CESSIPy (commit d8f1138a), its published modes.
 #[test]
 #[cfg_attr(
     not(recordings),
@@ -245,6 +254,8 @@ fn ref_slab_by_a_telephone() {
     assert!((f - 17.85).abs() < 2.5 * std && std < 0.2, "{f} ± {std}");
 }
 
+/// A frequency response that an analyser wrote: its mode.
+/// Source: measured response of the Vibration Toolbox, its published modes.
 #[test]
 #[cfg_attr(
     not(recordings),
@@ -261,6 +272,8 @@ fn ref_response_of_an_analyser() {
     near(zeta, 0.00087, 0.15, "damping");
 }
 
+/// A frame of five storeys from responses alone.
+/// Source: simulated frame of koma (commit e28269d5), exact modes.
 #[test]
 #[cfg_attr(
     not(recordings),
@@ -283,6 +296,8 @@ fn ref_frame_from_responses_alone() {
     }
 }
 
+/// A suspension bridge from five responses alone.
+/// Source: simulated bridge of ECheynet/SSICOV (commit 82ce27aa), its six exact modes.
 #[test]
 #[cfg_attr(
     not(recordings),

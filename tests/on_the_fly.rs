@@ -1,5 +1,8 @@
 //! Found while a motion runs: the same as from its written history, in memory that its duration does not move.
 
+#[path = "support/verification.rs"]
+mod verification;
+
 #[path = "support/command.rs"]
 mod command;
 
@@ -16,6 +19,7 @@ use geardyn::scene::study::{RunningStudy, SimulateStudy, TrackStudy};
 use geardyn::scene::{self};
 use geardyn::spectrum::welch::{Welch, WelchOptions};
 use serde_json::Value;
+use verification::within;
 
 /// A motor at a constant speed turns a wheel by a shaft; on the wheel a load of one order and one of a frequency.
 const DRIVE: &str = r#"
@@ -99,7 +103,7 @@ fn exact_order_of_a_linear_machine() {
     for point in &tracks.points[tracks.points.len() / 2..] {
         let value = point.values[0][0];
         assert!((point.speed - 30.0).abs() < 1e-9);
-        assert!((value.norm() / (w * size) - 1.0).abs() < 1e-3, "{value}");
+        within("amplitude", (value.norm() / (w * size) - 1.0).abs(), 1e-3);
         let phase = std::f64::consts::FRAC_PI_2 - im.atan2(re);
         assert!(
             (value.arg() - phase).abs() < 2e-3,
@@ -225,7 +229,7 @@ phase = 0.0
     let first = one.iter().find(|l| l.0 == 1.0).unwrap().1;
     let exact =
         12e-6 / (63e-3 * f64::to_radians(20.0).cos()) * 180.0 * 3600.0 / std::f64::consts::PI;
-    assert!((first / exact - 1.0).abs() < 0.02, "{first} {exact}");
+    within("first order", (first / exact - 1.0).abs(), 0.02);
     // Without the history the answer is the same.
     let bare = document(&[&["simulate", &scene, "--no-history"], &asked[..], &te[..]].concat());
     assert_eq!(

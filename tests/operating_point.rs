@@ -1,11 +1,15 @@
 //! Which contacts carry under the mean loads, on which flank, and what follows for the modes.
 
+#[path = "support/verification.rs"]
+mod verification;
+
 use geardyn::machine::operating::ContactState;
 use geardyn::plan::prepared::Prepared;
 use geardyn::plan::run::{Answer, run};
 use geardyn::plan::stages::Plan;
 use geardyn::scene;
 use geardyn::scene::study::ModesStudy;
+use verification::{printed, within};
 
 fn prepared(text: &str) -> Prepared {
     let scene = scene::read_text("test.toml", text).unwrap_or_else(|e| panic!("{e}"));
@@ -46,10 +50,7 @@ fn exact_flank_and_force_of_a_pair() {
         let (_, found_state, force) = found.contacts[0];
         assert_eq!(found_state, state);
         let exact = torque / base;
-        assert!(
-            (force.unwrap() / exact - 1.0).abs() < 1e-9,
-            "{force:?} {exact}"
-        );
+        within("force", (force.unwrap() / exact - 1.0).abs(), 1e-9);
     }
 }
 
@@ -61,7 +62,7 @@ fn exact_inertia_relief() {
     let base = 21.0 * 0.003 * 20f64.to_radians().cos() / 2.0;
     let exact = 30.0 * lower / (upper + lower) / base;
     let force = found.contacts[0].2.unwrap();
-    assert!((force / exact - 1.0).abs() < 1e-9, "{force} {exact}");
+    within("force", (force / exact - 1.0).abs(), 1e-9);
 }
 
 /// A contact that carries nothing is open: it has no stiffness, the train falls in two, and the answer says so.
@@ -79,11 +80,7 @@ fn exact_open_contact() {
     let mut exact = [two(8000.0, 0.01, 0.001), two(50000.0, 0.04, 1.5)];
     exact.sort_by(f64::total_cmp);
     for (mode, exact) in answer.modes[2..].iter().zip(exact) {
-        assert!(
-            (mode.omega() / exact - 1.0).abs() < 1e-12,
-            "{} {exact}",
-            mode.omega()
-        );
+        within("frequencies", (mode.omega() / exact - 1.0).abs(), 1e-12);
     }
 }
 
@@ -97,6 +94,7 @@ fn law_no_load_is_said() {
 
 /// The four-square rig against a static solution by another program (NumPy, its own assembly of the same file, without play):
 /// test mesh −6 273.6 N, slave mesh +5 293.4 N, so that the pairs stand on opposite flanks. With its play less is locked in.
+/// Source: NumPy, its own assembly of the same file.
 #[test]
 fn ref_numpy_four_square() {
     let text = std::fs::read_to_string(concat!(
@@ -120,10 +118,8 @@ fn ref_numpy_four_square() {
         })
     };
     let [test, slave] = forces(&text.replace("120 µm", "1e-9 µm"));
-    assert!(
-        (test + 6273.6).abs() < 0.06 && (slave - 5293.4).abs() < 0.06,
-        "{test} {slave}"
-    );
+    printed("test mesh", "N", -6273.6, test, 0.06);
+    printed("slave mesh", "N", 5293.4, slave, 0.06);
     let [test_with_play, slave_with_play] = forces(&text);
     assert!(test < test_with_play && test_with_play < 0.0 && slave_with_play > 0.0);
     // Equilibrium of the wheel shaft, which both meshes turn and nothing else does.

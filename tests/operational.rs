@@ -599,6 +599,7 @@ fn columns(file: &str, delimiter: char, header: usize, wanted: &[usize]) -> Vec<
 }
 
 /// Simulated five-storey frame of the koma package at 12 Hz: five modes without a hint.
+/// Source: simulated frame of koma (commit e28269d5), exact modes.
 #[test]
 #[cfg_attr(
     not(recordings),
@@ -648,6 +649,7 @@ fn ref_koma_shear_frame() {
 }
 
 /// A phone on a slab: the first mode by the peaks of the spectra (z axis), at the rate its stamps give.
+/// Source: measured slab of CESSIPy (commit d8f1138a), its published modes.
 #[test]
 #[cfg_attr(
     not(recordings),
@@ -717,6 +719,8 @@ fn unpacked(file: &str) -> Option<String> {
         .map(|folder| format!("{folder}/{file}"))
 }
 
+/// A simulated suspension bridge, modes from five responses.
+/// Source: ECheynet/SSICOV (commit 82ce27aa), its six exact modes.
 #[test]
 #[ignore = "study: BridgeData.mat as text in the folder GEARDYN_UNPACKED"]
 fn ref_echeynet_bridge() {
@@ -757,6 +761,8 @@ fn ref_echeynet_bridge() {
     }
 }
 
+/// A measured test bridge, modes from responses.
+/// Source: imcs-compsim/munich-bridge-data (commit f1057c12).
 #[test]
 #[ignore = "study: the AllM log of munich_bridge as CSV in the folder GEARDYN_UNPACKED"]
 fn ref_munich_bridge() {

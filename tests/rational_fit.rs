@@ -284,6 +284,7 @@ fn accelerances<'a>(f: &'a [f64], h: &'a [Vec<Complex>]) -> Measured<'a> {
 }
 
 /// Six accelerances of a beam, without a hint but the band and at most sixteen pole pairs.
+/// Source: measured beam of sdypy-EMA; modes by its least-squares complex frequency fit.
 #[test]
 #[ignore = "set GEARDYN_RECORDINGS to the folder of measured logs"]
 fn ref_sdypy_beam_six_responses() {

@@ -5,6 +5,9 @@
     reason = "a helper of tests may fail as a test does"
 )]
 
+#[path = "support/verification.rs"]
+mod verification;
+
 #[path = "support/noise.rs"]
 mod noise;
 
@@ -28,6 +31,7 @@ use geardyn::spectrum::window::bessel_i0;
 use serde_json::Value;
 
 use noise::normal;
+use verification::within;
 
 fn numbers(value: &Value) -> Vec<f64> {
     value
@@ -44,9 +48,8 @@ fn reference() -> Value {
 
 fn assert_near(ours: &[f64], theirs: &[f64], tolerance: f64) {
     assert_eq!(ours.len(), theirs.len());
-    for (i, (a, b)) in ours.iter().zip(theirs).enumerate() {
-        assert!((a - b).abs() <= tolerance, "{i}: {a} and {b}");
-    }
+    let gaps = ours.iter().zip(theirs).map(|(a, b)| (a - b).abs());
+    within("values, absolute", gaps.fold(0.0, f64::max), tolerance);
 }
 
 fn mean_square(x: &[f64]) -> f64 {
@@ -57,6 +60,8 @@ fn db(ratio: f64) -> f64 {
     20.0 * ratio.log10()
 }
 
+/// Analytic signal, cepstrum, spectrogram, decimation and splines.
+/// Source: SciPy 1.17.1, NumPy 2.4.6 (tools/rotation.py).
 #[test]
 fn ref_scipy() {
     let r = reference();
@@ -109,7 +114,11 @@ fn ref_scipy() {
     ] {
         for pair in r[name].as_array().unwrap() {
             let pair = numbers(pair);
-            assert!((ours(pair[0]) - pair[1]).abs() < 1e-14 * pair[1].max(1.0));
+            within(
+                "Bessel function and window parameter",
+                (ours(pair[0]) - pair[1]).abs() / pair[1].max(1.0),
+                1e-14,
+            );
         }
     }
 }
@@ -167,7 +176,7 @@ fn exact_zoom() {
     for (j, z) in zoom.values.iter().enumerate() {
         let t = j as f64 / zoom.rate_hz;
         let expected = Complex::from_polar(3.0, TAU * (f - 200.0) * t + 0.2);
-        assert!((z - expected).norm() < 1e-11);
+        within("samples", (z - expected).norm(), 1e-11);
     }
 }
 
@@ -274,7 +283,7 @@ fn exact_orders_of_a_run_up() {
             .iter()
             .fold(0.0_f64, |w, z| w.max((z - expected).norm() / amplitude));
         println!("order {order}: off by {worst:.1e}");
-        assert!(worst < 3e-4, "{order}: {worst}");
+        within("amplitude and phase of orders", worst, 3e-4);
     }
     assert!(tracks.tracks[3].value.iter().all(|z| z.norm() < 1e-3 * 3.0));
     for (t, speed) in tracks.time_s.iter().zip(&tracks.speed) {
@@ -284,7 +293,11 @@ fn exact_orders_of_a_run_up() {
     for (order, amplitude, phase) in orders {
         let line = (order * 10.0) as usize;
         assert!((spectrum.order[line] - order).abs() < 1e-12);
-        assert!((spectrum.amplitude[line] / amplitude - 1.0).abs() < 3e-4);
+        within(
+            "amplitude of the mean spectrum",
+            (spectrum.amplitude[line] / amplitude - 1.0).abs(),
+            3e-4,
+        );
         assert!(
             (spectrum.locked[line] - Complex::from_polar(amplitude, phase)).norm()
                 < 3e-4 * amplitude

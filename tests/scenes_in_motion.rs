@@ -1,5 +1,8 @@
 //! From scene files to motion: loads, motors, brakes, waves, starts; what is read off; what is refused.
 
+#[path = "support/verification.rs"]
+mod verification;
+
 use std::path::Path;
 
 use geardyn::base::code::Code;
@@ -13,6 +16,7 @@ use geardyn::plan::motion::scene::MotionScene;
 use geardyn::plan::prepared::Prepared;
 use geardyn::scene::study::SimulateStudy;
 use geardyn::scene::{self, Scene};
+use verification::within;
 
 /// A model as a scene without studies.
 fn scene_of(text: &str) -> Scene {
@@ -71,15 +75,17 @@ fn exact_step_of_one_freedom() {
     let damped = 10.0 * (1.0 - zeta * zeta).sqrt();
     let answer = reading::step(&motion.time, &motion.values[0], 0.5).unwrap();
     let overshoot = (-std::f64::consts::PI * zeta / (1.0 - zeta * zeta).sqrt()).exp();
-    assert!(
-        (answer.overshoot.0 / overshoot - 1.0).abs() < 1e-3,
-        "{answer:?}"
+    within(
+        "overshoot",
+        (answer.overshoot.0 / overshoot - 1.0).abs(),
+        1e-3,
     );
-    assert!(
-        (answer.overshoot.1 - std::f64::consts::PI / damped).abs() < 1e-3,
-        "{answer:?}"
+    within(
+        "time of the overshoot, s",
+        (answer.overshoot.1 - std::f64::consts::PI / damped).abs(),
+        1e-3,
     );
-    assert!((answer.after / 0.025 - 1.0).abs() < 2e-3, "{answer:?}");
+    within("final value", (answer.after / 0.025 - 1.0).abs(), 2e-3);
     // The envelope exp(−ζωt)/√(1 − ζ²) bounds the settling; the last swing beyond 2 % lies within half a period of it.
     let envelope = -(0.02 * (1.0 - zeta * zeta).sqrt()).ln() / (zeta * 10.0);
     assert!(
@@ -114,7 +120,7 @@ fn exact_step_of_one_freedom() {
             false => 0.0,
             true => 0.025 * (1.0 - (-s).exp() * ((damped * s).cos() + (damped * s).sin() / damped)),
         };
-        assert!((x - exact).abs() < 1e-14, "{t}: {x} {exact}");
+        within("angle, rad", (x - exact).abs(), 1e-14);
     }
 }
 
@@ -160,9 +166,13 @@ fn exact_brake_stops_and_holds() {
     let (_, motion) = moved(&scene, &study(5.0, &["disc", "disc.speed", "b.force"]));
     for (k, t) in motion.time.iter().enumerate() {
         let speed = (6.0 - 2.0 * t).max(0.0);
-        assert!((motion.values[1][k] - speed).abs() < 1e-11, "{t}");
+        within("speed, rad/s", (motion.values[1][k] - speed).abs(), 1e-11);
     }
-    assert!((motion.values[0].last().unwrap() - 9.0).abs() < 1e-11);
+    within(
+        "angle at standstill, rad",
+        (motion.values[0].last().unwrap() - 9.0).abs(),
+        1e-11,
+    );
     assert!(
         motion.values[2].last().unwrap().abs() < 1e-9,
         "at rest without a load it holds nothing"
@@ -175,9 +185,10 @@ fn exact_motors_run_up() {
     let text = "inertia = [{ name = \"disc\", J = 2.0 }]\nmotor = [{ name = \"m\", at = \"disc\", kind = \"dc\", stall = 10.0, idle = \"100 rad/s\" }]";
     let (_, motion) = moved(&scene_of(text), &study(30.0, &["disc.speed"]));
     for (t, x) in motion.time.iter().zip(&motion.values[0]) {
-        assert!(
-            (x - 100.0 * (1.0 - (-t / 20.0).exp())).abs() < 1e-9,
-            "{t}: {x}"
+        within(
+            "speed of a straight motor, rad/s",
+            (x - 100.0 * (1.0 - (-t / 20.0).exp())).abs(),
+            1e-9,
         );
     }
     // t(s) = J ω_s/(2 T_k) [(1 − s²)/(2 s_k) + s_k ln(1/s)].
@@ -191,7 +202,11 @@ fn exact_motors_run_up() {
     {
         let s = 1.0 - x / 150.0;
         let exact = 0.5 * 150.0 / 120.0 * ((1.0 - s * s) / 0.4 + 0.2 * (1.0 / s).ln());
-        assert!((t / exact - 1.0).abs() < 1e-6, "{t} {exact}");
+        within(
+            "time to a slip of Kloss's motor",
+            (t / exact - 1.0).abs(),
+            1e-6,
+        );
     }
     // The motor's branch carries what the machine receives, with the opposite sign.
     let (s, pushed) = (1.0 - motion.values[0][1000] / 150.0, motion.values[1][1000]);
@@ -205,14 +220,14 @@ fn exact_prescribed_speed() {
         motor = [{ name = \"m\", at = \"a\", kind = \"speed\", times = [0.0, 2.0], speeds = [\"0 rad/s\", \"4 rad/s\"] }]";
     let (_, motion) = moved(&scene_of(text), &study(2.0, &["a.speed", "b", "s.force"]));
     for (k, t) in motion.time.iter().enumerate() {
-        assert!((motion.values[0][k] - 2.0 * t).abs() < 1e-13, "{t}");
+        within(
+            "speed prescribed, rad/s",
+            (motion.values[0][k] - 2.0 * t).abs(),
+            1e-13,
+        );
         // J b̈ = k (t² − b): b = t² − 2/25 (1 − cos 5t).
         let exact = t * t - 2.0 / 25.0 * (1.0 - (5.0 * t).cos());
-        assert!(
-            (motion.values[1][k] - exact).abs() < 1e-13,
-            "{t}: {} {exact}",
-            motion.values[1][k]
-        );
+        within("neighbour, rad", (motion.values[1][k] - exact).abs(), 1e-13);
     }
 }
 
@@ -331,10 +346,7 @@ roll = [0.2, 2.2]
         let t = 0.2 + 0.0005 * f64::from(k) + 0.0001;
         worst = worst.max((signal.value(t, signal.piece(t)) - exact(t)).abs());
     }
-    assert!(
-        worst < 0.01 * largest,
-        "{worst} of {largest}: straight lines between points that crowd at the steep edges"
-    );
+    within("torque, of the largest", worst / largest, 0.01);
     assert!(
         signal.value(0.1, signal.piece(0.1)) == 0.0 && signal.value(2.3, signal.piece(2.3)) == 0.0
     );

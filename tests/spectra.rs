@@ -74,6 +74,8 @@ fn reference() -> Value {
     serde_json::from_str(include_str!("../data/reference/spectra.json")).unwrap()
 }
 
+/// Every window, sample by sample.
+/// Source: SciPy 1.17.1 (tools/spectra.py).
 #[test]
 fn ref_scipy_windows() {
     let reference = reference();
@@ -99,6 +101,8 @@ fn scipy_signals() -> (Vec<f64>, Vec<f64>) {
     (x, y)
 }
 
+/// Densities, cross density and coherence by averaged blocks.
+/// Source: SciPy 1.17.1 (tools/spectra.py).
 #[test]
 fn ref_scipy_welch() {
     let reference = reference();
@@ -759,6 +763,7 @@ fn exact_stepped_sine() {
 }
 
 /// A measured hit on a beam: the force is known as one, and the response peaks where other tools find the modes.
+/// Source: measured beam of ladisk/ImageBasedModalAnalysisTutorial; modes by its least-squares complex frequency fit.
 #[test]
 #[ignore = "set GEARDYN_RECORDINGS to the folder of measured logs"]
 fn ref_beam_hit() {

@@ -1,6 +1,9 @@
 //! `geardyn te LOG` as a person uses it: the shipped record, angles, pulses, tracks, simulated motion, wrong input.
 #![cfg(feature = "cli")]
 
+#[path = "support/verification.rs"]
+mod verification;
+
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
@@ -10,6 +13,7 @@ use serde_json::Value;
 mod command;
 
 use command::{document, geardyn, put, refusal};
+use verification::within;
 
 /// The motion of a scene as CSV.
 fn simulated(folder: &Path, scene: &str) -> PathBuf {
@@ -74,7 +78,11 @@ fn exact_shipped_record() {
         assert!(line["significant"].as_bool().unwrap());
         let um = line["amplitude_um"].as_f64().unwrap();
         let arcsec = line["amplitude_arcsec"].as_f64().unwrap();
-        assert!((um / arcsec * 206_264.806 / 270e3 - 1.0).abs() < 1e-6);
+        within(
+            "amplitude in µm over arcsec",
+            (um / arcsec * 206_264.806 / 270e3 - 1.0).abs(),
+            1e-6,
+        );
     }
     // One in twenty lies outside its interval of 95 %.
     assert!(orders.len() == 5 && inside >= 4, "{inside}");
@@ -146,16 +154,32 @@ fn exact_angles() {
         format!("{t:.6},{}", both(0.9 * t))
     });
     let found = asked(&even, &[]);
-    assert!((amplitude(&found, 1.0) - 8.0).abs() < 2e-3);
-    assert!((amplitude(&found, 64.0) - 2.0).abs() < 2e-3);
+    within(
+        "order 1 of even angles, arcsec",
+        (amplitude(&found, 1.0) - 8.0).abs(),
+        2e-3,
+    );
+    within(
+        "order 64 of even angles, arcsec",
+        (amplitude(&found, 64.0) - 2.0).abs(),
+        2e-3,
+    );
     assert!((found["speed"]["mean_rpm"].as_f64().unwrap() - 54.0).abs() < 0.05);
     let uneven = table("time [s],a [deg],b [deg]", &|t| {
         format!("{:.9},{}", t + 5e-5 * (300.0 * t).sin(), both(0.9 * t))
     });
-    assert!((amplitude(&asked(&uneven, &[]), 64.0) - 2.0).abs() < 2e-3);
+    within(
+        "order 64 of uneven angles, arcsec",
+        (amplitude(&asked(&uneven, &[]), 64.0) - 2.0).abs(),
+        2e-3,
+    );
     let bare = table("a [deg],b [deg]", &|t| both(0.9 * t));
     let found = asked(&bare, &["--angle-base"]);
-    assert!((amplitude(&found, 1.0) - 8.0).abs() < 2e-3);
+    within(
+        "order 1 without time, arcsec",
+        (amplitude(&found, 1.0) - 8.0).abs(),
+        2e-3,
+    );
     assert_eq!(found["speed"], Value::Null);
     std::fs::remove_dir_all(folder).unwrap();
 }
@@ -196,15 +220,15 @@ fn exact_pulses() {
     let path = path.to_str().unwrap();
     let arguments = [&["te", path][..], &flags].concat();
     let found = document(&[&arguments[..], &["--json"]].concat());
-    assert!(
-        (amplitude(&found, 1.0) - 8.0).abs() < 0.02,
-        "{}",
-        amplitude(&found, 1.0)
+    within(
+        "order 1 of pulses, arcsec",
+        (amplitude(&found, 1.0) - 8.0).abs(),
+        0.02,
     );
-    assert!(
-        (amplitude(&found, 64.0) - 2.0).abs() < 0.05,
-        "{}",
-        amplitude(&found, 64.0)
+    within(
+        "order 64 of pulses, arcsec",
+        (amplitude(&found, 64.0) - 2.0).abs(),
+        0.05,
     );
     write(&|k| k % 1800 == 700);
     let (code, message) = refusal(&arguments);
@@ -253,10 +277,10 @@ fn exact_tracks() {
         "600,1500",
         "--json",
     ]);
-    assert!(
-        (amplitude(&found, 1.0) - 8.0).abs() < 0.3,
-        "{}",
-        amplitude(&found, 1.0)
+    within(
+        "order 1 of tracks, arcsec",
+        (amplitude(&found, 1.0) - 8.0).abs(),
+        0.3,
     );
     std::fs::remove_dir_all(folder).unwrap();
 }
@@ -350,11 +374,15 @@ fn exact_simulated_motion() {
     let found = document(&[
         "te", csv, "--input", "a.theta", "--output", "b.theta", "--teeth", "21:64", "--json",
     ]);
-    assert!((amplitude(&found, 1.0) / expected - 1.0).abs() < 1e-3);
+    within(
+        "amplitude",
+        (amplitude(&found, 1.0) / expected - 1.0).abs(),
+        1e-3,
+    );
     let line = &found["orders"][0];
     let phase = |v: &Value| v["phase_deg"].as_f64().unwrap();
     let off = (phase(line) - phase(&chain["orders"][0]) + 180.0).rem_euclid(360.0) - 180.0;
-    assert!(off.abs() < 0.1, "{off}");
+    within("phase, degrees", off.abs(), 0.1);
     std::fs::remove_dir_all(folder).unwrap();
 }
 
@@ -511,11 +539,7 @@ fn exact_marks_and_both_directions() {
     assert_eq!(found["runs"].as_array().unwrap().len(), 2);
     let play = &found["play"];
     let number = |key: &str| play[key].as_f64().unwrap();
-    assert!(
-        (number("mean_arcsec") - 200.0).abs() < 0.5,
-        "{}",
-        number("mean_arcsec")
-    );
+    within("play, arcsec", (number("mean_arcsec") - 200.0).abs(), 0.5);
     // The play is the same everywhere: its course is no more than noise, and steps of the encoders are 9 and 11 arcsec.
     assert!(number("most_arcsec") - number("least_arcsec") < 2.0);
     assert!(number("std_arcsec") < 1.0);
@@ -526,8 +550,16 @@ fn exact_marks_and_both_directions() {
     let flanks = found["flanks"].as_array().unwrap();
     assert_eq!(flanks.len(), 2);
     for flank in flanks {
-        assert!((amplitude(flank, 1.0) - 8.0).abs() < 0.1);
-        assert!((amplitude(flank, 64.0) - 2.0).abs() < 0.1);
+        within(
+            "order 1 of each flank, arcsec",
+            (amplitude(flank, 1.0) - 8.0).abs(),
+            0.1,
+        );
+        within(
+            "order 64 of each flank, arcsec",
+            (amplitude(flank, 64.0) - 2.0).abs(),
+            0.1,
+        );
         let line = &flank["orders"][0];
         assert_eq!(line["mark"], "output");
         // the highest point stands at −ψ: error() has its own at −0.4 rad, and the mark is 0.6 turns on

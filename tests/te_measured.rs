@@ -1,5 +1,8 @@
 //! Transmission error from two encoders: known errors come back, wrong records are refused.
 
+#[path = "support/verification.rs"]
+mod verification;
+
 #[path = "support/noise.rs"]
 mod noise;
 
@@ -16,6 +19,7 @@ use geardyn::transmission::measured::rows::{InMemory, Scale, Scales};
 use geardyn::transmission::measured::teeth::Teeth;
 
 use noise::normal;
+use verification::{coverage as enter_coverage, within};
 
 /// One arc second, rad.
 const ARCSEC: f64 = TAU / 1_296_000.0;
@@ -237,6 +241,8 @@ fn hold(counted: [(usize, usize); 2], least: usize) {
         share(counted[1])
     );
     assert!(counted[0].0 >= least);
+    let (all, inside) = counted[0];
+    enter_coverage("amplitudes of transmission error", 0.95, inside, all);
     assert!((0.90..=0.99).contains(&share(counted[0])), "{counted:?}");
     // Where nothing is, an interval that begins at zero misses on one side only.
     assert!((0.90..=1.0).contains(&share(counted[1])), "{counted:?}");
@@ -289,11 +295,7 @@ fn exact_play_between_flanks() {
     let shown = found.play.unwrap();
     let course = shown.course.unwrap();
     let size = 20.0 * ARCSEC; // the error itself at an angle shifted by the play
-    assert!(
-        (shown.mean - play).abs() < 0.1 * ARCSEC,
-        "{}",
-        shown.mean / ARCSEC
-    );
+    within("play, arcsec", (shown.mean - play).abs() / ARCSEC, 0.1);
     assert!(course.range.1 - course.range.0 < size);
     for flank in &found.flanks {
         let one = flank
@@ -301,10 +303,10 @@ fn exact_play_between_flanks() {
             .iter()
             .find(|l| l.order.names[0] == "output")
             .unwrap();
-        assert!(
-            (one.amplitude / ARCSEC - 12.0).abs() < 0.01,
-            "{}",
-            one.amplitude / ARCSEC
+        within(
+            "amplitude, arcsec",
+            (one.amplitude / ARCSEC - 12.0).abs(),
+            0.01,
         );
         assert!(flank.noise < 0.05 * ARCSEC, "{}", flank.noise / ARCSEC);
     }
@@ -637,11 +639,7 @@ fn exact_course_of_play() {
     let output: Vec<f64> = output.iter().map(|x| read(*x, rig.counts[1])).collect();
     let found = evaluate(&InMemory(&input, &output), &rig.ask()).unwrap();
     let shown = found.play.unwrap();
-    assert!(
-        (shown.mean / ARCSEC - 60.0).abs() < 1.5,
-        "{}",
-        shown.mean / ARCSEC
-    );
+    within("mean play, arcsec", (shown.mean / ARCSEC - 60.0).abs(), 1.5);
     let course = shown.course.unwrap();
     assert!(course.deviation < 2.0 * ARCSEC);
     for (i, p) in course.signal.values.iter().enumerate() {
@@ -655,7 +653,7 @@ fn exact_course_of_play() {
         );
     }
     let wide = course.range.1 - course.range.0;
-    assert!((wide / ARCSEC - 18.0).abs() < 1.5, "{}", wide / ARCSEC);
+    within("range of play, arcsec", (wide / ARCSEC - 18.0).abs(), 1.5);
 }
 
 /// A line that is not explained says which multiple of a shaft or mesh lies there; fitted with the others it has its name.
@@ -813,8 +811,12 @@ fn exact_eccentricity_of_encoder_and_gear() {
         .zip([("input", e1.0, g1.0), ("output", e2.0, g2.0)])
     {
         assert_eq!(part.shaft, shaft);
-        assert!((part.encoder / ARCSEC - encoder).abs() < 0.02, "{part:?}");
-        assert!((part.gear / ARCSEC - gear).abs() < 0.02, "{part:?}");
+        within(
+            "encoder, arcsec",
+            (part.encoder / ARCSEC - encoder).abs(),
+            0.02,
+        );
+        within("gear, arcsec", (part.gear / ARCSEC - gear).abs(), 0.02);
     }
     // of one flank nothing is parted
     let one = rig(1.0).measured().unwrap();
@@ -951,8 +953,16 @@ fn exact_mean_turns_of_a_short_record() {
             (mean.average.turn.iter()).fold((0.0f64, 0.0f64), |e, x| (e.0.min(*x), e.1.max(*x)));
         (ends.1 - ends.0) / ARCSEC
     };
-    assert!((range("output") - 24.0).abs() < 0.05, "{}", range("output"));
-    assert!((range("input") - 10.0).abs() < 0.05, "{}", range("input"));
+    within(
+        "range of the output, arcsec",
+        (range("output") - 24.0).abs(),
+        0.05,
+    );
+    within(
+        "range of the input, arcsec",
+        (range("input") - 10.0).abs(),
+        0.05,
+    );
 }
 
 /// Where so many counts of one encoder look like so many of the other, the marks say whose they are; what the error hides they find.

@@ -1,5 +1,8 @@
 //! Transfer functions by poles and residues against closed forms and scipy; rational fits against systems they must recover.
 
+#[path = "support/verification.rs"]
+mod verification;
+
 use std::f64::consts::TAU;
 
 use geardyn::base::code::Code;
@@ -12,6 +15,7 @@ use geardyn::identify::transfer::function::{Direct, TransferFunction};
 use geardyn::identify::transfer::realisation::{Map, Realisation};
 use geardyn::numeric::{Complex, general};
 use geardyn::recording::responses::Terminal;
+use verification::within;
 
 fn c(re: f64, im: f64) -> Complex {
     Complex::new(re, im)
@@ -114,6 +118,7 @@ fn in_order(a: &[Complex], b: &[Complex]) -> f64 {
 }
 
 /// Response, zeros, gain, coefficients and residues as scipy.signal has them; sampled responses as its cont2discrete.
+/// Source: SciPy 1.17.1 (tools/transfer.py).
 #[test]
 fn ref_scipy() {
     for case in reference()["cases"].as_array().unwrap() {
@@ -132,20 +137,12 @@ fn ref_scipy() {
                 .collect()
         };
         let at = numbers(&case["lines_hz"]);
-        assert!(
-            in_order(&unpack(&case["response"]), &h.response(&at)) < 1e-12,
-            "{name}"
-        );
+        let off = in_order(&unpack(&case["response"]), &h.response(&at));
+        within("responses", off, 1e-12);
         let zeros = h.zeros().unwrap();
-        assert!(
-            apart(&unpack(&case["zeros"]), &zeros.zeros) < 1e-11,
-            "{name}: {:?}",
-            zeros.zeros
-        );
-        assert!(
-            (zeros.gain / case["gain"].as_f64().unwrap() - 1.0).abs() < 1e-11,
-            "{name}"
-        );
+        within("zeros", apart(&unpack(&case["zeros"]), &zeros.zeros), 1e-11);
+        let gain = zeros.gain / case["gain"].as_f64().unwrap();
+        within("gain", (gain - 1.0).abs(), 1e-11);
         let polynomials = h.polynomials().unwrap();
         assert!(
             polynomials.error < 1e-12 && polynomials.warning().is_none(),
@@ -157,17 +154,15 @@ fn ref_scipy() {
         ] {
             let theirs = numbers(&case[theirs]);
             assert_eq!(own.len(), theirs.len(), "{name}");
-            assert!(
-                own.iter()
-                    .zip(&theirs)
-                    .all(|(a, b)| (a - b).abs() < 1e-11 * b.abs()),
-                "{name}: {own:?} {theirs:?}"
-            );
+            for (a, b) in own.iter().zip(&theirs).filter(|(a, b)| a != b) {
+                within("coefficients", (a - b).abs() / b.abs(), 1e-11);
+            }
         }
         let own: Vec<Complex> = h.complete().iter().map(|t| t.1).collect();
-        assert!(
-            apart(&unpack(&case["residue_residues"]), &own) < 1e-10,
-            "{name}"
+        within(
+            "residues",
+            apart(&unpack(&case["residue_residues"]), &own),
+            1e-10,
         );
         let form = Realisation::of(&[h]).unwrap();
         for (method, map) in [
@@ -185,17 +180,11 @@ fn ref_scipy() {
                 .map(|&f| sampled.response(f).unwrap()[(0, 0)])
                 .collect();
             let theirs = &case["sampled"][method];
-            assert!(
-                in_order(&unpack(&theirs["response"]), &own) < 1e-11,
-                "{name} {method}"
-            );
-            assert!(
-                apart(
-                    &unpack(&theirs["poles"]),
-                    &general::eigen(&sampled.a).unwrap().values
-                ) < 1e-10,
-                "{name} {method}"
-            );
+            let off = in_order(&unpack(&theirs["response"]), &own);
+            within(&format!("sampled responses, {method}"), off, 1e-11);
+            let poles = general::eigen(&sampled.a).unwrap().values;
+            let off = apart(&unpack(&theirs["poles"]), &poles);
+            within(&format!("sampled poles, {method}"), off, 1e-10);
         }
     }
 }
@@ -325,6 +314,7 @@ fn survives_high_degree() {
 }
 
 /// scipy loads the file; its responses of A, B, C, D and of num, den are ours.
+/// Source: SciPy, loadmat and signal.
 #[test]
 fn ref_scipy_loads_the_mat_file() {
     let (poles, residues) = system(3, 2, 9);
@@ -423,7 +413,7 @@ fn exact_recovery() {
                 found.errors[0],
                 found.iterations
             );
-            assert!(error < 1e-10, "{name} {modes}: {error:e}");
+            within(&format!("poles by {name}"), error, 1e-10);
             assert!(
                 found.errors.iter().all(|&e| e < 1e-10),
                 "{name} {:?}",

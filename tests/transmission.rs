@@ -12,6 +12,7 @@ use geardyn::scene::study::{IndexStudy, TransmissionStudy};
 use geardyn::transmission::coincidence::Test;
 use geardyn::transmission::indexing::Mark;
 use support::machines::Random;
+use support::within;
 
 mod support;
 
@@ -92,17 +93,33 @@ fn exact_generator_chain() {
     // By hand 206.265 and 105.715 were used; the exact values have more digits.
     let base = 75.0 * 3.0 * (std::f64::consts::PI / 9.0).cos() / 2.0;
     let by_hand = found * (206.265e3 / ARCSEC) * (base / 105.715);
-    assert!((by_hand - wanted).abs() < 1e-13, "{by_hand} {wanted}");
-    assert!((found - 1e-2 / base * ARCSEC / 45.0).abs() < 1e-14);
+    within(
+        "eccentricity with the rounded constants of the hand, arcsec",
+        (by_hand - wanted).abs(),
+        1e-13,
+    );
+    within(
+        "eccentricity, arcsec",
+        (found - 1e-2 / base * ARCSEC / 45.0).abs(),
+        1e-14,
+    );
     // The pitch of the wheel, 12 µm at r = 270 mm; the worm's axis, 3 µm over the same.
     let pitch = answer.slow(&answer.rows[0]).norm();
-    assert!((pitch * 0.27 / 12e-6 - 1.0).abs() < 1e-13, "{pitch}");
+    within(
+        "pitch error at the spindle",
+        (pitch * 0.27 / 12e-6 - 1.0).abs(),
+        1e-13,
+    );
     let axial = answer
         .rows
         .iter()
         .find(|r| cause(machine, r) == "axial")
         .unwrap();
-    assert!((answer.slow(axial).norm() * 0.27 / 3e-6 - 1.0).abs() < 1e-13);
+    within(
+        "axial error at the spindle",
+        (answer.slow(axial).norm() * 0.27 / 3e-6 - 1.0).abs(),
+        1e-13,
+    );
     let total: f64 = answer.rows.iter().map(|r| r.share).sum();
     assert!((total - 1.0).abs() < 1e-14);
     assert_eq!(answer.period.unwrap().to_string(), "4");
@@ -452,10 +469,10 @@ fn exact_eccentric_idler() {
         for (play, wanted) in [(", backlash = 1e-5", other - first), ("", drive + first)] {
             let answer = traced(&written(&text(angle, play)), &study("a", "c"));
             let found = answer.rows[0].line.kinematic.norm() * base / 1e-5;
-            assert!(
-                (found - wanted.norm()).abs() < 1e-12,
-                "{angle}{play}: {found} {}",
-                wanted.norm()
+            within(
+                "amplitude of the idler",
+                (found - wanted.norm()).abs(),
+                1e-12,
             );
         }
     }
@@ -593,9 +610,10 @@ fn exact_misaligned_joint() {
                 z.re
             })
             .sum();
-        assert!(
-            (found - exact).abs() < 2.0 * (beta / 2.0).powi(6),
-            "{phi}: {found} {exact}"
+        within(
+            "angle, over (β/2)⁶",
+            (found - exact).abs() / (beta / 2.0).powi(6),
+            2.0,
         );
     }
 }
@@ -796,10 +814,10 @@ fn exact_wind_up_of_a_changing_stiffness() {
         let prepared = written(&text.replace("WAVE", wave));
         let answer = traced(&prepared, &study("a", "b"));
         let wanted = rigid_k * mean;
-        assert!(
-            (answer.wind_up.abs() / wanted - 1.0).abs() < 1e-12,
-            "{wave}: {} {wanted}",
-            answer.wind_up
+        within(
+            "wind-up",
+            (answer.wind_up.abs() / wanted - 1.0).abs(),
+            1e-12,
         );
         let meshing: Vec<u32> = (answer.rows.iter())
             .filter(|row| row.line.kinematic.norm() == 0.0)
@@ -900,7 +918,7 @@ fn exact_grades() {
             "{cause}: {n} {a} {wanted}"
         );
         let (_, b, _) = amplitude(cause, 6);
-        assert!((b / a - 2f64.sqrt()).abs() < 1e-12);
+        within("one grade coarser", (b / a - 2f64.sqrt()).abs(), 1e-12);
     }
     // What a grade allows stands anywhere, unless it is said where.
     let known = |phase: &str| {
@@ -946,10 +964,7 @@ fn exact_largest_between_speeds() {
     let rpm = speed * 30.0 / std::f64::consts::PI;
     let fine = over(&format!("{}:{}:5", 0.998 * rpm, 1.002 * rpm));
     let near = fine.amplitudes[row].iter().copied().fold(0.0, f64::max);
-    assert!(
-        (amplitude / near - 1.0).abs() < 1e-3,
-        "{amplitude} {near} at {rpm} rpm"
-    );
+    within("largest amplitude", (amplitude / near - 1.0).abs(), 1e-3);
 }
 
 /// At speed another line leads: it is shown, counted in the budget there, and not among what could be left out there.

@@ -2,6 +2,9 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+#[path = "support/verification.rs"]
+mod verification;
+
 use std::f64::consts::{PI, TAU};
 
 use geardyn::base::code::Code;
@@ -13,6 +16,7 @@ use geardyn::response::frequency::{Solver, Way};
 use geardyn::response::ports::Ports;
 use geardyn::response::system::Setting;
 use geardyn::scene::study::TransmissionStudy;
+use verification::within;
 
 const HEAD: &str = "title = \"test\"\nsource = \"made for a test\"\nunits = \"SI\"\n";
 
@@ -67,11 +71,7 @@ fn exact_axial_mode() {
     let exact = (2e8 * (1.0 / 300.0 + (0.012 / TAU).powi(2) / polar)).sqrt();
     assert_eq!(frequencies.len(), 2);
     assert_eq!(frequencies[0], 0.0);
-    assert!(
-        (frequencies[1] / exact - 1.0).abs() < 1e-14,
-        "{} {exact}",
-        frequencies[1]
-    );
+    within("frequency", (frequencies[1] / exact - 1.0).abs(), 1e-14);
     assert!(!prepared.machine.is_lateral());
 }
 
@@ -98,10 +98,7 @@ fn exact_response_to_a_torque() {
         let a = spring * (arm * arm) + polar;
         let (b, d) = (spring * arm, spring + mass);
         let exact = -b / (a * d - b * b);
-        assert!(
-            (found - exact).norm() < 1e-11 * exact.norm(),
-            "{omega}: {found} {exact}"
-        );
+        within("response", (found - exact).norm() / exact.norm(), 1e-11);
     }
 }
 
@@ -134,20 +131,22 @@ fn exact_lines_of_a_table() {
             true => PI - 0.4,
             false => -0.4,
         };
-        assert!((towards - expected).abs() < 1e-12, "{hand}: {towards}");
+        within("direction of travel", (towards - expected).abs(), 1e-12);
         assert!((line("lead", "2").norm() - 1e-6).abs() < 1e-20);
         assert!((line("lead", "5").norm() - 5e-7).abs() < 1e-20);
         // 8 µm on the pitch circle of radius 50 mm turn the shaft by 160 µrad, the table by 160 µrad · 12 mm/2π.
         let pitch = line("cumulative-pitch", "1").norm();
-        assert!(
-            (pitch / (8e-6 / 0.05 * 0.012 / TAU) - 1.0).abs() < 1e-13,
-            "{pitch}"
+        within(
+            "pitch error",
+            (pitch / (8e-6 / 0.05 * 0.012 / TAU) - 1.0).abs(),
+            1e-13,
         );
         let base = 0.05 * (PI / 9.0).cos();
         let mesh = line("profile", "50").norm();
-        assert!(
-            (mesh / (2e-6 / base * 0.012 / TAU) - 1.0).abs() < 1e-13,
-            "{mesh}"
+        within(
+            "mesh error",
+            (mesh / (2e-6 / base * 0.012 / TAU) - 1.0).abs(),
+            1e-13,
         );
         assert_eq!(source(machine, &answer.rows[0]), "screw");
     }
@@ -194,7 +193,7 @@ fn exact_table_under_load_and_at_speed() {
     let spring = geardyn::numeric::Complex::new(2e8, 5e3 * omega);
     let exact = (spring / (spring - 300.0 * omega * omega)).norm() * 1e-6;
     let found = answer.rows[0].dynamic.unwrap().norm();
-    assert!((found / exact - 1.0).abs() < 1e-11, "{found} {exact}");
+    within("amplification", (found / exact - 1.0).abs(), 1e-11);
 }
 
 /// Two screws of one gantry beside each other: the error of one side against the other forgets what is common.
@@ -363,23 +362,25 @@ fn exact_errors_of_one_planet() {
     // Turns of a planet against the carrier for one of the carrier: 81/30 = 27/10.
     let eccentric = of("cause = \"eccentricity\", amplitude = 1e-5, phase = 0.3");
     let found = line(&eccentric, "27/10");
-    assert!(
-        (found / (1e-5 / 3.0 / radius) - 1.0).abs() < 1e-11,
-        "{found}"
+    within(
+        "pin off its axis",
+        (found / (1e-5 / 3.0 / radius) - 1.0).abs(),
+        1e-11,
     );
     let pitch =
         of("cause = \"cumulative-pitch\", amplitudes = [1e-5, 1e-5, 1e-5], orders = [1, 2, 3]");
     for (order, share) in [("27/10", 1.0), ("27/5", 0.0), ("81/10", 1.0)] {
         let found = line(&pitch, order) * 3.0 * radius / 1e-5;
-        assert!((found - share).abs() < 1e-11, "{order}: {found}");
+        within("one tooth at two meshes", (found - share).abs(), 1e-11);
     }
     // 30 teeth: half a turn is 15 pitches, so both meshes see the profile alike; 2 A / (N (r_bs + r_br)).
     let base = 2.0 * radius * (PI / 9.0).cos();
     let profile = of("cause = \"profile\", amplitude = 2e-6");
     let found = line(&profile, "81");
-    assert!(
-        (found / (2.0 * 2e-6 / 3.0 / base) - 1.0).abs() < 1e-11,
-        "{found}"
+    within(
+        "both flanks at once",
+        (found / (2.0 * 2e-6 / 3.0 / base) - 1.0).abs(),
+        1e-11,
     );
     // An odd number of teeth: a tooth at the sun, a space at the ring.
     let errors = "error = [{ on = \"set.planet_1\", cause = \"profile\", amplitude = 2e-6 }]\n";
@@ -417,11 +418,7 @@ fn exact_orders_that_planets_cancel() {
                     .find(|r| (r.line.order.value() - n * turns).abs() < 1e-9)
                     .unwrap();
                 let found = answer.slow(row).norm() * base / 1e-6;
-                assert!(
-                    (found - in_step(n)).abs() < 1e-11,
-                    "{on} {teeth:?} {n}: {found} {}",
-                    in_step(n)
-                );
+                within("orders that survive", (found - in_step(n)).abs(), 1e-11);
             }
         }
         // Off its axis, a sun among equal planets turns nothing.
@@ -504,11 +501,8 @@ fn exact_grade_of_single_pitches() {
             *square += (re * re + im * im) / 900.0;
         }
     }
-    for ((n, amplitude, _), square) in terms.iter().zip(squares) {
+    for ((_, amplitude, _), square) in terms.iter().zip(squares) {
         let rms = (square / TABLES as f64).sqrt();
-        assert!(
-            (amplitude / rms - 1.0).abs() < 0.05,
-            "{n}: {amplitude} {rms}"
-        );
+        within("amplitudes", (amplitude / rms - 1.0).abs(), 0.05);
     }
 }

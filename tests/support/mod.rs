@@ -22,6 +22,12 @@ pub mod machines;
 /// Machines in motion, written by hand.
 pub mod moving;
 
+/// Figures of the verification manual.
+pub mod verification;
+
+#[allow(unused_imports, reason = "each test file uses its part")]
+pub use verification::within;
+
 /// A machine with what was asked of it.
 pub struct Solved {
     pub prepared: Prepared,
@@ -123,10 +129,4 @@ pub fn worst(found: &[f64], exact: &[f64]) -> f64 {
         }
     };
     found.iter().zip(exact).map(error).fold(0.0, f64::max)
-}
-
-/// Prints what was measured, and fails beyond the tolerance.
-pub fn within(what: &str, error: f64, tolerance: f64) {
-    println!("{what:44} {error:8.1e}  (allowed {tolerance:.0e})");
-    assert!(error <= tolerance, "{what}: {error:.2e} > {tolerance:.0e}");
 }
