@@ -111,7 +111,7 @@ pub fn refuse(prepared: &Prepared, study: &ResponseStudy) -> Result<(), Error> {
         ..
     } = prepared;
     if study.speed.is_some() {
-        mean_speeds(machine, kinematics, study.speed)?;
+        spinning(machine, kinematics, study.speed)?;
     }
     choice::refuse(prepared, study, &choice::choose(prepared, study))
 }
