@@ -8,7 +8,7 @@ use super::response::{harmonic_balance, run_up};
 use super::stages::Plan;
 use super::{response, run, transmission};
 use crate::base::error::Error;
-use crate::machine::kinematics::mean_speeds;
+use crate::machine::spin::spinning;
 use crate::scene::Scene;
 use crate::scene::study::{ModesStudy, SimulateStudy, StudyKind, Subject};
 
@@ -58,7 +58,7 @@ fn modes(prepared: &Prepared, study: &ModesStudy) -> Result<(), Error> {
         ..
     } = prepared;
     if study.speed.is_some() {
-        mean_speeds(machine, kinematics, study.speed)?;
+        spinning(machine, kinematics, study.speed)?;
     }
     run::refuse_hopeless(prepared, study, &Plan::modes(prepared, study))
 }
