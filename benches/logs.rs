@@ -390,6 +390,7 @@ fn alone<'a>(f: &'a [f64], h: &'a [Vec<Complex>]) -> Measured<'a> {
         variance_trusted: false,
         line_independence: 1.0,
         derivative: 0,
+        hits: None,
     }
 }
 

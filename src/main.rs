@@ -1,13 +1,9 @@
 //! The `geardyn` command: parse, call, report.
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 
-use clap::Parser;
-use geardyn::cli::{self, args::Arguments};
-
 fn main() -> ExitCode {
-    match Arguments::try_parse() {
-        Ok(arguments) => cli::run(&arguments),
-        Err(usage) => cli::usage(&usage),
-    }
+    let arguments: Vec<OsString> = std::env::args_os().collect();
+    geardyn::cli::run(&arguments)
 }

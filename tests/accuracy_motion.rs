@@ -10,6 +10,8 @@ use geardyn::motion::problem::Wanted;
 use geardyn::plan::motion::scene::MotionScene;
 use geardyn::plan::prepared::Prepared;
 use geardyn::scene;
+use geardyn::scene::laws::StartAt;
+use geardyn::scene::start::Start;
 use geardyn::scene::study::SimulateStudy;
 use geardyn::study::accuracy::{self, Accuracy, Advice, Outcome};
 use geardyn::study::watch::Watch;
@@ -201,4 +203,39 @@ fn law_documents_recommend() {
         assert_eq!(near["method"], found["reference"]["beside"]);
         assert_eq!(near["distance"], found["reference"]["error"]);
     }
+}
+
+/// A rattling pair at rest in the mean and the same turning at 1 000 rad/s: what a change of the start grows to is the same to a power of ten,
+/// since the start is changed by a share of what deforms, not of the angle turned (which had shown no growth).
+#[test]
+fn law_growth_goes_by_deformations() {
+    let growth = |speed: f64| {
+        let text = format!(
+            "title = \"x\"\nsource = \"x\"\nunits = \"SI\"\n\
+             inertia = [{{ name = \"a\", J = 0.01 }}, {{ name = \"b\", J = 0.01 }}]\n\
+             gear_pair = [{{ name = \"g\", between = [\"a\", \"b\"], teeth = [20, 20], module = 0.004, k = 1e8, backlash = 1e-4 }}]\n\
+             load = [{{ at = \"a\", kind = \"harmonic\", mean = 10.0, torque = 60.0, frequency = \"1500 rad/s\" }}, {{ at = \"b\", torque = 10.0 }}]\n\
+             [speed]\na = \"{speed:?} rad/s\"\n"
+        );
+        let scene = scene::read_text("x.toml", &text).unwrap_or_else(|e| panic!("{e}"));
+        let prepared = Prepared::new(&scene.model).unwrap();
+        let begin = Start {
+            at: StartAt::Steady,
+            ..Start::default()
+        };
+        let ready = MotionScene::new(&prepared, &begin, &asked(0.04, "g.deflection")).unwrap();
+        let mut watch = Watch {
+            stop: &Stop::default(),
+            hear: &mut |_| {},
+        };
+        let methods = ["switched".to_string()];
+        let found = accuracy::study(&ready, &methods, 10.0, &mut watch).unwrap();
+        found.reference.amplification.unwrap()
+    };
+    let (slow, fast) = (growth(1.0), growth(1000.0));
+    println!("{slow:e} {fast:e}");
+    assert!(
+        slow > 10.0 && fast / slow < 10.0 && slow / fast < 10.0,
+        "{slow:e} {fast:e}"
+    );
 }

@@ -470,3 +470,17 @@ fn refuses_usage_as_json_and_prints_nothing_a_terminal_obeys() {
     assert_eq!(output.status.code(), Some(0));
     assert!(output.stdout.iter().all(|&b| b >= 0x20 || b == b'\n'));
 }
+
+/// Several files are one document with the keys of every document; each of them has its file, wrong ones too.
+#[test]
+fn law_check_of_several_files_keeps_its_keys() {
+    let files = ["models/two_disc.toml", "none.toml", "data/run_up.csv"];
+    let output = geardyn(&[&["check", "--json"], &files[..]].concat());
+    assert_eq!(output.status.code(), Some(2));
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(found["geardyn"]["version"].is_string() && found["warnings"].is_array());
+    for (document, file) in found["files"].as_array().unwrap().iter().zip(files) {
+        assert_eq!(document["file"], file);
+        assert!(document["geardyn"].is_object() || document["errors"].is_array());
+    }
+}

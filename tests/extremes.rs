@@ -410,7 +410,7 @@ fn refused_facts_of_some_modes() {
             discs.join(", "),
             bars.join(", ")
         ));
-        facts(&Prepared::new(&scene.model).unwrap())
+        facts(&Prepared::new(&scene.model).unwrap(), None)
     };
     let Err(error) = discs(2001) else {
         panic!("facts of the lowest modes alone")

@@ -514,6 +514,28 @@ fn law_a_mode_on_an_order_is_kept() {
     }
 }
 
+/// A mesh with sidebands of both shafts over three modes, no speed stated: the modes and nothing else, the sidebands as a series.
+#[test]
+fn law_sidebands_of_a_mesh_are_no_modes() {
+    let sidebands = |k: i32| (212.4 + 8.3 * f64::from(k), 0.3 / (1.0 + f64::from(k.abs())));
+    let mut lines: Vec<(f64, f64)> = (-4..=4).map(sidebands).collect();
+    lines.extend([(8.3, 0.3), (16.6, 0.2), (424.8, 0.1)]);
+    let log = running(4, &lines);
+    let study = IdentifyStudy {
+        outputs: ["x1", "x2"].map(str::to_string).to_vec(),
+        method: Some(Method::SsiCov),
+        ..IdentifyStudy::default()
+    };
+    let found = identify(Source::Signals(&log), &study).unwrap();
+    let frequencies: Vec<f64> = found.modes.iter().map(|m| m.frequency_hz()).collect();
+    assert_eq!(frequencies.len(), MODES.len(), "{frequencies:?}");
+    for (f, mode) in frequencies.iter().zip(MODES) {
+        assert!((f / mode.0 - 1.0).abs() < 0.01, "{frequencies:?}");
+    }
+    assert!(found.harmonics.len() >= 11, "{:?}", found.harmonics);
+    assert!(found.warnings.iter().any(|w| w.code == "evenly-spaced"));
+}
+
 fn check_mode_on_an_order(seed: u64, speed_hz: f64) {
     let orders = [(1.0, 0.5), (2.0, 0.4), (3.0, 0.1)];
     let log = running(seed, &orders.map(|(order, a)| (order * speed_hz, a)));

@@ -224,7 +224,8 @@ error = [{ on = "p", amplitude = 1e-5 }]
     assert!(gap(&motion) < 1e-3, "{}", gap(&motion));
 }
 
-/// The wave goes by the angle of the second gear where that is the one whose motion is known; turning backward it runs backward.
+/// The wave is known from the second gear where that is the one whose motion is prescribed; turning backward it carries the first gear, and
+/// the wave, forward.
 /// Against Runge and Kutta's method on `J θ̈ = T − r (k(t) δ + c δ̇)`, written out here, piece by piece of the wave.
 /// Source: Runge and Kutta's classical method written in the test.
 #[test]
@@ -253,12 +254,12 @@ load = [{ at = "w", torque = 3.0 }]
     let (mut now, mut y) = (0.0, [0.0, 0.0]);
     for (k, &t) in motion.time.iter().enumerate() {
         while now < t {
-            // Six tenths of a cycle low, then four high: the wave from its end to its beginning.
+            // Four tenths of a cycle high, then six low.
             let passed = (now / cycle + 1e-9).floor();
-            let jump = (passed + 0.6) * cycle;
+            let jump = (passed + 0.4) * cycle;
             let (factor, end) = match now < jump - 1e-9 * cycle {
-                true => (0.7, jump),
-                false => (1.2, (passed + 1.0) * cycle),
+                true => (1.2, jump),
+                false => (0.7, (passed + 1.0) * cycle),
             };
             let end = end.min(t);
             let steps = ((end - now) / 2e-6).ceil();

@@ -352,3 +352,108 @@ fn refuses_what_is_of_higher_index() {
     let error = ready(&format!("{bodies}{spring}"), &study).err().unwrap();
     assert!(error.message.contains("no acceleration"), "{error}");
 }
+
+/// Twelve nodes in a row without inertia, two shafts between neighbours, made 8 192 springs of one: `1/k = Σ 1/(k₁ + k₂)`. The star of every
+/// node keeps to as many branches as it has arms.
+#[test]
+fn survives_rows_of_parallel_shafts() {
+    let names: Vec<String> = (0..14).map(|i| format!("n{i}")).collect();
+    let body = |(i, name): (usize, &String)| {
+        let inertia = if i == 0 || i == 13 { 0.5 } else { 0.0 };
+        format!("{{ name = \"{name}\", J = {inertia:?} }}")
+    };
+    let bodies: Vec<String> = names.iter().enumerate().map(body).collect();
+    let shafts: Vec<String> = (0..13)
+        .flat_map(|i| {
+            [3.0, 5.0].map(|k| {
+                format!(
+                    "{{ name = \"s{i}_{k}\", between = [\"n{i}\", \"n{}\"], k = {k:?} }}",
+                    i + 1
+                )
+            })
+        })
+        .collect();
+    let text = format!(
+        "inertia = [{}]\nshaft = [{}]\n",
+        bodies.join(", "),
+        shafts.join(", ")
+    );
+    let ready = ready(&text, &asked(1.0, &["n0"])).unwrap();
+    let train = &ready.moving.train;
+    assert_eq!((train.n(), train.branches.len()), (2, 1));
+    let Law::Linear { stiffness, .. } = train.branches[0].law else {
+        panic!("{:?}", train.branches[0].law)
+    };
+    let a = train.branches[0]
+        .direction
+        .scaled()
+        .map(|t| t.1.abs())
+        .fold(0.0, f64::max);
+    assert!((stiffness * a * a * 13.0 / 8.0 - 1.0).abs() < 1e-13);
+}
+
+/// A lateral stage whose ring and planets have no inertia: springs between sun and carrier as `modes` has them, in bounded memory.
+#[test]
+fn law_stage_with_massless_ring_and_planets() {
+    let text = std::fs::read_to_string("models/lin_parker_n4.toml").unwrap();
+    let light: Vec<String> = text
+        .split("\n\n")
+        .map(|part| match part {
+            p if p.contains("name = \"ring\"") => p
+                .lines()
+                .map(|l| match l.split(' ').next() {
+                    Some("J") => "J = \"0 kg·m²\"".to_string(),
+                    Some("mass") => "mass = \"0 kg\"".to_string(),
+                    _ => l.to_string(),
+                })
+                .collect::<Vec<_>>()
+                .join("\n"),
+            p => p
+                .lines()
+                .map(|l| match l.split(' ').next() {
+                    Some("planet_J") => "planet_J = \"0 kg·m²\"".to_string(),
+                    Some("planet_mass") => "planet_mass = \"0 kg\"".to_string(),
+                    _ => l.to_string(),
+                })
+                .collect::<Vec<_>>()
+                .join("\n"),
+        })
+        .collect();
+    let scene =
+        scene::read_text("test.toml", &light.join("\n\n")).unwrap_or_else(|e| panic!("{e}"));
+    let prepared = Prepared::new(&scene.model).unwrap();
+    let study = asked(1e-3, &["sun"]);
+    let ready = MotionScene::new(&prepared, &scene.start, &study).unwrap();
+    let train = &ready.moving.train;
+    // Sun and carrier, x, y and theta each.
+    assert_eq!(train.n(), 6);
+    assert!(train.branches.len() < 60, "{}", train.branches.len());
+    let mut k = geardyn::numeric::Matrix::zeros(6, 6);
+    for b in &train.branches {
+        let Law::Linear { stiffness, .. } = b.law else {
+            panic!("{:?}", b.law)
+        };
+        for (i, x) in b.direction.scaled() {
+            for (j, y) in b.direction.scaled() {
+                k[(i, j)] += stiffness * x * y;
+            }
+        }
+    }
+    let found = support::solve_model(&scene.model, &support::plain()).unwrap();
+    let root = |i: usize| train.mass.at(i, i).sqrt();
+    let scaled = geardyn::numeric::Matrix::from_fn(6, 6, |i, j| k[(i, j)] / (root(i) * root(j)));
+    let mut own = geardyn::numeric::definite::symmetric(&scaled)
+        .unwrap()
+        .values;
+    own.sort_by(f64::total_cmp);
+    for (k, mode) in found
+        .answer
+        .modes
+        .iter()
+        .enumerate()
+        .filter(|(_, m)| !m.rigid)
+    {
+        let off = own[k].sqrt() / mode.omega() - 1.0;
+        assert!(off.abs() < 1e-9, "mode {}: {off}", k + 1);
+    }
+}

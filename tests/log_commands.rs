@@ -209,6 +209,12 @@ fn exact_file_of_each_error() {
     let output = geardyn(folder, &["check", "a.csv", "b.csv", "--json"]);
     let found: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(found["files"][1]["errors"][0]["file"], "b.csv");
+    assert!(found["geardyn"]["version"].is_string());
+    let names = ["a.csv", "b.csv"].map(Value::from);
+    assert_eq!(
+        [&found["files"][0]["file"], &found["files"][1]["file"]],
+        [&names[0], &names[1]]
+    );
     let (_, err) = said(
         folder,
         &["spectrum", "a.csv", "--channel", "z", "--rate", "10"],

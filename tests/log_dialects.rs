@@ -12,6 +12,7 @@ use geardyn::recording::raw::{Raw, RawChannel};
 use geardyn::recording::settings::{RateSource, Settings};
 use geardyn::recording::settle::settle;
 use geardyn::recording::signals::Recording;
+use geardyn::recording::stated_rates::StatedRate;
 
 fn read(bytes: &[u8]) -> Raw {
     let text = String::from_utf8_lossy(bytes).into_owned();
@@ -386,7 +387,7 @@ fn exact_repairs_are_reported() {
     );
     let raw = read(b"fs: 100\n\nt,a\n0,1\n\n1,2\n");
     let clock = &raw.groups[0].clock;
-    assert_eq!(clock.header_rate, Some((100.0, "fs".into())));
+    assert_eq!(clock.stated_rates, [StatedRate::of_samples(100.0, "fs")]);
     assert_eq!((clock.lines.of(0), clock.lines.of(1)), (Some(4), Some(6)));
     assert_eq!(raw.dialect, "CSV, comma, 3 header lines");
     let raw = read(b"Samples: 12\nDate: 2022-01-02\nt,a\n0.001,1\n0.002,2\n0.003,1\n");
@@ -395,7 +396,10 @@ fn exact_repairs_are_reported() {
         (clock.header_samples, clock.start.as_deref()),
         (Some(12), Some("2022-01-02"))
     );
-    assert_eq!(clock.stamps.as_ref().map(|s| s.resolution_s), Some(1e-3));
+    assert_eq!(
+        clock.stamps.as_ref().map(|s| s.resolution.finest_s),
+        Some(1e-3)
+    );
 }
 
 /// Complex cells, real and imaginary parts, magnitude and phase are frequency responses.
@@ -447,7 +451,7 @@ fn refuses_what_is_wrong_at_its_place() {
         ("t,a\n0,1\n1,2\n2,abc\n", Code::NotANumber, 4, "abc"),
         ("t,a\n0,1\n1,2,9\n2,3\n", Code::RaggedRow, 3, "9"),
         ("t,a,b\n0,1,1\n1,2\n2,3,4\n", Code::RaggedRow, 3, "1,2"),
-        ("t,a,b\n0,1,1\n1,2,3\n2,3\n", Code::RaggedRow, 4, "2,3"),
+        ("t,a,b\n0,1,1\n1,2,3\n2,3,4,5\n", Code::RaggedRow, 4, "5"),
         ("t,a\n0,1\nx,2\n2,3\n3,4\n", Code::NotANumber, 3, "x"),
         ("1,2\n1,2,3\n2,3,4\n3,4,5\n", Code::RaggedRow, 1, "1,2"),
         ("a,b\n1,x\n1,2\n1,2\n1,2\n", Code::NotANumber, 2, "x"),
@@ -857,7 +861,7 @@ fn ref_recordings_are_read_whole() {
         let lengths: Vec<usize> = group.channels.iter().map(|c| c.samples.len()).collect();
         assert_eq!(lengths, vec![*rows; *channels], "{file}: {}", raw.dialect);
         assert_eq!(
-            group.clock.header_rate.as_ref().map(|r| r.0),
+            group.clock.stated_rates.first().map(|r| r.hertz),
             *rate,
             "{file}"
         );

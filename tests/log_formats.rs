@@ -14,6 +14,7 @@ use geardyn::recording::raw::{Group, Raw};
 use geardyn::recording::responses::{FrequencyResponse, FrequencyResponses, Terminal};
 use geardyn::recording::settings::Settings;
 use geardyn::recording::signals::{Channel, Recording};
+use geardyn::recording::stated_rates::StatedRate;
 use geardyn::recording::{lvm, mat, uff, wav, write};
 use serde_json::Value;
 
@@ -180,8 +181,8 @@ fn exact_other_byte_order() {
         list(&reference["big_x"])
     );
     assert_eq!(
-        raw.groups[0].clock.header_rate,
-        Some((250.0, "dt".to_string()))
+        raw.groups[0].clock.stated_rates,
+        [StatedRate::of_samples(250.0, "dt")]
     );
 }
 
@@ -308,7 +309,10 @@ fn exact_segments_follow_each_other_by_their_time() {
             [10.0, 20.0, 30.0, 40.0, 50.0]
         );
         assert_eq!(seconds(group), [0.0, 0.25, 0.5, 0.75, 5.0]);
-        assert_eq!(group.clock.header_rate, Some((4.0, "Delta_X".to_string())));
+        assert_eq!(
+            group.clock.stated_rates,
+            [StatedRate::of_samples(4.0, "Delta_X")]
+        );
         assert_eq!(
             group.clock.lines.of(2),
             Some(text.lines().position(|l| l.contains("\t3\t30")).unwrap() + 1)
@@ -417,7 +421,7 @@ fn ref_pyuff_time_response() {
             assert!((a - b).abs() <= tolerance, "{key}: {a} {b}");
         }
         assert_eq!(channel.samples.len(), expected.len());
-        assert_eq!(group.clock.header_rate.as_ref().unwrap().0, 400.0);
+        assert_eq!(group.clock.stated_rates[0].hertz, 400.0);
         assert_eq!(group.clock.start.as_deref(), Some("01-Jan-24 12:00:00"));
     }
 }
@@ -527,8 +531,8 @@ fn exact_wav_of_every_width() {
         let raw = read_with(wav::read, &bytes);
         let group = &raw.groups[0];
         assert_eq!(
-            group.clock.header_rate,
-            Some((48_000.0, "WAV header".to_string()))
+            group.clock.stated_rates,
+            [StatedRate::of_samples(48_000.0, "WAV header")]
         );
         let expected = |at: usize| -> Vec<f64> {
             samples
@@ -654,10 +658,7 @@ fn law_uff_of_signals_reads_back() {
         let [group] = raw.groups.as_slice() else {
             panic!("{}", raw.groups.len())
         };
-        assert_eq!(
-            group.clock.header_rate.as_ref().unwrap().0,
-            recording.rate_hz
-        );
+        assert_eq!(group.clock.stated_rates[0].hertz, recording.rate_hz);
         for (read, written) in group.channels.iter().zip(&recording.channels) {
             assert_eq!((&read.name, &read.unit), (&written.name, &written.unit));
             for (a, b) in numbers(&read.samples)
@@ -1012,8 +1013,8 @@ fn ref_recordings_lvm() {
     let group = &beam.groups[0];
     assert_eq!(group.channels[0].samples.len(), 50_030);
     assert_eq!(
-        group.clock.header_rate,
-        Some((50_000.0, "Delta_X".to_string()))
+        group.clock.stated_rates,
+        [StatedRate::of_samples(50_000.0, "Delta_X")]
     );
     let force = numbers(&group.channels[1].samples);
     assert_eq!(
@@ -1024,7 +1025,7 @@ fn ref_recordings_lvm() {
     // A header from before the samples were thinned out: both rates are handed on.
     let arts = recorded(lvm::read, "arts_beam_lvm/data_set_1_downsampled_by_16.lvm");
     let clock = &arts.groups[0].clock;
-    assert_eq!(clock.header_rate.as_ref().unwrap().0, 51_200.0);
+    assert_eq!(clock.stated_rates[0].hertz, 51_200.0);
     assert_eq!(clock.header_samples, Some(1_050_000));
     let t = seconds(&arts.groups[0]);
     assert_eq!((t.len(), t[63_040]), (63_041, 19.7));
@@ -1087,7 +1088,7 @@ fn ref_recordings_uff() {
             .iter()
             .all(|c| c.samples.len() == 222_400 && c.unit == "m/s2")
     );
-    assert_eq!(group.clock.header_rate.as_ref().unwrap().0, 3200.0);
+    assert_eq!(group.clock.stated_rates[0].hertz, 3200.0);
 
     let psd = &sample("sample_dataset58_psd.uff").spectra[0];
     assert_eq!(
@@ -1133,7 +1134,7 @@ fn ref_recordings_matlab() {
 
     let case = recorded(mat::read, "vibration_toolbox_frf/case1.mat");
     assert_eq!(names(&case.groups[0]), ["Time_chan_1", "Time_chan_2"]);
-    assert_eq!(case.groups[0].clock.header_rate.as_ref().unwrap().0, 1280.0);
+    assert_eq!(case.groups[0].clock.stated_rates[0].hertz, 1280.0);
     let responses = case.responses.unwrap();
     let [function] = responses.functions.as_slice() else {
         panic!()
@@ -1160,7 +1161,7 @@ fn ref_recordings_matlab() {
     assert_eq!(
         (
             names(&old.groups[0]),
-            old.groups[0].clock.header_rate.as_ref().unwrap().0
+            old.groups[0].clock.stated_rates[0].hertz
         ),
         (vec!["x", "f"], 10.0)
     );

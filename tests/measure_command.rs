@@ -666,3 +666,51 @@ fn refuses_readings_beyond_any_gear() {
         assert!(message.contains("reading 1"), "{message}");
     }
 }
+
+/// Rows in another order give the same deviations, by the column that numbers the teeth; two rows of one tooth are refused.
+#[test]
+fn exact_readings_go_by_their_tooth_numbers() {
+    let folder = tempfile::tempdir().unwrap();
+    let gear = put(
+        folder.path(),
+        "gear.toml",
+        &format!("title = \"t\"\n{GEAR}{}", chart("")),
+    );
+    let deviations = |order: &dyn Fn(usize) -> usize| {
+        let rows = (0..18).map(|k| (order(k) + 1, READINGS[order(k)]));
+        let rows: String = rows.map(|(tooth, r)| format!("{tooth},{r}\n")).collect();
+        put(folder.path(), "p.csv", &format!("tooth,left [µm]\n{rows}"));
+        document(&["measure", &gear, "--json"])["deviations"].clone()
+    };
+    let straight = deviations(&|k| k);
+    assert_eq!(deviations(&|k| 17 - k), straight);
+    assert_eq!(deviations(&|k| (7 * k + 5) % 18), straight);
+    let twice = "tooth,left [µm]\n".to_string() + &"3,1\n".repeat(18);
+    put(folder.path(), "p.csv", &twice);
+    let (code, message) = command::refusal(&["measure", &gear]);
+    assert_eq!(code, "conflict");
+    assert!(message.contains("rows 1 and 2"), "{message}");
+}
+
+/// Readings in mm whose unit says µm: far below the finest grade, with a warning.
+#[test]
+fn survives_readings_a_thousand_times_too_small() {
+    let folder = tempfile::tempdir().unwrap();
+    let gear = put(
+        folder.path(),
+        "gear.toml",
+        &format!("title = \"t\"\n{GEAR}{}", chart("")),
+    );
+    let warned = |unit: f64| {
+        let rows = READINGS.iter().enumerate();
+        let rows: String = rows
+            .map(|(i, r)| format!("{},{}\n", i + 1, f64::from(*r) * unit))
+            .collect();
+        put(folder.path(), "p.csv", &format!("tooth,left [µm]\n{rows}"));
+        let found = document(&["measure", &gear, "--json"]);
+        let warnings = found["warnings"].as_array().unwrap();
+        warnings.iter().any(|w| w["code"] == "readings-small")
+    };
+    assert!(warned(1e-3));
+    assert!(!warned(1.0) && !warned(0.2));
+}

@@ -116,6 +116,7 @@ fn measured<'a>(
         variance_trusted: variance.is_some(),
         line_independence: 1.0,
         derivative: 0,
+        hits: None,
     }
 }
 
@@ -139,7 +140,7 @@ fn describe(fit: &RationalFit) -> String {
         let (f, z) = (o.pole.norm() / TAU, -o.pole.re / o.pole.norm());
         text += &format!("  omitted {f:10.4} Hz {z:.6}: {}\n", o.reason);
     }
-    for s in &fit.spread {
+    for s in &fit.departures {
         text += &format!("  {s:?}\n");
     }
     for s in &fit.evidence {

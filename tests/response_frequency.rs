@@ -15,6 +15,7 @@ use geardyn::response::frequency::{How, Responses, Way, responses};
 use geardyn::response::ports::Ports;
 use geardyn::response::system::Setting;
 use geardyn::scene::laws::PhaseOf;
+use geardyn::scene::start::Start;
 use serde_json::Value;
 use support::within;
 
@@ -420,7 +421,10 @@ a = "900 rad/s"
     let moving = assemble(
         &prepared.machine,
         &prepared.kinematics,
-        PhaseOf::Speed,
+        &Start {
+            phase: PhaseOf::Speed,
+            ..Start::default()
+        },
         Some(&speeds),
     )
     .unwrap();

@@ -612,3 +612,106 @@ fn exact_marks_and_both_directions() {
     assert_eq!(word, "no-channel");
     std::fs::remove_dir_all(folder).unwrap();
 }
+
+/// Counters that stand still before and after the motion, where a count goes back and forth, tell what they tell of the motion alone.
+#[test]
+fn exact_record_that_stands_still_at_its_ends() {
+    let folder = folder("still");
+    let mut random = fastrand::Rng::with_seed(4);
+    let mut counters = |still: [u32; 2], name: &str| {
+        let moving = 20_000;
+        let mut text = String::from("time [s],a,b\n");
+        for k in 0..still[0] + moving + still[1] {
+            let turned = f64::from(k.clamp(still[0], still[0] + moving) - still[0]);
+            let turns = 2.2 * turned / f64::from(moving) + 0.0031;
+            let rests = k < still[0] || k > still[0] + moving;
+            let mut count = |angle: f64, counts: f64| {
+                let noise = if rests { random.f64() - 0.5 } else { 0.0 };
+                (angle * counts + noise).floor()
+            };
+            let a = count(turns * 64.0 / 21.0, 40_000.0);
+            let b = count(turns + error(turns) / TAU, 144_000.0);
+            text += &format!("{:.4},{a},{b}\n", f64::from(k) * 1e-3);
+        }
+        let path = put(&folder, name, &text);
+        document(&[
+            "te",
+            path.to_str().unwrap(),
+            "--input",
+            "a",
+            "--output",
+            "b",
+            "--teeth",
+            "21:64",
+            "--lines",
+            "10000,36000",
+            "--json",
+        ])
+    };
+    let whole = counters([0, 0], "moving.csv");
+    let rested = counters([3000, 5000], "rested.csv");
+    let runs = &rested["runs"][0];
+    let rows = |key: &str| runs[key].as_f64().unwrap();
+    assert!((rows("first_row") - 3000.0).abs() < 20.0, "{runs}");
+    assert!((rows("last_row") - 23_000.0).abs() < 20.0, "{runs}");
+    let how = rested["how"].to_string();
+    assert!(
+        how.contains("is at rest") && how.contains("counts of the input"),
+        "{how}"
+    );
+    assert!(!whole["how"].to_string().contains("is at rest"));
+    for order in [1.0, 64.0] {
+        let (one, other) = (amplitude(&whole, order), amplitude(&rested, order));
+        assert!((one - other).abs() < 0.05, "{order}: {one} {other}");
+    }
+}
+
+/// Tracks at rest, where an edge goes back and forth, had been taken for a shaft that turns back.
+#[test]
+fn exact_tracks_at_rest() {
+    let folder = folder("tracks_at_rest");
+    let mut random = fastrand::Rng::with_seed(5);
+    let mut text = String::from("time [s],a1 [V],b1 [V],a2 [V],b2 [V]\n");
+    for k in 0..50_000_u32 {
+        let turned = f64::from(k.clamp(5000, 45_000) - 5000) / 40_000.0;
+        let rests = !(5000..=45_000).contains(&k);
+        let noise = if rests {
+            0.2 * (random.f64() - 0.5)
+        } else {
+            0.0
+        };
+        let turns = 2.2 * turned + 0.003;
+        let pair = |angle: f64, lines: f64| {
+            [0.0, 0.25].map(|s| f64::from((TAU * (lines * angle - s) + noise).sin() > 0.0))
+        };
+        let a = pair(turns * 64.0 / 21.0, 600.0);
+        let b = pair(turns + error(turns) / TAU, 1500.0);
+        text += &format!(
+            "{:.5},{},{},{},{}\n",
+            f64::from(k) * 1e-4,
+            a[0],
+            a[1],
+            b[0],
+            b[1]
+        );
+    }
+    let path = put(&folder, "tracks.csv", &text);
+    let found = document(&[
+        "te",
+        path.to_str().unwrap(),
+        "--input",
+        "a1,b1",
+        "--output",
+        "a2,b2",
+        "--teeth",
+        "21:64",
+        "--lines",
+        "600,1500",
+        "--json",
+    ]);
+    assert!(
+        (amplitude(&found, 1.0) - 8.0).abs() < 1.0,
+        "{}",
+        amplitude(&found, 1.0)
+    );
+}

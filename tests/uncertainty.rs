@@ -82,6 +82,7 @@ fn fitted(spectra: &Spectra) -> RationalFit {
         variance_trusted: false,
         line_independence: 1.0,
         derivative: 0,
+        hits: None,
     };
     let options = RationalOptions {
         order: Some(TRUTH.len()),

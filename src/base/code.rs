@@ -16,7 +16,7 @@ macro_rules! codes {
                 match self { $(Code::$name => $word,)* }
             }
 
-            /// The exit code of a command it ends: 2 for bad input, 3 for numerical failure, 130 for Ctrl-C.
+            /// The exit code of a command it ends: 2 for bad input, 3 for numerical failure, 130 for an interrupt.
             pub fn exit(self) -> u8 {
                 match self { $(Code::$name => $exit,)* }
             }
@@ -59,7 +59,7 @@ codes! {
     NotANumber "not-a-number" 2 "A cell of a channel holds text. Blank cells, NaN and overload words are understood as missing samples; anything else is not guessed at."
     BadTime "bad-time" 2 "The time stamps repeat, run backward or leap beyond all recorders, so that the order of the samples is in doubt; or they are so uneven that lost samples cannot be told from late stamps, or that the samples cannot be brought to even steps within 10 %. Sort or cut the log at the line named, log with even steps, or leave the stamps aside: --time none --rate HZ."
     RateUnknown "rate-unknown" 2 "Neither time stamps nor the header give the sample rate, or the header states it in a way that cannot be read with certainty: with a unit that is none of a rate, a tail, or numbers that may be one or several. State it: --rate 5000, or `rate` in the sidecar."
-    RateDisagrees "rate-disagrees" 2 "The sample rate by the time stamps, by the header and by the sample count over the duration differ by more than 0.1 %. Say which one is right: --rate-from time, --rate-from header, or --rate."
+    RateDisagrees "rate-disagrees" 2 "The sample rates that the file states, or those and the rate of its time stamps, differ by more than 0.1 %. State the right one: --rate-from time, --rate-from header, or --rate."
     NoChannel "no-channel" 2 "The log has no channel of that name. `geardyn check LOG` lists the channels."
     NoSignal "no-signal" 2 "The channel holds nothing to analyse: all zero, constant, or no number at all."
     TooShort "too-short" 2 "The record has fewer samples than the analysis needs."
@@ -67,13 +67,13 @@ codes! {
     Slip "slip" 2 "Between the two encoders something slips: their ratio holds for most of the record and then does not. Look at couplings, clamps and belts, and take a stretch in which nothing slips."
     LostCounts "lost-counts" 2 "An encoder lost counts or counted too many, so that its angle is wrong from there on. The message says where and how many. Take a stretch without such a place, or have the steps taken out with --repair."
     Usage "usage" 2 "The command was called in a way it does not take. See its --help."
-    OutputFailed "output-failed" 2 "The output file could not be written. Nothing half-written is left behind."
+    OutputFailed "output-failed" 2 "The output file could not be written: its folder is missing or takes no file, the disk is full, or the name is a link that does not resolve. Nothing half-written is left behind, and no file of the run is replaced."
     // numbers
     Indefinite "indefinite" 3 "The mass matrix is not positive definite, so the modes are not defined. A consistent mass or a rigid joint has left a combination of freedoms without inertia."
     NoConvergence "no-convergence" 3 "An iteration ended without reaching its tolerance. The message says which, and how far it came. Of a motion: take another --method (radau5 for stiff machines, dop853-events for contacts), a coarser --tolerance, or a smaller --step; where something jumps at that instant, give it a short ramp. Of modes: ask for fewer, or nearer to a frequency."
     Overflow "overflow" 3 "Numbers of the model are so far apart that their products leave the range of double precision (1e-308 to 1e308). Check the units of the values named."
     IllPosed "ill-posed" 3 "The data do not determine what is asked: the equations of the fit are singular, or fewer independent values than unknowns are at hand."
-    Interrupted "interrupted" 130 "Ctrl-C ended the work before anything was finished that could be shown. Where something was, it is shown whole, with the same exit code."
+    Interrupted "interrupted" 130 "An interrupt (Ctrl-C, SIGTERM or SIGHUP) ended the work before anything was finished that could be shown. Where something was, it is shown, with the same exit code. Files named as outputs are as they were before."
     Hopeless "hopeless" 3 "The request would need more memory or time than is sensible for it. The message says what to ask instead."
 }
 

@@ -30,6 +30,11 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "The time stamps lie unevenly and the samples were resampled. Above the band said the values rest on the interpolation.",
     ),
     (
+        "frequency-guessed",
+        Warning,
+        "The table has no names. Its first column rises by even steps, and the inverse transforms of the others lie at positive times alone, as those of frequency responses do and those of signals do not: they are taken for real and imaginary parts, or magnitudes and phases, over frequencies in Hz. Name the columns, or say which is the time: --time.",
+    ),
+    (
         "decimal-comma",
         Warning,
         "Every comma of the text stands before three digits, so it may be a decimal mark or separate thousands. State it: --decimal.",
@@ -40,9 +45,9 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "The line of names has another number of words than the rows have cells, so no name can be given to a column. Columns are numbered; mend the line, or state --delimiter and --decimal.",
     ),
     (
-        "header-rates-differ",
+        "rate-disagrees",
         Warning,
-        "Two lines of the header state different sample rates. State the right one: --rate.",
+        "Another sample rate of the log differs by more than 0.1 % from the one taken: a stated --rate from the time stamps or the header, a line of the header from the stamps, or a bare `rate`, which of a rotating machine may be the speed of a shaft, from the rate of samples. State the right one: --rate.",
     ),
     (
         "header-rate-mark",
@@ -100,6 +105,16 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "A coherence of the file belongs to no response of it.",
     ),
     // What was done to a log.
+    (
+        "row-incomplete",
+        Repair,
+        "The last row of the log breaks off: it has too few cells, its last cell is the beginning of a number, or storage after it was never written, as where a logger is switched off. The row was left out. A row that breaks off anywhere else is an error.",
+    ),
+    (
+        "header-repeated",
+        Repair,
+        "Lines of the header are repeated between the rows, as where a logger was started anew or files were joined. They were passed over and the rows joined; time stamps tell how much time passed there, without them nothing does.",
+    ),
     (
         "sidecar",
         Repair,
@@ -356,7 +371,32 @@ pub const ALL: &[(&str, Sort, &str)] = &[
     (
         "few-block-rows",
         Warning,
-        "The covariances reach over too few periods of the lowest frequency of the band.",
+        "The record holds too few periods of the lowest frequencies of the band, or is so short that the covariances reach over fewer lags than usual: no mode is sought below the frequency named. Take a longer record.",
+    ),
+    (
+        "band-cut",
+        Warning,
+        "The band reaches beyond 0.4 of the sample rate, where filters of loggers end: no mode is sought there. Sample faster.",
+    ),
+    (
+        "evenly-spaced",
+        Warning,
+        "Five or more sines are evenly spaced, as harmonics of a shaft and sidebands of a mesh are, and the modes of a structure hardly ever. Narrow poles in their series are listed with them and not as modes. State the speed, or repeat at another one.",
+    ),
+    (
+        "many-modes",
+        Warning,
+        "So many modes lie within three octaves that the highest order of the models may not hold all of them. Compare with the peaks of --method fdd.",
+    ),
+    (
+        "close-pair",
+        Warning,
+        "At one sample rate two modes are found where another shows one. Where their distance exceeds their uncertainty both are listed, else the one. Two modes may be hardly resolved, or one may change during the record: take a longer record, or sensors where the two shapes differ.",
+    ),
+    (
+        "peak-without-mode",
+        Warning,
+        "The spectra show a peak that is no sine, and no mode explains it: a mode whose poles were not certain enough, or one beyond the frequencies in which modes are sought. The poles that were rejected are listed with their reasons.",
     ),
     (
         "residuals",
@@ -423,6 +463,16 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "not-compared",
         Warning,
         "A second run from a changed start tells how a motion amplifies changes and which digits of its readings hold. It failed, or took far longer than the first, so that extremes are shown with digits that may not hold. Compare a run with another tolerance or method yourself, or `geardyn accuracy`.",
+    ),
+    (
+        "unstable",
+        Warning,
+        "A root of the linear machine has a growth rate above zero: a small motion grows as exp(rate · t) until something that is not linear limits it, and no steady answer is reached. Growth below 1e-10 |λ| counts as none.",
+    ),
+    (
+        "speed-terms",
+        Warning,
+        "The answer leaves out terms that the machine has: gyroscopic, Coriolis and centripetal ones without --speed, or damping that circulates or feeds without --damped. Their size is that of the shift of a frequency they may cause.",
     ),
     (
         "undamped",
@@ -524,6 +574,11 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "outside-standard",
         Warning,
         "The gear lies outside the range of sizes for which the standard states its formulas, so there is no limit to hold the value against. None is made up by extending the formulas.",
+    ),
+    (
+        "readings-small",
+        Warning,
+        "The total deviation of a chart is less than a tenth of what the finest grade of ISO 1328 allows, which no gear reaches. Readings in mm whose unit is stated as µm are a thousand times too small.",
     ),
     (
         "limit-in-doubt",

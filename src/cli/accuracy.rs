@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use super::args::{AccuracyArgs, SubjectWord};
-use super::{interrupt, motion_flags, output};
+use super::files::{self, Files};
+use super::{epilogue, interrupt, motion_flags, output};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::stop::Stop;
@@ -29,23 +30,26 @@ pub fn run(args: &AccuracyArgs) -> Result<u8, Errors> {
     let study = study(args, listed(&scene))?;
     let outputs: Vec<PathBuf> = args.csv.iter().chain(&args.svg).cloned().collect();
     let inputs: Vec<PathBuf> = scene.files();
-    output::check(&outputs, &inputs)?;
     if let Some(path) = &args.svg {
-        output::ends(path, &["svg"])?;
+        files::ends(path, &["svg"])?;
     }
+    let mut files = Files::new(&outputs, &inputs)?;
     let measured = Measured::new(&scene, &study, args.quiet, &interrupt::stop())?;
-    if let Some(path) = &args.csv {
-        output::write(path, measured.csv().as_bytes())?;
+    let whole = measured.exit() != interrupt::INTERRUPTED;
+    if let Some(path) = args.csv.as_ref().filter(|_| whole) {
+        files.write(path, measured.csv().as_bytes())?;
     }
-    if let Some(path) = &args.svg {
-        output::write(path, measured.draw(&scene.model.title).as_bytes())?;
+    if let Some(path) = args.svg.as_ref().filter(|_| whole) {
+        files.write(path, measured.draw(&scene.model.title).as_bytes())?;
     }
+    files.finish()?;
     match args.json {
-        true => output::print(&format!("{:#}\n", measured.json(&scene)))?,
+        true => output::document(&measured.json(&scene))?,
         false => output::print(&measured.text())?,
     }
     if !args.quiet {
         output::tell(measured.epilogue());
+        output::tell(&epilogue::not_written(&outputs, whole));
     }
     Ok(measured.exit())
 }

@@ -32,7 +32,7 @@ pub fn run(args: &CheckArgs) -> Result<u8, Errors> {
                 let worst = errors.list().iter().map(|e| e.code.exit()).max();
                 exit = exit.max(worst.unwrap_or(2));
                 match args.json {
-                    true => documents.push(diagnostic::json(&errors)),
+                    true => documents.push(refused(path, &errors)),
                     false => output::tell(&diagnostic::errors(&errors, diagnostic::colour())),
                 }
             }
@@ -41,11 +41,23 @@ pub fn run(args: &CheckArgs) -> Result<u8, Errors> {
     if args.json {
         let document = match documents.len() {
             1 => documents.remove(0),
-            _ => json!({ "files": documents }),
+            _ => {
+                json!({ "geardyn": report::json::log_header(&[]), "files": documents, "warnings": [] })
+            }
         };
-        output::print(&format!("{document:#}\n"))?;
+        output::document(&document)?;
     }
     Ok(exit)
+}
+
+/// The errors of a file, with its name.
+fn refused(path: &Path, errors: &Errors) -> Value {
+    let mut document = diagnostic::json(errors);
+    if let Value::Object(map) = &mut document {
+        let at = usize::from(map.contains_key("geardyn"));
+        map.shift_insert(at, "file".to_string(), json!(path));
+    }
+    document
 }
 
 /// What a file is understood as: for a terminal, as JSON, and the doubts about it.

@@ -5,7 +5,7 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use super::args::LogArgs;
-use super::{epilogue, output, progress};
+use super::{epilogue, files, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors, Warning};
 use crate::recording::raw::{Raw, Repair};
@@ -31,7 +31,7 @@ pub struct Understood {
 /// Whatever is wrong with the log, the flags or the sidecar.
 pub fn check(path: &Path, args: &LogArgs, write: bool) -> Result<Understood, Errors> {
     let target = scene::log::beside(path);
-    if write && target.exists() {
+    if write && target.symlink_metadata().is_ok() {
         let message = format!("{} exists and would be overwritten", target.display());
         return Err(Error::new(Code::Usage, message)
             .hint("correct it as it is, or move it away first")
@@ -85,7 +85,7 @@ pub fn check(path: &Path, args: &LogArgs, write: bool) -> Result<Understood, Err
     }
     if write {
         let text = scene::log::write(&understood, rate_hz, &written);
-        output::write(&target, text.as_bytes())?;
+        files::write_one(&target, text.as_bytes())?;
         found.doubts += &format!("wrote {}\n", target.display());
     }
     Ok(found)

@@ -3,7 +3,8 @@
 use std::io::Write;
 
 use super::args::ConvertArgs;
-use super::{diagnostic, epilogue, interrupt, output, progress};
+use super::files::{self, Files};
+use super::{diagnostic, epilogue, output, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::words::counted;
@@ -31,7 +32,7 @@ enum Content {
 /// # Errors
 /// Whatever is wrong with the log, the flags or the output.
 pub fn run(args: &ConvertArgs) -> Result<u8, Errors> {
-    output::ends(&args.to, FORMATS)?;
+    files::ends(&args.to, FORMATS)?;
     let format = args.to.extension().and_then(|e| e.to_str()).unwrap_or("");
     if args.binary && format != "uff" {
         return Err(Error::new(
@@ -41,10 +42,9 @@ pub fn run(args: &ConvertArgs) -> Result<u8, Errors> {
         .hint("leave it out, or end the name in .uff")
         .into());
     }
-    interrupt::ends();
     let (settings, sidecar) = args.log.settings(&args.file)?;
     let inputs: Vec<_> = sidecar.into_iter().chain([args.file.clone()]).collect();
-    output::check(std::slice::from_ref(&args.to), &inputs)?;
+    let mut files = Files::new(std::slice::from_ref(&args.to), &inputs)?;
     let raw = progress::open(&args.file, &settings, args.quiet)?;
     let mut told = String::new();
     let content = content(raw, settings, &args.channel, &mut told)?;
@@ -54,12 +54,13 @@ pub fn run(args: &ConvertArgs) -> Result<u8, Errors> {
         Form::Text
     };
     let name = args.to.display();
-    output::write_with(&args.to, |mut to| {
+    files.write_with(&args.to, |mut to| {
         write_as(&content, format, form, &mut to).map_err(|e| Error {
             message: format!("{name}: {}", e.message),
             ..e
         })
     })?;
+    files.finish()?;
     if !args.quiet {
         told += &format!("wrote {}: {}\n", args.to.display(), summary(&content));
         output::tell(&told);

@@ -38,14 +38,23 @@ pub fn warnings(warnings: &[Warning]) -> String {
     warnings.iter().map(text).collect()
 }
 
+/// Names the outputs that an interrupt has left as they were; nothing where the answer is `whole`.
+pub fn not_written(outputs: &[impl AsRef<Path>], whole: bool) -> String {
+    match whole || outputs.is_empty() {
+        true => String::new(),
+        false => format!("not written: {}\n", names(outputs)),
+    }
+}
+
 /// Names what was written; nothing where nothing was.
 pub fn written(files: &[impl AsRef<Path>]) -> String {
-    let name = |f: &_| AsRef::<Path>::as_ref(f).display().to_string();
     match files.is_empty() {
         true => String::new(),
-        false => format!(
-            "wrote {}\n",
-            files.iter().map(name).collect::<Vec<_>>().join(" ")
-        ),
+        false => format!("wrote {}\n", names(files)),
     }
+}
+
+fn names(files: &[impl AsRef<Path>]) -> String {
+    let name = |f: &_| AsRef::<Path>::as_ref(f).display().to_string();
+    files.iter().map(name).collect::<Vec<_>>().join(" ")
 }

@@ -17,9 +17,15 @@ pub fn run(word: Option<&str>) -> Result<u8, Error> {
             .map(|(word, text, _)| format!("{word:<24} {}\n", first_sentence(text)))
             .collect(),
         Some(word) => {
-            let found = all.iter().find(|(known, ..)| *known == word);
-            let (word, text, kind) = found.ok_or_else(|| unknown(word, &all))?;
-            format!("{word}\n\n{text}\n\n{kind}\n")
+            // One word may be an error, and a warning where an answer is still possible.
+            let found = all.iter().filter(|(known, ..)| *known == word);
+            let texts: Vec<String> = found
+                .map(|(_, text, kind)| format!("{text}\n\n{kind}\n"))
+                .collect();
+            if texts.is_empty() {
+                return Err(unknown(word, &all));
+            }
+            format!("{word}\n\n{}", texts.join("\n"))
         }
     };
     output::print(&text)?;

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::args::ResponseArgs;
+use super::files::{self, Files};
 use super::{epilogue, output, progress};
 use crate::base::error::{Error, Errors};
 use crate::plan::prepared::Prepared;
@@ -20,28 +21,27 @@ pub fn run(args: &ResponseArgs) -> Result<u8, Errors> {
     let study = asked(args, &scene)?;
     let mut outputs: Vec<PathBuf> = args.csv.iter().cloned().collect();
     if let Some(path) = &args.svg {
-        output::ends(path, &["svg"])?;
+        files::ends(path, &["svg"])?;
         outputs.push(path.clone());
     }
     let inputs: Vec<PathBuf> = scene.files();
-    output::check(&outputs, &inputs)?;
+    let mut files = Files::new(&outputs, &inputs)?;
     let found = Balanced::new(&scene, &study, args.quiet || args.json)?;
     if let Some(path) = &args.csv {
-        output::write(path, report::harmonic_balance::csv(&found.0).as_bytes())?;
+        files.write(path, report::harmonic_balance::csv(&found.0).as_bytes())?;
     }
     if let Some(path) = &args.svg {
         let picture = report::harmonic_balance::picture(&scene.model.title, &found.0);
-        output::write(path, picture.as_bytes())?;
+        files.write(path, picture.as_bytes())?;
     }
+    let written = files.finish()?;
     match args.json {
-        true => output::print(&format!("{:#}\n", found.json(&scene)))?,
+        true => output::document(&found.json(&scene))?,
         false => output::print(&found.text())?,
     }
     if !args.quiet && !args.json {
         output::tell(&found.epilogue());
-        for path in outputs {
-            output::tell(&format!("wrote {}\n", path.display()));
-        }
+        output::tell(&epilogue::written(&written));
     }
     Ok(0)
 }

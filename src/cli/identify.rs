@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::args::{DelayWord, EstimatorWord, IdentifyArgs, KindWord, MapWord, MethodWord};
+use super::files::{self, Files};
 use super::{epilogue, output, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
@@ -38,7 +39,7 @@ pub fn run(args: &IdentifyArgs) -> Result<u8, Errors> {
     let outputs = outputs(args)?;
     let (mut settings, sidecar) = args.log.settings(&args.file)?;
     let inputs: Vec<PathBuf> = sidecar.iter().cloned().chain([args.file.clone()]).collect();
-    output::check(&outputs, &inputs)?;
+    let files = Files::new(&outputs, &inputs)?;
     let mut raw = progress::open(&args.file, &settings, args.quiet)?;
     let responses = raw
         .responses
@@ -76,12 +77,9 @@ pub fn run(args: &IdentifyArgs) -> Result<u8, Errors> {
             (found, recording.repairs)
         }
     };
-    let written = files(args, &found)?;
+    let written = written(files, args, &found)?;
     if args.json {
-        output::print(&format!(
-            "{:#}\n",
-            report::identified::json(&found, &repairs)?
-        ))?;
+        output::document(&report::identified::json(&found, &repairs)?)?;
         return Ok(0);
     }
     output::print(&report::log_tables::identified(&found))?;
@@ -173,6 +171,7 @@ fn study(args: &IdentifyArgs) -> Result<IdentifyStudy, Error> {
             DelayWord::Each => Delay::PerResponse,
         },
         allow_unstable: args.allow_unstable,
+        all: args.all,
         derivative: args.kind.map(|kind| match kind {
             KindWord::Receptance => 0,
             KindWord::Mobility => 1,
@@ -273,18 +272,18 @@ fn range(
 fn outputs(args: &IdentifyArgs) -> Result<Vec<PathBuf>, Error> {
     let mut all: Vec<PathBuf> = args.csv.iter().cloned().collect();
     if let Some(path) = &args.csv {
-        output::ends(path, &["csv"])?;
+        files::ends(path, &["csv"])?;
     }
     if let Some(path) = &args.svg {
-        output::ends(path, &["svg"])?;
+        files::ends(path, &["svg"])?;
         all.extend(pictures(path));
     }
     if let Some(path) = &args.export {
-        output::ends(path, &["json", "csv", "mat"])?;
+        files::ends(path, &["json", "csv", "mat"])?;
         all.push(path.clone());
     }
     if let Some(path) = &args.frf {
-        output::ends(path, &["csv", "json", "uff"])?;
+        files::ends(path, &["csv", "json", "uff"])?;
         all.push(path.clone());
     }
     Ok(all)
@@ -350,7 +349,11 @@ fn drawn(path: &Path, log: &Path, found: &Identification) -> Result<Vec<(PathBuf
 }
 
 /// Writes what was asked for and says what.
-fn files(args: &IdentifyArgs, found: &Identification) -> Result<Vec<String>, Error> {
+fn written(
+    mut files: Files,
+    args: &IdentifyArgs,
+    found: &Identification,
+) -> Result<Vec<PathBuf>, Error> {
     let mut all: Vec<(PathBuf, Vec<u8>)> = Vec::new();
     if let Some(path) = &args.csv {
         all.push((path.clone(), report::identified::csv(found).into_bytes()));
@@ -391,12 +394,9 @@ fn files(args: &IdentifyArgs, found: &Identification) -> Result<Vec<String>, Err
         all.push((path.clone(), bytes));
     }
     for (path, bytes) in &all {
-        output::write(path, bytes)?;
+        files.write(path, bytes)?;
     }
-    Ok(all
-        .into_iter()
-        .map(|(path, _)| path.display().to_string())
-        .collect())
+    files.finish()
 }
 
 /// The identified model in the format that the file's name asks for.
@@ -460,7 +460,7 @@ fn map_of(word: MapWord) -> Map {
 }
 
 /// What was done to the data, doubts, what was written.
-fn epilogue(found: &Identification, repairs: &[Repair], written: &[String]) -> String {
+fn epilogue(found: &Identification, repairs: &[Repair], written: &[PathBuf]) -> String {
     let mut text = String::from("\n");
     text += &epilogue::repairs(repairs);
     for hit in found.hits.iter().filter(|h| h.fault.is_some()) {

@@ -1,61 +1,120 @@
-//! Ctrl-C: work ends at its next step, and what was finished is printed whole.
+//! Interrupts (SIGINT, SIGTERM, SIGHUP): work ends early, no file stays half-written, and the answer says so.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use crate::base::error::Error;
 use crate::base::stop::Stop;
 
-/// Exit code of work that Ctrl-C ended; what was finished is whole.
+/// Exit code of interrupted work.
 pub const INTERRUPTED: u8 = 130;
 
-/// Raised by Ctrl-C. A second one ends the process at once. Where whoever started it has Ctrl-C ignored, it stays so.
-pub fn stop() -> Stop {
-    let stop = Stop::default();
-    let raised = stop.clone();
-    let _ = ctrlc::try_set_handler(move || {
-        if raised.raise() {
-            take_away();
-            std::process::exit(i32::from(INTERRUPTED));
+/// The state of this run as a signal finds it.
+struct Run {
+    /// Raised by the first signal, where the command can end early with a partial answer.
+    stop: Option<Stop>,
+    /// The files are complete and the answer is being printed: one signal changes nothing any more.
+    answering: bool,
+    /// Files under temporary names.
+    temporaries: Vec<PathBuf>,
+}
+
+static RUN: Mutex<Run> = Mutex::new(Run {
+    stop: None,
+    answering: false,
+    temporaries: Vec::new(),
+});
+
+fn state() -> MutexGuard<'static, Run> {
+    RUN.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Listens for interrupts. The first one raises [`stop`] where the command uses it; without it, and at the second one, temporary
+/// files are removed, `report` prints the error unless an answer has begun, and the process exits with [`INTERRUPTED`]. A signal
+/// that the caller of the process has ignored (`nohup`, background jobs of a script) stays ignored.
+pub fn listen(report: impl Fn() + Send + 'static) {
+    let mut first = true;
+    on_signal(move || {
+        let mut run = state();
+        if std::mem::replace(&mut first, false) {
+            if run.answering {
+                return;
+            }
+            if let Some(stop) = &run.stop {
+                stop.raise();
+                return;
+            }
         }
-    });
-    stop
-}
-
-/// The file that is being written under a temporary name.
-static UNFINISHED: Mutex<Option<PathBuf>> = Mutex::new(None);
-
-fn unfinished() -> MutexGuard<'static, Option<PathBuf>> {
-    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// A file under a temporary name, for as long as it is one: Ctrl-C takes it away.
-pub struct Unfinished;
-
-impl Unfinished {
-    /// Of this name.
-    pub fn new(path: &Path) -> Unfinished {
-        *unfinished() = Some(path.to_path_buf());
-        Unfinished
-    }
-}
-
-impl Drop for Unfinished {
-    fn drop(&mut self) {
-        *unfinished() = None;
-    }
-}
-
-/// From here on Ctrl-C ends the process at once, without anything half-written left behind: for work that has nothing to show before
-/// it is finished.
-pub fn ends() {
-    let _ = ctrlc::try_set_handler(|| {
-        take_away();
+        for path in run.temporaries.drain(..) {
+            let _ = std::fs::remove_file(path);
+        }
+        if !run.answering {
+            report();
+        }
         std::process::exit(i32::from(INTERRUPTED));
     });
 }
 
-fn take_away() {
-    if let Some(path) = unfinished().take() {
-        let _ = std::fs::remove_file(path);
+/// A cancellation token that the first interrupt raises.
+pub fn stop() -> Stop {
+    state().stop.get_or_insert_default().clone()
+}
+
+/// Whether an interrupt has raised the token.
+pub fn is_raised() -> bool {
+    state().stop.as_ref().is_some_and(Stop::is_raised)
+}
+
+/// Registers a file under a temporary name: an interrupt removes it.
+pub fn register(temporary: &Path) {
+    state().temporaries.push(temporary.to_path_buf());
+}
+
+/// Renames the temporary files; an interrupt waits until all are renamed.
+///
+/// # Errors
+/// Those of `rename`.
+pub fn commit(rename: impl FnOnce() -> Result<(), Error>) -> Result<(), Error> {
+    let mut run = state();
+    rename()?;
+    run.temporaries.clear();
+    run.answering = true;
+    Ok(())
+}
+
+/// From here on a document is being printed: the first interrupt lets it end.
+pub fn answering() {
+    state().answering = true;
+}
+
+#[cfg(unix)]
+fn on_signal(mut act: impl FnMut() + Send + 'static) {
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+    let heard = [SIGINT, SIGTERM, SIGHUP]
+        .into_iter()
+        .filter(|signal| !is_ignored(*signal));
+    let Ok(mut signals) = signal_hook::iterator::Signals::new(heard) else {
+        return;
+    };
+    std::thread::spawn(move || signals.forever().for_each(|_| act()));
+}
+
+/// Whether the process was started with a signal ignored: bit `signal − 1` of `SigIgn` (proc_pid_status(5)). Where the system does
+/// not say, SIGHUP is left alone, since `nohup` is the usual reason.
+#[cfg(unix)]
+fn is_ignored(signal: i32) -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status
+        .lines()
+        .find_map(|line| line.strip_prefix("SigIgn:"))
+        .and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    match mask {
+        Some(mask) => mask >> (signal - 1) & 1 == 1,
+        None => signal == signal_hook::consts::SIGHUP,
     }
+}
+
+#[cfg(not(unix))]
+fn on_signal(act: impl FnMut() + Send + 'static) {
+    let _ = ctrlc::try_set_handler(act);
 }

@@ -5,6 +5,7 @@ use std::path::Path;
 use clap::CommandFactory;
 
 use super::args::Arguments;
+use super::files::Files;
 use super::output;
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -34,7 +35,7 @@ pub fn pages(folder: &Path) -> Result<u8, Error> {
     std::fs::create_dir_all(folder).map_err(failed)?;
     let mut root = Arguments::command();
     root.build();
-    let mut names = Vec::new();
+    let mut files = Files::default();
     let subcommands: Vec<clap::Command> = root.get_subcommands().cloned().collect();
     for command in std::iter::once(root).chain(subcommands) {
         let name = command
@@ -46,12 +47,11 @@ pub fn pages(folder: &Path) -> Result<u8, Error> {
         clap_mangen::Man::new(command)
             .render(&mut text)
             .map_err(failed)?;
-        output::write(&folder.join(&page), &text)?;
-        names.push(page);
+        files.write(&folder.join(&page), &text)?;
     }
     output::print(&format!(
         "wrote {} pages into {}\n",
-        names.len(),
+        files.finish()?.len(),
         folder.display()
     ))?;
     Ok(0)

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::args::MeasureArgs;
+use super::files::{self, Files};
 use super::{epilogue, output};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
@@ -17,30 +18,25 @@ use crate::scene::measured::{self, MeasuredGear};
 /// Whatever is wrong with the files, their charts, or what is to be written.
 pub fn run(args: &MeasureArgs) -> Result<u8, Errors> {
     let gear = read(&args.file)?;
-    check_outputs(args, &gear)?;
+    let mut files = planned(args, &gear)?;
     let answer = run::run(&gear)?;
-    let mut written = Vec::new();
-    let mut put = |path: &Path, text: &str| -> Result<(), Error> {
-        output::write(path, text.as_bytes())?;
-        written.push(path.display().to_string());
-        Ok(())
-    };
     if let Some(path) = &args.csv {
-        put(path, &report::measure::csv(&gear, &answer))?;
+        files.write(path, report::measure::csv(&gear, &answer).as_bytes())?;
     }
     if let Some(path) = &args.svg {
         let title = &gear.title;
         if let Some(picture) = report::measure_picture::unrolled(title, &answer.drawn) {
-            put(path, &picture)?;
+            files.write(path, picture.as_bytes())?;
         }
         if let Some(picture) = report::measure_polar::polar(title, &answer.drawn) {
-            put(&output::beside(path, "polar"), &picture)?;
+            files.write(&files::beside(path, "polar"), picture.as_bytes())?;
         }
     }
+    let written = files.finish()?;
     match args.json {
         true => {
             let document = report::measure::json(&gear, &answer);
-            output::print(&format!("{document:#}\n"))?;
+            output::document(&document)?;
         }
         false => output::print(&report::measure_table::deviations(&gear, &answer))?,
     }
@@ -83,15 +79,15 @@ fn epilogue(answer: &Answer) -> String {
     text
 }
 
-/// Refuses files that would overwrite what is read, before any work is done.
-fn check_outputs(args: &MeasureArgs, gear: &MeasuredGear) -> Result<(), Error> {
+/// The files to write, checked before any work is done.
+fn planned(args: &MeasureArgs, gear: &MeasuredGear) -> Result<Files, Error> {
     let mut outputs: Vec<PathBuf> = args.csv.iter().cloned().collect();
     if let Some(path) = &args.svg {
-        output::ends(path, &["svg"])?;
-        outputs.extend([path.clone(), output::beside(path, "polar")]);
+        files::ends(path, &["svg"])?;
+        outputs.extend([path.clone(), files::beside(path, "polar")]);
     }
     let mut inputs = vec![args.file.clone()];
     inputs.extend(gear.charts.iter().map(|chart| chart.file.clone()));
     inputs.extend(gear.demand.iter().filter_map(|d| d.table.clone()));
-    output::check(&outputs, &inputs)
+    Files::new(&outputs, &inputs)
 }

@@ -6,11 +6,17 @@ pub mod args;
 /// Errors and warnings as text and JSON.
 pub mod diagnostic;
 
-/// Ctrl-C.
+/// Interrupts: SIGINT, SIGTERM, SIGHUP.
 pub mod interrupt;
 
-/// Standard output, and files that appear whole.
+/// Standard output and standard error.
 pub mod output;
+
+/// Where an output file goes.
+pub mod destination;
+
+/// Output files that appear whole.
+pub mod files;
 
 /// What is said below an answer.
 pub mod epilogue;
@@ -83,54 +89,95 @@ pub mod spectrum;
 /// `completions` and `man`.
 pub mod manual;
 
+use std::ffi::OsString;
+use std::io;
 use std::process::ExitCode;
 
 use args::{Arguments, Command};
+use clap::Parser;
 
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 
-/// Carries out a command and says how it ended: 0 answered, 1 a bad verdict, 2 bad input or usage, 3 numerical failure.
-pub fn run(arguments: &Arguments) -> ExitCode {
-    match carry_out(&arguments.command) {
+/// Parses the arguments, program name first, and carries out the command. Exit codes: 0 answered, 1 a bad verdict, 2 bad input or
+/// usage, 3 numerical failure, 130 interrupted.
+pub fn run(arguments: &[OsString]) -> ExitCode {
+    let json = arguments.iter().any(|argument| argument == "--json");
+    if let Err(error) = refuse_unreadable(arguments) {
+        return ended(&error.into(), json);
+    }
+    let command = match Arguments::try_parse_from(arguments) {
+        Ok(parsed) => parsed.command,
+        Err(error) => return usage(&error, json),
+    };
+    interrupt::listen(move || {
+        let error = Error::new(
+            Code::Interrupted,
+            "interrupted before the work was finished",
+        );
+        let _ = ended(
+            &error
+                .hint("files named as outputs are as they were before")
+                .into(),
+            json,
+        );
+    });
+    match carry_out(&command) {
         Ok(exit) => ExitCode::from(exit),
         Err(errors) => {
-            let exit = errors
-                .list()
-                .iter()
-                .map(|e| e.code.exit())
-                .max()
-                .unwrap_or(2);
-            if wants_json(&arguments.command) {
-                // Whoever asked for JSON reads standard output.
-                let _ = output::print(&format!("{:#}\n", diagnostic::json(&errors)));
-            } else {
-                output::tell(&diagnostic::errors(&errors, diagnostic::colour()));
-            }
-            ExitCode::from(exit)
+            interrupt::answering();
+            ended(&errors, json)
         }
     }
 }
 
+/// Refuses arguments that are not UTF-8, file names among them.
+fn refuse_unreadable(arguments: &[OsString]) -> Result<(), Error> {
+    let unreadable = |(k, argument): (usize, &OsString)| match argument.to_str() {
+        Some(_) => None,
+        None => Some((k, argument.to_string_lossy().into_owned())),
+    };
+    match arguments.iter().enumerate().find_map(unreadable) {
+        None => Ok(()),
+        Some((k, shown)) => {
+            let message = format!("argument {k} is not UTF-8: `{shown}`");
+            Err(Error::new(Code::Usage, message).hint("if it names a file, rename the file"))
+        }
+    }
+}
+
+/// Prints why a command ended, and says with which exit code. Whoever asked for JSON reads standard output.
+fn ended(errors: &Errors, json: bool) -> ExitCode {
+    let document = || format!("{:#}\n", diagnostic::json(errors));
+    let printed = json && output::print(&document()).is_ok();
+    if !printed {
+        output::tell(&diagnostic::errors(errors, diagnostic::colour()));
+    }
+    let exit = errors.list().iter().map(|e| e.code.exit()).max();
+    ExitCode::from(exit.unwrap_or(2))
+}
+
 /// Says how the command is to be called: as JSON where that was asked for. Help and version are answers.
-pub fn usage(error: &clap::Error) -> ExitCode {
-    // Printing knows whether colours suit; where nobody reads it there is nothing to say.
-    if !error.use_stderr() {
-        let _ = error.print();
-        return ExitCode::SUCCESS;
+fn usage(error: &clap::Error, json: bool) -> ExitCode {
+    // Printing knows whether colours suit.
+    let help = !error.use_stderr();
+    if help || !json {
+        return match error.print() {
+            Err(e) if help && e.kind() != io::ErrorKind::BrokenPipe => {
+                let message = format!("standard output could not be written: {e}");
+                ended(&Error::new(Code::OutputFailed, message).into(), false)
+            }
+            _ if help => ExitCode::SUCCESS,
+            _ => ExitCode::from(2),
+        };
     }
-    if std::env::args().any(|argument| argument == "--json") {
-        let text = error.render().to_string();
-        // The first paragraph is the message, its arguments on lines of their own.
-        let mut lines = text.trim_start_matches("error: ").lines().map(str::trim);
-        let message: Vec<&str> = lines.by_ref().take_while(|line| !line.is_empty()).collect();
-        let hint = lines.find_map(|line| line.strip_prefix("tip: "));
-        let wrong = Error::new(Code::Usage, message.join(" ")).hint(hint.unwrap_or("see --help"));
-        let _ = output::print(&format!("{:#}\n", diagnostic::json(&wrong.into())));
-    } else {
-        let _ = error.print();
-    }
-    ExitCode::from(2)
+    let text = error.render().to_string();
+    // The first paragraph is the message, its arguments on lines of their own.
+    let mut lines = text.trim_start_matches("error: ").lines().map(str::trim);
+    let message: Vec<&str> = lines.by_ref().take_while(|line| !line.is_empty()).collect();
+    let hint = lines.find_map(|line| line.strip_prefix("tip: "));
+    let wrong = Error::new(Code::Usage, message.join(" ")).hint(hint.unwrap_or("see --help"));
+    ended(&wrong.into(), json)
 }
 
 fn carry_out(command: &Command) -> Result<u8, Errors> {
@@ -155,22 +202,4 @@ fn carry_out(command: &Command) -> Result<u8, Errors> {
         Command::Completions { shell } => manual::completions(*shell)?,
         Command::Man { folder } => manual::pages(folder)?,
     })
-}
-
-fn wants_json(command: &Command) -> bool {
-    match command {
-        Command::Check(args) => args.json,
-        Command::Plan(args) => args.json,
-        Command::Modes(args) => args.json,
-        Command::Simulate(args) => args.json,
-        Command::Accuracy(args) => args.json,
-        Command::Stability(args) => args.json,
-        Command::Response(args) => args.json,
-        Command::Measure(args) => args.json,
-        Command::Te(args) => args.json,
-        Command::Run(args) => args.json,
-        Command::Identify(args) => args.json,
-        Command::Spectrum(args) => args.json,
-        _ => false,
-    }
 }

@@ -4,6 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use super::args::ModesArgs;
+use super::files::{self, Files};
 use super::{epilogue, output, progress, study};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
@@ -23,32 +24,29 @@ pub fn run(args: &ModesArgs) -> Result<u8, Errors> {
     let scene = scene::read(&args.model)?;
     let study = study::of(&args.study, &scene)?;
     let inputs: Vec<PathBuf> = scene.files();
-    output::check(&outputs(args)?, &inputs)?;
+    let mut files = Files::new(&outputs(args)?, &inputs)?;
     let prepared = Prepared::new(&scene.model)?;
     let plan = Plan::modes(&prepared, &study);
     let answer = progress::busy("finding modes", args.quiet, || {
         run::run(&prepared, &study, &plan)
     })?;
     let chosen = chosen(args, &answer)?;
-    let mut written = Vec::new();
     if let Some(path) = &args.csv {
-        output::write(path, report::csv::modes(&prepared, &answer).as_bytes())?;
-        written.push(path.display().to_string());
+        files.write(path, report::csv::modes(&prepared, &answer).as_bytes())?;
     }
     if let Some(path) = &args.svg {
         for (path, picture) in pictures(path, &prepared, &answer) {
-            output::write(&path, picture.as_bytes())?;
-            written.push(path.display().to_string());
+            files.write(&path, picture.as_bytes())?;
         }
     }
     if let (Some(path), Some((space, _))) = (&args.study.state_space, &answer.state_space) {
-        output::write(path, &state_space(path, space)?)?;
-        written.push(path.display().to_string());
+        files.write(path, &state_space(path, space)?)?;
     }
+    let written = files.finish()?;
     if args.json {
         let document =
             report::json::modes(&scene.sources, &prepared, &answer, Detail { top: args.top });
-        output::print(&format!("{document:#}\n"))?;
+        output::document(&document)?;
         return Ok(0);
     }
     let text = match (chosen, &answer.campbell) {
@@ -74,17 +72,17 @@ pub fn run(args: &ModesArgs) -> Result<u8, Errors> {
 fn outputs(args: &ModesArgs) -> Result<Vec<PathBuf>, Error> {
     let mut all: Vec<PathBuf> = args.csv.iter().cloned().collect();
     if let Some(path) = &args.svg {
-        output::ends(path, &["svg"])?;
+        files::ends(path, &["svg"])?;
         all.push(path.clone());
         all.extend(
             args.study
                 .campbell
                 .is_none()
-                .then(|| output::beside(path, "energies")),
+                .then(|| files::beside(path, "energies")),
         );
     }
     if let Some(path) = &args.study.state_space {
-        output::ends(path, &["json", "csv", "mat"])?;
+        files::ends(path, &["json", "csv", "mat"])?;
         all.push(path.clone());
     }
     Ok(all)
@@ -141,14 +139,14 @@ fn pictures(path: &Path, prepared: &Prepared, answer: &Answer) -> Vec<(PathBuf, 
             report::shapes::mode_shapes(prepared, answer, PANELS),
         ),
         (
-            output::beside(path, "energies"),
+            files::beside(path, "energies"),
             report::energy_bars::energy_matrix(prepared, answer, ROWS),
         ),
     ]
 }
 
 /// What was done and left out, doubts, and what was written.
-pub fn epilogue(plan: &Plan, answer: &Answer, written: &[String]) -> String {
+pub fn epilogue(plan: &Plan, answer: &Answer, written: &[PathBuf]) -> String {
     let mut text = String::from("\n");
     for (_, name, verdict) in &plan.steps {
         match (*name, verdict) {

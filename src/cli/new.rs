@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::output;
+use super::{files, output};
 use crate::base::code::Code;
 use crate::base::error::Error;
 
@@ -14,11 +14,11 @@ pub const STARTER: &str = include_str!("starter.toml");
 /// # Errors
 /// The file exists, or cannot be written.
 pub fn run(path: &Path) -> Result<u8, Error> {
-    if path.exists() {
+    if path.symlink_metadata().is_ok() {
         let message = format!("{} exists already", path.display());
         return Err(Error::new(Code::OutputFailed, message).hint("name another file"));
     }
-    output::write(path, STARTER.as_bytes())?;
+    files::write_one(path, STARTER.as_bytes())?;
     let name = path.display();
     output::print(&format!(
         "wrote {name}\nnext: `geardyn check {name}`, then `geardyn modes {name}`\n"

@@ -52,7 +52,7 @@ pub fn run(args: &PlanArgs) -> Result<u8, Errors> {
         if let Some((hz, advice)) = &advice {
             document["advice"] = report::systems::advice_json(&prepared.machine, advice, *hz);
         }
-        output::print(&format!("{document:#}\n"))?;
+        output::document(&document)?;
         return Ok(0);
     }
     let asks_modes = motions.len() < scene.studies.len();
@@ -95,6 +95,11 @@ fn motions(
     let mut all = Vec::new();
     let in_time = |kind: &'static str, listed: &SimulateStudy| {
         let motion = motion_flags::integrated(asked, listed.clone())?;
+        // `accuracy` and `stability` compare runs of their own.
+        let motion = SimulateStudy {
+            no_sensitivity: motion.no_sensitivity || kind != "simulate",
+            ..motion
+        };
         let ready = MotionScene::new(prepared, &scene.start, &motion)?;
         let choice = choice::choose(&ready.moving.train, &motion)?;
         Ok::<_, Error>((kind, stages::plan(&ready, &choice, &motion)))

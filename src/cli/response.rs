@@ -1,8 +1,9 @@
 //! `geardyn response`: steady answers to steady excitation.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use super::args::{ResponseArgs, ResponseKindWord, ResponseWayWord};
+use super::files::{self, Files};
 use super::{epilogue, output, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
@@ -21,24 +22,19 @@ use crate::scene::{self, Scene};
 pub fn run(args: &ResponseArgs) -> Result<u8, Errors> {
     let scene = scene::read(&args.scene)?;
     let study = asked(args, &scene)?;
-    check_outputs(args, &scene)?;
+    let mut files = planned(args, &scene)?;
     let found = Linear::new(&scene, &study, args.svg.is_some(), args.quiet)?;
-    let mut written = Vec::new();
-    let mut put = |path: &Path, text: &str| -> Result<(), Error> {
-        output::write(path, text.as_bytes())?;
-        written.push(path.display().to_string());
-        Ok(())
-    };
     if let Some(path) = &args.csv {
-        put(path, &report::response::csv(&found.answer))?;
+        files.write(path, report::response::csv(&found.answer).as_bytes())?;
     }
     if let Some(path) = &args.svg {
         let (bode, nyquist) = report::response::pictures(&scene.model.title, &found.answer);
-        put(path, &bode)?;
-        put(&output::beside(path, "nyquist"), &nyquist)?;
+        files.write(path, bode.as_bytes())?;
+        files.write(&files::beside(path, "nyquist"), nyquist.as_bytes())?;
     }
+    let written = files.finish()?;
     match args.json {
-        true => output::print(&format!("{:#}\n", found.json(&scene)))?,
+        true => output::document(&found.json(&scene))?,
         false => output::print(&found.text())?,
     }
     if !args.quiet && !args.json {
@@ -146,13 +142,13 @@ fn asked(args: &ResponseArgs, scene: &Scene) -> Result<ResponseStudy, Error> {
     })
 }
 
-/// Refuses files that would overwrite what is read, before any work is done.
-fn check_outputs(args: &ResponseArgs, scene: &Scene) -> Result<(), Error> {
+/// The files to write, checked before any work is done.
+fn planned(args: &ResponseArgs, scene: &Scene) -> Result<Files, Error> {
     let mut outputs: Vec<PathBuf> = args.csv.iter().cloned().collect();
     if let Some(path) = &args.svg {
-        output::ends(path, &["svg"])?;
-        outputs.extend([path.clone(), output::beside(path, "nyquist")]);
+        files::ends(path, &["svg"])?;
+        outputs.extend([path.clone(), files::beside(path, "nyquist")]);
     }
     let inputs: Vec<PathBuf> = scene.files();
-    output::check(&outputs, &inputs)
+    Files::new(&outputs, &inputs)
 }

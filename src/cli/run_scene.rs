@@ -110,7 +110,7 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
                 stability::study_of(&scene, study, quiet, &stop).map(|found| Done {
                     text: report::stability_table::table(&found),
                     json: report::stability::json(&scene.sources, &found),
-                    epilogue: stability::epilogue(&found).to_string(),
+                    epilogue: stability::epilogue(&found),
                     exit: stability::exit(&found),
                 }),
             ),
@@ -131,13 +131,14 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
         }
         documents.push(json!({ "study": name, "answer": done.json }));
         exit = exit.max(done.exit);
-        if done.exit == interrupt::INTERRUPTED {
+        if interrupt::is_raised() {
+            exit = interrupt::INTERRUPTED;
             break;
         }
     }
     if args.json {
         let document = json!({ "geardyn": report::json::header(&scene.sources, &[]), "title": title, "studies": documents, "warnings": [] });
-        output::print(&format!("{document:#}\n"))?;
+        output::document(&document)?;
     }
     Ok(exit)
 }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use serde_json::Value;
 
 use super::args::{RunningArgs, SimulateArgs};
+use super::files::{self, Files};
 use super::{epilogue, interrupt, motion_flags, output, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
@@ -44,34 +45,30 @@ pub fn run(args: &SimulateArgs) -> Result<u8, Errors> {
     }
     let outputs: Vec<PathBuf> = args.csv.iter().chain(&args.svg).cloned().collect();
     let inputs: Vec<PathBuf> = scene.files();
-    output::check(&outputs, &inputs)?;
     if let Some(path) = &args.svg {
-        output::ends(path, &["svg"])?;
+        files::ends(path, &["svg"])?;
     }
+    let mut files = Files::new(&outputs, &inputs)?;
     let moved = moved(&scene, &study, &interrupt::stop(), args.quiet)
         .map_err(|e| motion_flags::placed(e, &args.motion, place))?;
-    let mut written = Vec::new();
-    if let Some(path) = &args.csv {
-        output::write(
-            path,
-            report::motion::csv(&moved.scene, &moved.motion).as_bytes(),
-        )?;
-        written.push(path.display().to_string());
+    let whole = !moved.motion.interrupted;
+    if let Some(path) = args.csv.as_ref().filter(|_| whole) {
+        let text = report::motion::csv(&moved.scene, &moved.motion);
+        files.write(path, text.as_bytes())?;
     }
-    if let Some(path) = &args.svg {
-        output::write(
-            path,
-            report::motion::draw(&scene.model.title, &moved.scene, &moved.motion).as_bytes(),
-        )?;
-        written.push(path.display().to_string());
+    if let Some(path) = args.svg.as_ref().filter(|_| whole) {
+        let picture = report::motion::draw(&scene.model.title, &moved.scene, &moved.motion);
+        files.write(path, picture.as_bytes())?;
     }
+    let written = files.finish()?;
     match args.json {
-        true => output::print(&format!("{:#}\n", json(&moved, &scene)))?,
+        true => output::document(&json(&moved, &scene))?,
         false => output::print(&text(&moved))?,
     }
     if !args.quiet {
         output::tell(&epilogue(&moved));
         output::tell(&epilogue::written(&written));
+        output::tell(&epilogue::not_written(&outputs, whole));
     }
     Ok(exit(&moved))
 }

@@ -4,7 +4,8 @@ use std::f64::consts::TAU;
 use std::path::PathBuf;
 
 use super::args::{DetrendWord, MotionWord, SpectrumArgs, SpectrumWord};
-use super::{epilogue, identify, interrupt, output, progress};
+use super::files::{self, Files};
+use super::{epilogue, identify, output, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::kind::Kind;
@@ -36,9 +37,8 @@ pub fn run(args: &SpectrumArgs) -> Result<u8, Errors> {
         .map(|p| (p, "csv"))
         .chain(args.svg.iter().map(|p| (p, "svg")))
     {
-        output::ends(path, &[end])?;
+        files::ends(path, &[end])?;
     }
-    interrupt::ends();
     let (mut settings, sidecar) = args.log.settings(&args.file)?;
     let inputs: Vec<PathBuf> = sidecar
         .iter()
@@ -46,7 +46,7 @@ pub fn run(args: &SpectrumArgs) -> Result<u8, Errors> {
         .chain([&args.file])
         .cloned()
         .collect();
-    output::check(&outputs, &inputs)?;
+    let files = Files::new(&outputs, &inputs)?;
     study.expected = expected_lines(args, &study)?;
     settings.only = study.channels.iter().chain(&study.tacho).cloned().collect();
     once(&settings.only)?;
@@ -67,10 +67,10 @@ pub fn run(args: &SpectrumArgs) -> Result<u8, Errors> {
         (found, recording.warnings, recording.repairs)
     };
     found.warnings.splice(0..0, warnings);
-    let written = files(args, &found)?;
+    let written = written(files, args, &found)?;
     if args.json {
         let document = report::spectra::json(&found, &repairs);
-        output::print(&format!("{document:#}\n"))?;
+        output::document(&document)?;
         return Ok(0);
     }
     output::print(&report::spectrum_table::spectrum(&found))?;
@@ -269,11 +269,9 @@ fn bearing(text: &str) -> Result<RollingBearing, Error> {
 }
 
 /// Writes what was asked for and says what.
-fn files(args: &SpectrumArgs, found: &Spectrum) -> Result<Vec<String>, Error> {
-    let mut written = Vec::new();
+fn written(mut files: Files, args: &SpectrumArgs, found: &Spectrum) -> Result<Vec<PathBuf>, Error> {
     if let Some(path) = &args.csv {
-        output::write(path, report::spectra::csv(found).as_bytes())?;
-        written.push(path.display().to_string());
+        files.write(path, report::spectra::csv(found).as_bytes())?;
     }
     if let Some(path) = &args.svg {
         let name = args.file.file_name().unwrap_or_default().to_string_lossy();
@@ -282,14 +280,13 @@ fn files(args: &SpectrumArgs, found: &Spectrum) -> Result<Vec<String>, Error> {
             true => report::lines_picture::lines(&report::spectra::curves(found, &name)),
             false => report::map_picture::maps(&maps),
         };
-        output::write(path, picture.as_bytes())?;
-        written.push(path.display().to_string());
+        files.write(path, picture.as_bytes())?;
     }
-    Ok(written)
+    files.finish()
 }
 
 /// What was done to the data, doubts, what was written.
-fn epilogue(found: &Spectrum, repairs: &[Repair], written: &[String]) -> String {
+fn epilogue(found: &Spectrum, repairs: &[Repair], written: &[PathBuf]) -> String {
     let mut text = String::from("\n");
     text += &epilogue::repairs(repairs);
     text += &epilogue::warnings(&found.warnings);

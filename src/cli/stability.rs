@@ -3,10 +3,12 @@
 use std::path::PathBuf;
 
 use super::args::StabilityArgs;
-use super::{interrupt, motion_flags, output};
+use super::files::{self, Files};
+use super::{epilogue, interrupt, motion_flags, output};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::stop::Stop;
+use crate::plan::motion::choice;
 use crate::plan::motion::scene::MotionScene;
 use crate::plan::prepared::Prepared;
 use crate::report;
@@ -56,12 +58,12 @@ pub fn run(args: &StabilityArgs) -> Result<u8, Errors> {
     let inputs: Vec<PathBuf> = scene.files();
     let mut outputs: Vec<PathBuf> = args.svg.iter().cloned().collect();
     if let Some(path) = &args.svg {
-        output::ends(path, &["svg"])?;
-        outputs.extend(study.over.map(|_| output::beside(path, "chart")));
+        files::ends(path, &["svg"])?;
+        outputs.extend(study.over.map(|_| files::beside(path, "chart")));
     }
-    output::check(&outputs, &inputs)?;
+    let mut files = Files::new(&outputs, &inputs)?;
     let found = study_of(&scene, &study, args.json, &interrupt::stop())?;
-    if let Some(path) = &args.svg {
+    if let Some(path) = args.svg.as_ref().filter(|_| !found.interrupted) {
         let shortest = found
             .facts
             .limits
@@ -72,31 +74,31 @@ pub fn run(args: &StabilityArgs) -> Result<u8, Errors> {
         let step = study.motion.step.unwrap_or(usual);
         let spectrum = Spectrum::new(&found.facts.eigenvalues, step)?;
         let picture = report::regions::regions(&scene.model.title, &found.facts, &spectrum);
-        output::write(path, picture.as_bytes())?;
+        files.write(path, picture.as_bytes())?;
         let charted = found.floquet.as_ref().ok();
         if let Some((chart, speed)) = charted.and_then(|p| Some((p.chart.as_ref()?, p.speed)))
             && chart.over.is_some()
         {
             let picture = report::stability::chart(&scene.model.title, chart, speed);
-            output::write(&output::beside(path, "chart"), picture.as_bytes())?;
+            files.write(&files::beside(path, "chart"), picture.as_bytes())?;
         }
     }
+    files.finish()?;
     match args.json {
-        true => output::print(&format!(
-            "{:#}\n",
-            report::stability::json(&scene.sources, &found)
-        ))?,
+        true => output::document(&report::stability::json(&scene.sources, &found))?,
         false => output::print(&report::stability_table::table(&found))?,
     }
-    output::tell(epilogue(&found));
+    output::tell(&epilogue(&found));
+    output::tell(&epilogue::not_written(&outputs, !found.interrupted));
     Ok(exit(&found))
 }
 
-/// What is said where the study ended early.
-pub fn epilogue(found: &Stability) -> &'static str {
+/// Warnings, and what is said where the study ended early.
+pub fn epilogue(found: &Stability) -> String {
+    let text = epilogue::warnings(&found.facts.warnings);
     match found.interrupted {
-        true => "interrupted: what is shown was finished before\n",
-        false => "",
+        true => text + "interrupted: what is shown was finished before\n",
+        false => text,
     }
 }
 
@@ -136,13 +138,14 @@ pub fn study_of(
     quiet: bool,
     stop: &Stop,
 ) -> Result<Stability, Error> {
+    choice::each_named(&study.methods)?;
     let mut watch = Watch {
         stop,
         hear: &mut |what| output::working(what, quiet),
     };
     let prepared = Prepared::new(&scene.model)?;
     let facts = match watch.goes_on("modes with their damping") {
-        true => facts::facts(&prepared)?,
+        true => facts::facts(&prepared, study.motion.speed)?,
         false => return Err(interrupted()),
     };
     // Multipliers are of the machine, however long it moves; a period of the slowest motion stands in for a duration left out.

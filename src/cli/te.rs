@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::args::TeArgs;
+use super::files::{self, Files};
 use super::{epilogue, output, progress, te_log};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
@@ -27,30 +28,31 @@ pub fn run(args: &TeArgs) -> Result<u8, Errors> {
     let study = asked(args, &scene)?;
     let outputs = outputs(args)?;
     let inputs: Vec<PathBuf> = scene.files();
-    output::check(&outputs, &inputs)?;
+    let mut files = Files::new(&outputs, &inputs)?;
     let mut traced = Traced::new(&scene, &study, args.quiet)?;
     traced.all = args.all;
     let (machine, answer) = (&traced.prepared.machine, &traced.answer);
     if let Some(path) = &args.csv {
-        output::write(path, report::transmission::csv(machine, answer).as_bytes())?;
+        files.write(path, report::transmission::csv(machine, answer).as_bytes())?;
     }
     if let Some(path) = &args.written {
-        output::write_with(path, |to| report::transmission::record(machine, answer, to))?;
+        files.write_with(path, |to| report::transmission::record(machine, answer, to))?;
     }
     if let Some(path) = &args.svg {
         let title = &scene.model.title;
         let pictures = report::transmission_pictures::all(title, machine, answer);
         for (word, picture) in pictures {
-            output::write(&output::beside(path, word), picture.as_bytes())?;
+            files.write(&files::beside(path, word), picture.as_bytes())?;
         }
     }
+    let written = files.finish()?;
     match args.json {
-        true => output::print(&format!("{:#}\n", traced.json(&scene)))?,
+        true => output::document(&traced.json(&scene))?,
         false => output::print(&traced.text())?,
     }
     if !args.quiet && !args.json {
         output::tell(&traced.epilogue());
-        output::tell(&epilogue::written(&outputs));
+        output::tell(&epilogue::written(&written));
     }
     Ok(0)
 }
@@ -59,15 +61,15 @@ pub fn run(args: &TeArgs) -> Result<u8, Errors> {
 fn outputs(args: &TeArgs) -> Result<Vec<PathBuf>, Error> {
     let mut all: Vec<PathBuf> = args.csv.iter().chain(&args.written).cloned().collect();
     if let Some(path) = &args.csv {
-        output::ends(path, &["csv"])?;
+        files::ends(path, &["csv"])?;
     }
     if let Some(path) = &args.svg {
-        output::ends(path, &["svg"])?;
+        files::ends(path, &["svg"])?;
         let words: &[&str] = match args.speeds {
             Some(_) => &["", "budget", "speeds"],
             None => &["", "budget"],
         };
-        all.extend(words.iter().map(|word| output::beside(path, word)));
+        all.extend(words.iter().map(|word| files::beside(path, word)));
     }
     Ok(all)
 }

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::args::{EncoderArgs, TeArgs};
+use super::files::{self, Files};
 use super::{epilogue, output, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
@@ -87,12 +88,12 @@ pub fn run(args: &TeArgs) -> Result<u8, Errors> {
     let outputs: Vec<PathBuf> = args.csv.iter().chain(&args.svg).cloned().collect();
     for (path, end) in [(&args.csv, "csv"), (&args.svg, "svg")] {
         if let Some(path) = path {
-            output::ends(path, &[end])?;
+            files::ends(path, &[end])?;
         }
     }
     let (mut settings, sidecar) = args.log.settings(&args.file)?;
     let inputs: Vec<PathBuf> = sidecar.into_iter().chain([args.file.clone()]).collect();
-    output::check(&outputs, &inputs)?;
+    let mut files = Files::new(&outputs, &inputs)?;
     if study.stamps || study.angle_base {
         // No column is a clock of rows.
         settings.time_column = Some("none".into());
@@ -100,10 +101,8 @@ pub fn run(args: &TeArgs) -> Result<u8, Errors> {
     }
     let model = model(args)?;
     let (found, repairs) = evaluated(args, &mut study, model.as_ref(), settings)?;
-    let mut written = Vec::new();
     if let Some(path) = &args.csv {
-        output::write(path, report::encoders::csv(&found).as_bytes())?;
-        written.push(path.display().to_string());
+        files.write(path, report::encoders::csv(&found).as_bytes())?;
     }
     if let Some(path) = &args.svg {
         let name = args.file.file_name().unwrap_or_default().to_string_lossy();
@@ -114,12 +113,12 @@ pub fn run(args: &TeArgs) -> Result<u8, Errors> {
             args.record.teeth.as_deref().unwrap_or_default()
         );
         let picture = report::encoders_picture::record(&found, &title);
-        output::write(path, picture.as_bytes())?;
-        written.push(path.display().to_string());
+        files.write(path, picture.as_bytes())?;
     }
+    let written = files.finish()?;
     if args.json {
         let document = report::encoders::json(&found, &study.teeth, &repairs);
-        output::print(&format!("{document:#}\n"))?;
+        output::document(&document)?;
         return Ok(0);
     }
     output::print(&report::encoders_table::record(&found, args.all))?;
@@ -353,7 +352,7 @@ fn lines(text: &str) -> Result<(usize, usize), Error> {
 }
 
 /// What was done to the data, doubts, what was written.
-fn epilogue(found: &EncoderRecord, repairs: &[Repair], written: &[String]) -> String {
+fn epilogue(found: &EncoderRecord, repairs: &[Repair], written: &[PathBuf]) -> String {
     let mut text = String::from("\n");
     text += &epilogue::repairs(repairs);
     text += &epilogue::warnings(&found.warnings);

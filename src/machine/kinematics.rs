@@ -7,6 +7,7 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::exact::{Constraints, Outcome};
 use crate::numeric::fraction::Fraction;
+use crate::scene::model::Axis;
 
 /// The machine's rigid joints, solved.
 #[derive(Debug, Clone)]
@@ -309,7 +310,7 @@ pub fn nothing_turns(machine: &Machine) -> Error {
         .map(|(index, b)| (index, b.direction.terms.as_slice()))
         .collect();
     contradictory_loop(machine, &joints).unwrap_or_else(|| {
-        let hint = "a support with k_theta, or a shaft to ground, holds it; leave the speed out";
+        let hint = "a shaft to ground holds it; leave the speed out";
         Error::new(Code::NoSpeed, "nothing of this machine can turn freely").hint(hint)
     })
 }
@@ -325,11 +326,17 @@ pub fn mean_speeds(
 ) -> Result<Vec<f64>, Error> {
     let n = machine.freedoms.len();
     // Springs and dampers that resist the deformation of a joint say how its ends turn together.
-    let joints = machine
-        .branches
-        .iter()
-        .filter(|branch| matches!(branch.law, Law::Linear { stiffness, .. } if stiffness != 0.0));
-    let motions = kinematics.free_motions(joints);
+    let joints = || {
+        let elastic = |branch: &&Branch| matches!(branch.law, Law::Linear { stiffness, .. } if stiffness != 0.0);
+        machine.branches.iter().filter(elastic)
+    };
+    let mut motions = kinematics.free_motions(joints());
+    let held =
+        |&(freedom, speed): &(usize, f64)| speed != 0.0 && motions.constraints.is_held(freedom);
+    if motions.free.is_empty() || machine.speeds.iter().any(held) {
+        // A torsional support of what is said to turn holds it about its mean turn.
+        motions = kinematics.free_motions(joints().filter(|b| !supports_turning(machine, b)));
+    }
     if motions.free.is_empty() {
         return Err(nothing_turns(machine));
     }
@@ -346,12 +353,22 @@ pub fn mean_speeds(
             other.1 *= speed / old;
         }
     }
+    // Bodies about the axis of a stage stay on it.
+    let across = machine.spins.iter().filter_map(|spin| spin.across);
+    stated.extend(across.flatten().map(|freedom| (freedom, 0.0)));
     motions.speeds(n, &stated).map_err(|freedom| {
         let name = machine.freedom_name(freedom);
         let message = format!("the speed of {name} does not follow from those stated");
         let hint = "name in [speed] one node of every part that turns by itself, each once";
         Error::new(Code::NoSpeed, message).hint(hint)
     })
+}
+
+/// A bearing that holds the rotation of one body.
+fn supports_turning(machine: &Machine, branch: &Branch) -> bool {
+    let turns = |t: &(usize, f64)| machine.freedoms[t.0].axis == Axis::Theta;
+    let grounded = matches!(&branch.direction.terms[..], [only] if turns(only));
+    grounded && machine.elements[branch.element].kind == "bearing"
 }
 
 fn first_that_turns(machine: &Machine, motions: &Motions) -> usize {

@@ -274,8 +274,16 @@ fn rigid_motions(machine: &Machine, kinematics: &Kinematics, branches: &[LinearB
             .map(|b| &b.direction)
             .collect();
         let geometric = null_motions(kinematics.free.len(), &rows);
-        if geometric.len() > elastic.len() {
-            elastic = geometric;
+        // Exact turns first: what their terms cancel to stays zero.
+        let all = geometric.len();
+        for motion in geometric {
+            if elastic.len() >= all {
+                break;
+            }
+            elastic.push(motion);
+            if dependent(&elastic) {
+                elastic.pop();
+            }
         }
     }
     let damped = |b: &LinearBranch| b.damping != 0.0 || b.loss_factor != 0.0;

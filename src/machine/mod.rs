@@ -6,6 +6,9 @@ pub mod direction;
 /// The machine: elements, nodes, freedoms, masses, branches.
 pub mod parts;
 
+/// The cycle that the stiffness wave of a mesh is counted by.
+pub mod mesh_cycle;
+
 /// Force over deflection that is not linear.
 pub mod characteristic;
 
@@ -26,3 +29,6 @@ pub mod operating;
 
 /// The linear machine at its operating point, in the freedoms that are left.
 pub mod linear;
+
+/// Terms of mean speeds: gyroscopic moments and frames that turn.
+pub mod spin;

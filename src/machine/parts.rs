@@ -152,8 +152,8 @@ pub struct Brake {
 pub enum Grip {
     /// Nothing: it is the same always.
     Constant,
-    /// Time: shares of the largest, s.
-    Timed(Vec<(f64, f64)>),
+    /// Time: shares of the largest.
+    Timed(History),
     /// Forces of the machine itself.
     Pressed(Pressed),
 }
@@ -253,8 +253,12 @@ pub struct Spin {
     pub turning: usize,
     /// `G[a, b] += g Ω`, `G[b, a] −= g Ω`.
     pub gyroscopic: Vec<(usize, usize, f64)>,
-    /// `K[a, a] −= m Ω²`.
-    pub centrifugal: Vec<(usize, f64)>,
+    /// v and m of `K −= m Ω² v vᵀ`.
+    pub centripetal: Vec<(Direction, f64)>,
+    /// The freedom that points outwards and m r, kg·m, of a mass that a carrier takes round at the radius r.
+    pub outwards: Option<(usize, f64)>,
+    /// x and y of a body about the axis of a frame that turns at Ω.
+    pub across: Option<[usize; 2]>,
 }
 
 /// A toothed or eccentric member that excites orders of its own rotation.

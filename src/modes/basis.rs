@@ -263,3 +263,19 @@ pub fn seen(direction: &Direction, shapes: &Matrix) -> Vec<f64> {
         .map(|j| direction.scaled().map(|(i, a)| a * shapes[(i, j)]).sum())
         .collect()
 }
+
+/// The same, exactly zero for each of the first `n_rigid` columns in which the terms cancel to rounding.
+pub fn seen_by_rigid(direction: &Direction, shapes: &Matrix, n_rigid: usize) -> Vec<f64> {
+    const CANCELS: f64 = 1e-12; // relative; rigid motions are known to some ε
+    let mut all = seen(direction, shapes);
+    for (j, sum) in all.iter_mut().enumerate().take(n_rigid) {
+        let size: f64 = direction
+            .scaled()
+            .map(|(i, a)| (a * shapes[(i, j)]).abs())
+            .sum();
+        if sum.abs() <= CANCELS * size {
+            *sum = 0.0;
+        }
+    }
+    all
+}

@@ -15,6 +15,7 @@ use crate::base::error::Error;
 use crate::machine::kinematics::{Kinematics, mean_speeds};
 use crate::machine::linear::Linear;
 use crate::machine::parts::Machine;
+use crate::machine::spin::spinning;
 
 /// A Campbell diagram.
 #[derive(Debug, Clone)]
@@ -157,7 +158,7 @@ struct Spins {
 impl Spins {
     fn new(machine: &Machine, kinematics: &Kinematics) -> Result<Spins, Error> {
         let at_rest = mean_speeds(machine, kinematics, Some(0.0))?;
-        let at_one = mean_speeds(machine, kinematics, Some(1.0))?;
+        let at_one = spinning(machine, kinematics, Some(1.0))?;
         let per_unit = at_one
             .iter()
             .zip(&at_rest)

@@ -6,6 +6,7 @@
 
 use super::basis::Basis;
 use super::companion::{State, is_free};
+use super::conserved::Conserved;
 use super::gyroscopic::{self, Swing};
 use super::massless::Light;
 use super::modal::Modal;
@@ -22,7 +23,9 @@ use crate::numeric::{Complex, ComplexMatrix, general};
 /// No convergence of the eigenvalue iteration; numbers out of range.
 pub fn modes(linear: &Linear, basis: &Basis, modal: &Modal) -> Result<Vec<Mode>, Error> {
     let light = Light::new(modal)?;
-    let quadratic = light.condense(modal)?;
+    let whole = light.condense(modal)?;
+    let conserved = Conserved::new(&whole, linear.n_undamped_rigid);
+    let quadratic = conserved.without(whole);
     let state = State::new(&quadratic, basis, linear.n_undamped_rigid);
     let symmetric = linear
         .branches
@@ -74,7 +77,9 @@ pub fn modes(linear: &Linear, basis: &Basis, modal: &Modal) -> Result<Vec<Mode>,
     });
     let damped = modal.is_dissipative();
     let elastic = found.iter().map(|polished| {
-        let z = light.expand(&polished.x);
+        let mut x = polished.x.clone();
+        conserved.recover(polished.value, &mut x);
+        let z = light.expand(&x);
         let p: Vec<Complex> = (0..modal.shapes.nrows())
             .map(|i| {
                 z.iter()

@@ -3,10 +3,11 @@
 //! Every matrix is summed from what masses and branches see of the coordinates, `Σ k (Tᵀu)(Tᵀw)ᵀ`; no large matrix is
 //! formed and then projected, so that K stays a sum of squares and rigid motions cost it nothing but rounding.
 
-use super::basis::{Basis, column, seen};
+use super::basis::{Basis, column, seen, seen_by_rigid};
 use super::modal;
 use crate::machine::linear::Linear;
 use crate::machine::parts::Machine;
+use crate::machine::spin::SpinTerms;
 use crate::numeric::{Complex, ComplexMatrix, Matrix};
 
 /// A linear machine with all that its equations depend on.
@@ -31,7 +32,7 @@ pub struct Equations {
     pub mass: Matrix,
     /// C, with gyroscopic terms.
     pub damping: Matrix,
-    /// K, with centrifugal terms.
+    /// K, with centripetal and circulatory terms.
     pub stiffness: Matrix,
     /// H of loss factors, `K + i sgn(ω) H`, where there are any.
     pub hysteretic: Option<Matrix>,
@@ -102,8 +103,11 @@ impl Equations {
         }
         equations.massless = (0..n).filter(|&i| equations.mass[(i, i)] == 0.0).collect();
         equations.add_branches(case, n_rigid);
-        equations.add_spins(case);
         equations.add_global(case);
+        if let Some(speeds) = case.speeds {
+            let terms = SpinTerms::new(case.machine, case.linear, speeds, true);
+            equations.add_spins(&terms, n_rigid);
+        }
         equations
     }
 
@@ -171,22 +175,20 @@ impl Equations {
         }
     }
 
-    fn add_spins(&mut self, case: &Case) {
-        let Some(speeds) = case.speeds else { return };
-        for spin in &case.machine.spins {
-            let omega = speeds[spin.turning];
-            for &(a, b, g) in &spin.gyroscopic {
-                let (a, b) = (
-                    self.sees(&case.linear.transform[a]),
-                    self.sees(&case.linear.transform[b]),
-                );
-                add_outer(&mut self.damping, g * omega, &a, &b);
-                add_outer(&mut self.damping, -g * omega, &b, &a);
-            }
-            for &(a, m) in &spin.centrifugal {
-                let a = self.sees(&case.linear.transform[a]);
-                add_outer(&mut self.stiffness, -m * omega * omega, &a, &a);
-            }
+    /// Adds the terms of mean speeds; the first `n_rigid` coordinates are rigid motions.
+    pub fn add_spins(&mut self, terms: &SpinTerms, n_rigid: usize) {
+        for (a, b, g) in &terms.gyroscopic {
+            let (a, b) = (seen(a, &self.transform), seen(b, &self.transform));
+            add_outer(&mut self.damping, *g, &a, &b);
+            add_outer(&mut self.damping, -g, &b, &a);
+        }
+        for (v, m) in &terms.centripetal {
+            let v = seen_by_rigid(v, &self.transform, n_rigid);
+            add_outer(&mut self.stiffness, -m, &v, &v);
+        }
+        for (u, w, c) in &terms.circulatory {
+            let (u, w) = (seen(u, &self.transform), seen(w, &self.transform));
+            add_outer(&mut self.stiffness, *c, &u, &w);
         }
     }
 

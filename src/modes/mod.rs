@@ -24,6 +24,9 @@ mod massless;
 /// Modal equations in first-order form.
 mod companion;
 
+/// Rigid motions that gyroscopic terms couple to others: both roots stay zero.
+mod conserved;
+
 /// Complex modes.
 pub mod damped;
 

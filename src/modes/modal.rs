@@ -4,10 +4,10 @@
 //! coordinates move beyond that, the elastic energy is `½ Σ ω² η² + ½ dᵀ K₀₀ d` without coupling, so that small
 //! frequencies keep their digits. Then `I η̈ + C̃ (η̇, ḋ) + (K̃ + i sgn(Im λ) H̃)(η, d) = 0`.
 
-use super::basis::{Basis, seen};
-use crate::machine::direction::Direction;
+use super::basis::{Basis, seen, seen_by_rigid};
 use crate::machine::linear::Linear;
 use crate::machine::parts::Machine;
+use crate::machine::spin::SpinTerms;
 use crate::numeric::Matrix;
 
 /// Matrices over `(η, d)`.
@@ -56,11 +56,12 @@ pub fn project(
         modal.stiffness[(j, j)] = omega * omega;
     }
     modal.add_branches(linear, basis, damped);
-    if let Some(speeds) = speeds {
-        modal.add_spins(machine, linear, speeds);
-    }
     if damped {
         modal.add_global(machine, basis);
+    }
+    if let Some(speeds) = speeds {
+        let terms = SpinTerms::new(machine, linear, speeds, damped);
+        modal.add_spins(&terms, basis.n_rigid);
     }
     modal
 }
@@ -113,32 +114,18 @@ impl Modal {
         }
     }
 
-    fn add_spins(&mut self, machine: &Machine, linear: &Linear, speeds: &[f64]) {
-        for spin in &machine.spins {
-            let omega = speeds[spin.turning];
-            let sees = |freedom: usize| {
-                let row = Direction {
-                    scale: 1.0,
-                    terms: linear.transform[freedom].clone(),
-                };
-                seen(&row, &self.shapes)
-            };
-            let gyroscopic: Vec<_> = spin
-                .gyroscopic
-                .iter()
-                .map(|&(a, b, g)| (sees(a), sees(b), g))
-                .collect();
-            let centrifugal: Vec<_> = spin
-                .centrifugal
-                .iter()
-                .map(|&(a, m)| (sees(a), m))
-                .collect();
-            for (a, b, g) in gyroscopic {
-                add_skew(&mut self.damping, g * omega, &a, &b);
-            }
-            for (a, m) in centrifugal {
-                add_outer(&mut self.stiffness, -m * omega * omega, &a, &a, 0);
-            }
+    fn add_spins(&mut self, terms: &SpinTerms, n_rigid: usize) {
+        for (a, b, g) in &terms.gyroscopic {
+            let (a, b) = (seen(a, &self.shapes), seen(b, &self.shapes));
+            add_skew(&mut self.damping, *g, &a, &b);
+        }
+        for (v, m) in &terms.centripetal {
+            let v = seen_by_rigid(v, &self.shapes, n_rigid);
+            add_outer(&mut self.stiffness, -m, &v, &v, 0);
+        }
+        for (u, w, c) in &terms.circulatory {
+            let (u, w) = (seen(u, &self.shapes), seen(w, &self.shapes));
+            add_outer(&mut self.stiffness, *c, &u, &w, 0);
         }
     }
 

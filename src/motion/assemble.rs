@@ -4,6 +4,7 @@ use super::combination::Combination;
 use super::contact::{Contact, Flanks, Losses};
 use super::curve::Curve;
 use super::cutting;
+use super::known;
 use super::moving::Moving;
 use super::rubbing::{self, Pressed};
 use super::signal::Signal;
@@ -14,12 +15,15 @@ use crate::base::error::Error;
 use crate::machine::direction::Direction;
 use crate::machine::kinematics::Kinematics;
 use crate::machine::linear::{Linear, LinearBranch};
+use crate::machine::mesh_cycle;
 use crate::machine::operating::Operating;
 use crate::machine::parts::{self, Grip, Machine};
+use crate::machine::spin::SpinTerms;
 use crate::modes::basis::{self, Solver};
 use crate::modes::equations::{Case, Equations};
 use crate::numeric::Matrix;
-use crate::scene::laws::{self, Course, Friction, History, PhaseOf};
+use crate::scene::laws::{self, Course, Friction, History, PhaseOf, StartAt};
+use crate::scene::start::Start;
 
 /// What all parts of the assembly look at.
 struct Site<'a> {
@@ -31,7 +35,7 @@ struct Site<'a> {
     phase: PhaseOf,
 }
 
-/// Assembles a machine for integration in time; `speeds` are the mean speeds of all freedoms, rad/s, where any are known.
+/// Assembles a machine for integration in time, as it begins; `speeds` are the mean speeds of all freedoms, rad/s, where any are known.
 ///
 /// # Errors
 /// What has no motion in time: loss factors, nodes without inertia at anything but springs and dampers, contacts with play and damping of which nobody says what
@@ -39,7 +43,7 @@ struct Site<'a> {
 pub fn assemble(
     machine: &Machine,
     kinematics: &Kinematics,
-    phase: PhaseOf,
+    begin: &Start,
     speeds: Option<&[f64]>,
 ) -> Result<Moving, Error> {
     let linear = Linear::new(machine, kinematics, &Operating::default())?;
@@ -49,7 +53,7 @@ pub fn assemble(
         kinematics,
         linear,
         speeds,
-        phase,
+        phase: begin.phase,
     };
     let coordinates = site
         .linear
@@ -91,6 +95,7 @@ pub fn assemble(
         direction: site.row(*freedom),
         signal: signal.clone(),
     });
+    let drives = drives.chain(site.carried_round(begin.at));
     let train = Train {
         coordinates,
         mass,
@@ -184,10 +189,11 @@ impl Site<'_> {
         Mass::full(matrix)
     }
 
-    /// K₀ and C₀: gyroscopic and centrifugal terms at the mean speeds, modal damping.
+    /// K₀ and C₀: gyroscopic, centripetal and circulatory terms at the mean speeds, modal damping.
     fn general(&self) -> Result<Option<(Matrix, Matrix)>, Error> {
         let modal = self.machine.damping.is_modal();
-        if !modal && (self.machine.spins.is_empty() || self.speeds.is_none()) {
+        let speeds = self.speeds.filter(|_| !self.machine.spins.is_empty());
+        if !modal && speeds.is_none() {
             return Ok(None);
         }
         let basis = basis::solve(&self.linear, Solver::Factored)?;
@@ -199,11 +205,34 @@ impl Site<'_> {
             machine: &bare,
             linear: &linear,
             basis: &basis,
-            speeds: self.speeds,
+            speeds: None,
         };
         let n = linear.n;
-        let equations = Equations::over(&case, Matrix::identity(n, n), Vec::new(), 0);
+        let mut equations = Equations::over(&case, Matrix::identity(n, n), Vec::new(), 0);
+        if let Some(speeds) = speeds {
+            let terms = SpinTerms::new(self.machine, &self.linear, speeds, true);
+            equations.add_spins(&terms, 0);
+        }
         Ok(Some((equations.stiffness, equations.damping)))
+    }
+
+    /// What `m r Ω²` pulls outwards on masses that a carrier takes round. Of a steady start the coordinates hold the mean turn, on which
+    /// the Coriolis terms act with `2 m r Ω θ̇`: `m r Ω²` of it is too much. About a start at rest nothing is added.
+    fn carried_round(&self, at: StartAt) -> Vec<Drive> {
+        let speeds = self.speeds.filter(|_| at == StartAt::Steady);
+        let each = self.machine.spins.iter().filter_map(|spin| {
+            let (freedom, lever) = spin.outwards?;
+            let omega = speeds?[spin.turning];
+            (lever * omega != 0.0).then(|| Drive {
+                name: format!(
+                    "centrifugal force on {}",
+                    self.machine.freedom_name(freedom)
+                ),
+                direction: self.row(freedom),
+                signal: Signal::constant(-lever * omega * omega),
+            })
+        });
+        each.collect()
     }
 
     /// A branch of the machine, or one for each flank where these push in different directions.
@@ -276,16 +305,12 @@ impl Site<'_> {
         })
     }
 
-    /// The wave of a mesh over its cycle: with the gear that has most teeth to count by.
+    /// The wave of a mesh over its cycle.
     fn wave(&self, branch: usize, shape: Shape, lead: f64) -> Result<Wave, Error> {
-        let gear = self
-            .machine
-            .gears
-            .iter()
-            .filter(|g| g.branches.contains(&branch) && g.teeth.is_some())
-            // The phase of a gear that moves as prescribed is known in time.
-            .max_by_key(|g| u8::from(self.is_prescribed(g.turning)));
-        let Some(gear) = gear else {
+        let cycles = mesh_cycle::cycles(self.machine, branch);
+        // The phase of a gear that moves as prescribed is known in time.
+        let prescribed = cycles.iter().find(|c| self.is_prescribed(c.turning));
+        let Some(cycle) = prescribed.or(cycles.first()) else {
             let element = &self.machine.elements[self.machine.branches[branch].element];
             let message = format!(
                 "`{}` has a stiffness wave and no teeth to count its cycle by",
@@ -293,10 +318,10 @@ impl Site<'_> {
             );
             return Err(Error::new(Code::Conflict, message)
                 .at(&element.place)
-                .hint("waves belong to toothed pairs"));
+                .hint("waves belong to toothed pairs; a stage given by `base_radii` has no teeth, `teeth` and `module` give it some"));
         };
-        let teeth = f64::from(gear.teeth.unwrap_or(1));
-        self.turning(shape, gear.turning, gear.carrier, teeth, lead)
+        let teeth = cycle.teeth as f64;
+        self.turning(shape, cycle.turning, cycle.carrier, teeth, lead)
     }
 
     /// A wave that passes `cycles` times a turn of a freedom against its carrier.
@@ -393,10 +418,10 @@ impl Site<'_> {
                 Grip::Constant => {
                     branches.push(plain(name, direction, Law::Friction(brake.friction)));
                 }
-                Grip::Timed(points) => {
+                Grip::Timed(share) => {
                     let law = Law::Clutch {
                         friction: brake.friction,
-                        grip: Signal::table(points)?,
+                        grip: known::signal(share)?,
                     };
                     branches.push(plain(name, direction, law));
                 }
@@ -509,15 +534,6 @@ impl Site<'_> {
                 continue;
             }
             let signal = match history {
-                History::Constant(torque) => Signal::constant(*torque),
-                History::Step { torque, time } => Signal::step(*torque, *time),
-                History::Ramp { from, to, between } => Signal::ramp(*from, *to, *between),
-                History::Harmonic {
-                    mean,
-                    amplitude,
-                    omega,
-                    phase,
-                } => Signal::constant(*mean).plus(&Signal::harmonic(*amplitude, *omega, *phase)),
                 History::Orders { .. } if self.phase == PhaseOf::Angle => continue,
                 History::Orders { mean, orders } => {
                     let omega = self.speed(*freedom)?;
@@ -527,7 +543,6 @@ impl Site<'_> {
                             sum.plus(&Signal::harmonic(a, n * omega, phase))
                         })
                 }
-                History::Table(points) => Signal::table(points)?,
                 History::FaceMill(mill) => {
                     let moved = &self.machine.freedoms[*freedom];
                     // The first of a node's freedoms is its rotation.
@@ -535,6 +550,7 @@ impl Site<'_> {
                     let head = all.position(|f| f.node == moved.node);
                     cutting::force(mill, self.speed(head.unwrap_or(*freedom))?, moved.axis)?
                 }
+                history => known::signal(history)?,
             };
             loads.push((*freedom, signal));
         }

@@ -1,7 +1,13 @@
 //! Integration in time: machines in motion, and plain first-order problems.
 
+/// Harmonics that begin and end.
+pub mod burst;
+
 /// Known functions of time.
 pub mod signal;
+
+/// Products of them.
+pub mod product;
 
 /// Periodic functions of a phase.
 pub mod wave;
@@ -101,6 +107,12 @@ pub mod meter;
 
 /// Cutting torque.
 mod cutting;
+
+/// Functions of time alone.
+mod known;
+
+/// What meets at a coordinate without inertia, and what stands for it.
+mod star;
 
 /// Coordinates without inertia, taken out of the equations.
 pub mod massless;

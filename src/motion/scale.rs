@@ -133,6 +133,9 @@ fn pushed(train: &Train, ask: &Ask) -> Vec<Pushed> {
                 .iter()
                 .map(|h| h.amplitude.abs())
                 .sum::<f64>()
+            + (signal.bursts.iter())
+                .map(|b| b.largest([ask.from, ask.to]))
+                .sum::<f64>()
     };
     let mut add = |direction: &Direction, force: f64| {
         let mut pushed = vec![0.0; n];

@@ -1,7 +1,8 @@
-//! A known function of time: lines and parabolas with jumps, and harmonics that never end.
+//! A known function of time: lines and parabolas with jumps, harmonics that never end, and such as begin and end.
 
 use std::f64::consts::FRAC_PI_2;
 
+use super::burst::Burst;
 use crate::base::code::Code;
 use crate::base::error::Error;
 
@@ -12,6 +13,8 @@ pub struct Signal {
     pub knots: Vec<Knot>,
     /// `Σ a cos(ω t + φ)`, everlasting.
     pub harmonics: Vec<Harmonic>,
+    /// Harmonics that begin and end, both at knots.
+    pub bursts: Vec<Burst>,
 }
 
 /// From `time` on the signal is `value + slope (t − time) + ½ bend (t − time)²`.
@@ -85,7 +88,7 @@ impl Signal {
     pub fn constant(value: f64) -> Signal {
         Signal {
             knots: vec![Knot::straight(f64::NEG_INFINITY, value, 0.0)],
-            harmonics: Vec::new(),
+            ..Signal::default()
         }
     }
 
@@ -93,7 +96,7 @@ impl Signal {
     pub fn step(size: f64, time: f64) -> Signal {
         Signal {
             knots: vec![Knot::straight(time, size, 0.0)],
-            harmonics: Vec::new(),
+            ..Signal::default()
         }
     }
 
@@ -107,19 +110,19 @@ impl Signal {
         ];
         Signal {
             knots,
-            harmonics: Vec::new(),
+            ..Signal::default()
         }
     }
 
     /// One harmonic.
     pub fn harmonic(amplitude: f64, omega: f64, phase: f64) -> Signal {
         Signal {
-            knots: Vec::new(),
             harmonics: vec![Harmonic {
                 amplitude,
                 omega,
                 phase,
             }],
+            ..Signal::default()
         }
     }
 
@@ -153,7 +156,7 @@ impl Signal {
         }
         Ok(Signal {
             knots,
-            harmonics: Vec::new(),
+            ..Signal::default()
         })
     }
 
@@ -168,11 +171,21 @@ impl Signal {
             0 => 0.0,
             at => self.knots[at - 1].line(t),
         };
-        line + self
-            .harmonics
-            .iter()
-            .map(|h| h.amplitude * (h.omega * t + h.phase).cos())
-            .sum::<f64>()
+        let harmonics = self.harmonics.iter();
+        let harmonics = harmonics.map(|h| h.amplitude * (h.omega * t + h.phase).cos());
+        line + harmonics.sum::<f64>() + self.bursts(t, piece, 0)
+    }
+
+    /// The sum of a derivative, by its order, of what lasts over a piece for a while.
+    fn bursts(&self, t: f64, piece: usize, order: usize) -> f64 {
+        if self.bursts.is_empty() {
+            return 0.0;
+        }
+        let begins = piece
+            .checked_sub(1)
+            .map_or(f64::NEG_INFINITY, |at| self.knots[at].time);
+        let lasting = self.bursts.iter().filter(|b| b.lasts(begins));
+        lasting.map(|b| b.at(t)[order]).sum()
     }
 
     /// The derivative at `t` on the piece `piece`.
@@ -186,6 +199,7 @@ impl Signal {
             .iter()
             .map(|h| h.amplitude * h.omega * (h.omega * t + h.phase).sin())
             .sum::<f64>()
+            + self.bursts(t, piece, 1)
     }
 
     /// The second derivative at `t` on the piece `piece`.
@@ -199,6 +213,7 @@ impl Signal {
             .iter()
             .map(|h| h.amplitude * h.omega * h.omega * (h.omega * t + h.phase).cos())
             .sum::<f64>()
+            + self.bursts(t, piece, 2)
     }
 
     /// The first knot after `t`; ∞ where none comes.
@@ -247,6 +262,7 @@ impl Signal {
         Signal {
             knots: times.iter().map(knot).collect(),
             harmonics,
+            bursts: self.bursts.iter().chain(&other.bursts).copied().collect(),
         }
     }
 
@@ -266,6 +282,7 @@ impl Signal {
         Signal {
             knots: knots.collect(),
             harmonics: harmonics.collect(),
+            bursts: self.bursts.iter().map(|b| b.times(factor)).collect(),
         }
     }
 
@@ -286,10 +303,11 @@ impl Signal {
         Signal {
             knots: knots.collect(),
             harmonics: harmonics.collect(),
+            bursts: self.bursts.iter().flat_map(Burst::rate).collect(),
         }
     }
 
-    /// What it adds up to since time zero, of straight lines that always were and of harmonics that swing.
+    /// What it adds up to since time zero, of straight lines that always were and of harmonics that never end.
     #[must_use]
     pub fn integral(&self) -> Signal {
         let mut knots: Vec<Knot> = Vec::with_capacity(self.knots.len());
@@ -310,14 +328,15 @@ impl Signal {
         let sum = Signal {
             knots,
             harmonics: swings.collect(),
+            ..Signal::default()
         };
         let at_zero = sum.value(0.0, sum.piece(0.0));
         sum.plus(&Signal::constant(-at_zero))
     }
 
-    /// Nothing but lines: no piece is a parabola.
+    /// Nothing but lines and harmonics that never end: no piece is a parabola.
     pub fn is_straight(&self) -> bool {
-        self.knots.iter().all(|k| k.bend == 0.0)
+        self.knots.iter().all(|k| k.bend == 0.0) && self.bursts.is_empty()
     }
 
     /// The value or the rate jumps at a knot.
@@ -338,5 +357,6 @@ impl Signal {
             .iter()
             .all(|k| k.value == 0.0 && k.slope == 0.0 && k.bend == 0.0)
             && self.harmonics.iter().all(|h| h.amplitude == 0.0)
+            && self.bursts.is_empty()
     }
 }

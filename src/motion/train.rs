@@ -244,6 +244,19 @@ impl Branch {
         usize::from(matches!(self.law, Law::Lagged { .. } | Law::Maxwell { .. }))
     }
 
+    /// A coordinate moves it, is moved by it, or carries on its phase.
+    pub fn touches(&self, z: usize) -> bool {
+        let along = |d: &Direction| d.terms.iter().any(|t| t.0 == z);
+        let waves = self.variation.iter().chain(&self.followed);
+        let rubs = match &self.law {
+            Law::Pressed(pressed) => pressed.along().any(along),
+            _ => false,
+        };
+        rubs || along(&self.direction)
+            || along(self.acts())
+            || waves.filter_map(|w| w.phase.angle()).any(along)
+    }
+
     /// δ and δ̇. An imposed e is on the line `piece`.
     pub fn deflection(&self, t: f64, q: &[f64], v: &[f64], piece: u32) -> (f64, f64) {
         let (mut delta, mut rate) = (self.direction.dot(q), self.direction.dot(v));
@@ -328,8 +341,13 @@ impl Train {
 
     /// Frequencies of harmonic loads and errors, rad/s.
     pub fn harmonics(&self) -> impl Iterator<Item = f64> {
-        let all = self.known().flat_map(|signal| &signal.harmonics);
-        all.map(|h| h.omega.abs()).filter(|&omega| omega != 0.0)
+        let lasting = |signal: &Signal| -> Vec<f64> {
+            let bursts = signal.bursts.iter().map(|b| b.omega);
+            let harmonics = signal.harmonics.iter().map(|h| h.omega);
+            harmonics.chain(bursts).collect()
+        };
+        let all = self.known().flat_map(lasting);
+        all.map(f64::abs).filter(|&omega| omega != 0.0)
     }
 
     /// Linear between switches: contacts with play, stiffness in steps at imposed speed, Coulomb friction.

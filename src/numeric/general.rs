@@ -73,6 +73,17 @@ pub fn eigenvalues(a: &Matrix) -> Result<Vec<Complex>, Error> {
     Ok(values)
 }
 
+/// Eigenvalues of a real matrix, and right vectors as columns, by rising |λ|.
+///
+/// # Errors
+/// `NoConvergence`; `Overflow` where an entry is not finite.
+pub fn right_eigen(a: &Matrix) -> Result<(Vec<Complex>, ComplexMatrix), Error> {
+    check_finite(a, "a square matrix")?;
+    let found = sorted_eigen(a);
+    registers::clear();
+    found
+}
+
 /// Eigenvalues of a complex matrix, and right vectors of length one as columns, by rising |λ|.
 ///
 /// # Errors

@@ -9,6 +9,9 @@ pub mod prepared;
 /// The table of stages.
 pub mod stages;
 
+/// Roots that grow, and terms that were left out.
+pub mod linear_stability;
+
 /// The run.
 pub mod run;
 

@@ -2,12 +2,13 @@
 
 use std::time::Instant;
 
+use super::linear_stability;
 use super::prepared::Prepared;
 use super::stages::{COMPLEX, Plan, Stage, USUAL, Verdict, solver};
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
 use crate::base::units::duration;
-use crate::machine::kinematics::mean_speeds;
+use crate::machine::spin::spinning;
 use crate::modes::basis::{self, Basis, Solver};
 use crate::modes::campbell::{self, Campbell, CampbellOptions};
 use crate::modes::energy::{Energies, energies};
@@ -91,6 +92,7 @@ pub fn run(prepared: &Prepared, study: &ModesStudy, plan: &Plan) -> Result<Answe
                 .push((*stage, name, start.elapsed().as_secs_f64()));
         }
     }
+    run.warn();
     Ok(run.answer)
 }
 
@@ -156,6 +158,15 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
+    /// What the modes say of stability, and what was left out.
+    fn warn(&mut self) {
+        let roots = self.answer.modes.iter().filter(|mode| !mode.rigid);
+        let unstable = linear_stability::unstable(roots.map(|mode| mode.eigenvalue));
+        self.answer.warnings.extend(unstable);
+        let left_out = linear_stability::left_out(self.prepared, self.study, self.basis.as_ref());
+        self.answer.warnings.extend(left_out);
+    }
+
     fn stage(&mut self, stage: Stage) -> Result<(), Error> {
         match stage {
             // Done when the machine was prepared, or part of the solution.
@@ -244,7 +255,7 @@ impl Run<'_> {
             kinematics,
             ..
         } = self.prepared;
-        self.answer.speeds = Some(mean_speeds(machine, kinematics, self.study.speed)?);
+        self.answer.speeds = Some(spinning(machine, kinematics, self.study.speed)?);
         Ok(())
     }
 

@@ -161,15 +161,24 @@ fn beyond() -> io::Error {
 }
 
 fn failed(done: &str, why: &io::Error) -> Error {
+    /// Too many open files, of the process and of the system (errno of POSIX systems).
+    const TOO_MANY_OPEN: [i32; 2] = [24, 23];
     let folder = std::env::temp_dir();
+    let is_crowded = why
+        .raw_os_error()
+        .is_some_and(|n| TOO_MANY_OPEN.contains(&n));
+    let hint = match cfg!(unix) && is_crowded {
+        true => "every channel of a long log takes one open file: raise their limit (ulimit -n 4096), or take fewer channels".to_string(),
+        false => format!(
+            "make room in {}, or set TMPDIR to a folder with room",
+            folder.display()
+        ),
+    };
     Error::new(
         Code::OutputFailed,
         format!("samples cannot be {done} in a temporary file: {why}"),
     )
-    .hint(format!(
-        "make room in {}, or set TMPDIR to a folder with room",
-        folder.display()
-    ))
+    .hint(hint)
 }
 
 #[cfg(test)]

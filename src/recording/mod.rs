@@ -15,6 +15,12 @@ pub mod names;
 /// Frequency responses, read or estimated.
 pub mod responses;
 
+/// Sample rates that a file states.
+pub mod stated_rates;
+
+/// What the last digit of time stamps is worth.
+pub mod resolution;
+
 /// A log as written.
 pub mod raw;
 

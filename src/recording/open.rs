@@ -194,13 +194,23 @@ fn reader_of(head: &[u8]) -> Option<Reader> {
 
 /// Whether a text begins as a universal file: a line `-1`, then the number of a data set, `58` or `58b` with more on its line.
 fn is_universal(text: &[u8]) -> bool {
+    /// Columns of the mark and of the number, right-justified.
+    const COLUMNS: usize = 6;
     let mut lines = text
         .split(|b| *b == b'\n')
-        .map(<[u8]>::trim_ascii)
+        .map(<[u8]>::trim_ascii_end)
         .filter(|line| !line.is_empty());
-    let (Some(b"-1"), Some(set)) = (lines.next(), lines.next()) else {
+    let (Some(mark), Some(set)) = (lines.next(), lines.next()) else {
         return false;
     };
+    let by_columns = mark == b"    -1" && set.len() == COLUMNS;
+    let (mark, set) = (mark.trim_ascii(), set.trim_ascii());
+    if mark != b"-1" {
+        return false;
+    }
+    if by_columns && set.iter().all(u8::is_ascii_digit) {
+        return true;
+    }
     let number = set
         .split(u8::is_ascii_whitespace)
         .next()
@@ -239,6 +249,11 @@ const NOT_READ: &[(&[u8], &str, &str)] = &[
         "a NumPy array",
         "write CSV: numpy.savetxt(…, delimiter=',', header=…)",
     ),
+    (
+        b"\x1a\x45\xdf\xa3",
+        "an enDAQ .ide recording or another EBML file",
+        "convert it to CSV or MATLAB level 5 with enDAQ Lab, or with the `ideexport` command of the Python package endaq-ide",
+    ),
     (b"TDSm", "a LabVIEW TDMS file", "export LVM or CSV"),
     (b"MDF ", "an MDF file", "export CSV"),
     (b"%PDF", "a PDF document", "export the numbers as CSV"),
@@ -255,7 +270,41 @@ const NOT_READ: &[(&[u8], &str, &str)] = &[
     ),
 ];
 
+/// Whether a file begins as a matrix of MATLAB's level 4: five numbers of 32 bits (type, rows, columns, imaginary part, length of the
+/// name) and a name that ends in NUL. The MathWorks, “MAT-File Format”, chapter 2.
+fn is_matlab_4(head: &[u8]) -> bool {
+    const LONGEST_NAME: usize = 64;
+    let number = |at: usize, read: fn([u8; 4]) -> u32| {
+        let bytes = head.get(4 * at..4 * at + 4)?;
+        bytes.try_into().ok().map(read)
+    };
+    [u32::from_le_bytes as fn([u8; 4]) -> u32, u32::from_be_bytes]
+        .into_iter()
+        .any(|read| {
+            let fields: Option<Vec<u32>> = (0..5).map(|at| number(at, read)).collect();
+            let Some(&[kind, _, _, imaginary, length]) = fields.as_deref() else {
+                return false;
+            };
+            // Thousands: byte order, hundreds: zero, tens: precision, ones: full, text or sparse.
+            let is_kind =
+                kind <= 4052 && kind / 100 % 10 == 0 && kind / 10 % 10 <= 5 && kind % 10 <= 2;
+            let name = head.get(20..20 + (length as usize).min(LONGEST_NAME + 1));
+            let is_name = name
+                .and_then(|n| n.split_last())
+                .is_some_and(|(end, name)| {
+                    *end == 0 && !name.is_empty() && name.iter().all(u8::is_ascii_graphic)
+                });
+            is_kind && imaginary <= 1 && is_name
+        })
+}
+
 fn refuse_known(path: &str, head: &[u8]) -> Result<(), Error> {
+    if is_matlab_4(head) {
+        let message = format!("{path} is a MATLAB file of level 4, which is not read");
+        return Err(Error::new(Code::UnknownFormat, message).hint(
+            "save it as level 5: in MATLAB or Octave load it and save('new.mat', '-v7'), in Python scipy.io.loadmat and savemat",
+        ));
+    }
     match NOT_READ.iter().find(|(magic, ..)| head.starts_with(magic)) {
         None => Ok(()),
         Some((_, what, hint)) => Err(Error::new(

@@ -1,7 +1,9 @@
 //! A log as written: values, units and stamps, nothing repaired.
 
 use super::column::Column;
+use super::resolution::Resolution;
 use super::responses::{FrequencyResponses, Spectrum};
+use super::stated_rates::StatedRate;
 use crate::base::error::{Error, Warning};
 
 /// What a reader understood of one file.
@@ -76,8 +78,8 @@ pub struct RawChannel {
 pub struct Clock {
     /// The stamps of the rows, where there are any.
     pub stamps: Option<Stamps>,
-    /// The sample rate the header states, Hz, and where it says so (`Delta_X`, `Sampling Frequency`).
-    pub header_rate: Option<(f64, String)>,
+    /// Every sample rate that the file states.
+    pub stated_rates: Vec<StatedRate>,
     /// What is wrong with the sample rate the header states, where it states one that cannot be read.
     pub unread_rate: Option<Error>,
     /// How many samples the header states.
@@ -110,8 +112,8 @@ pub struct Stamps {
     pub first: String,
     /// Seconds since the first stamp.
     pub seconds: Column,
-    /// One unit of the last digit written, s: stamps are rounded to it.
-    pub resolution_s: f64,
+    /// What the last digit written is worth: stamps are rounded to it.
+    pub resolution: Resolution,
 }
 
 /// Which line of a text file each row stands on, as runs of consecutive lines.

@@ -7,6 +7,7 @@ use hound::{SampleFormat, WavReader};
 use super::column::Column;
 use super::raw::{Clock, Group, Raw, RawChannel};
 use super::settings::Settings;
+use super::stated_rates::StatedRate;
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 
@@ -66,7 +67,10 @@ pub fn read(path: &str, bytes: &[u8], _settings: &Settings) -> Result<Raw, Error
     let named = channels.into_iter().enumerate();
     let group = Group {
         clock: Clock {
-            header_rate: Some((f64::from(spec.sample_rate), "WAV header".to_string())),
+            stated_rates: vec![StatedRate::of_samples(
+                spec.sample_rate.into(),
+                "WAV header",
+            )],
             header_samples: Some(stated),
             ..Clock::default()
         },

@@ -37,7 +37,6 @@ pub fn json(found: &Identification, done: &[Repair]) -> Result<Value, Error> {
     let omitted = found.omitted();
     let omitted = (omitted.iter())
         .map(|(pole, reason)| json!({ "pole_rad_s": complex(*pole), "reason": reason }));
-    let spread = fit.map_or(&[][..], |f| &f.spread).iter();
     Ok(json!({
         "geardyn": log_header(&trace),
         "method": found.method.word(),
@@ -49,9 +48,9 @@ pub fn json(found: &Identification, done: &[Repair]) -> Result<Value, Error> {
         "driving_point": found.driving_point.as_ref().map(|d| json!({ "input": d.input, "output": d.output, "modal_mass_unit": d.unit })),
         "window_decay_1_s": found.window_decay(),
         "modes": found.modes.iter().enumerate().map(|(k, m)| mode(found, k, m)).collect::<Vec<_>>(),
+        "weak_modes": found.weak.iter().enumerate().map(|(k, m)| mode(found, k, m)).collect::<Vec<_>>(),
         "harmonics": found.harmonics.iter().map(|h| harmonic(found, h)).collect::<Vec<_>>(),
         "omitted": omitted.collect::<Vec<_>>(),
-        "spread": spread.map(|s| json!({ "frequency_hz": s.frequency_hz, "frequency_spread_hz": s.frequency_spread_hz, "damping_spread": s.damping_spread })).collect::<Vec<_>>(),
         "course": found.course().map_or(Value::Array(Vec::new()), mode_course::json),
         "evidence": evidence(&found.evidence),
         "tests": tests(&found.evidence),
@@ -91,6 +90,10 @@ fn mode(found: &Identification, k: usize, mode: &FoundMode) -> Value {
         "coherence": found.responses.as_ref().and_then(|r| coherence_at(r, f)),
         "presence": mode.presence,
         "scatter_hz": mode.scatter_hz,
+        "weak": mode.weak,
+        "model_error": mode.departure.map(|d| d.model_error),
+        "frequency_spread_hz": mode.departure.map(|d| d.frequency_spread_hz),
+        "damping_spread": mode.departure.map(|d| d.damping_spread),
         "envelope_kurtosis": kurtosis,
         "on_order": mode.on_order,
         "phase_collinearity": shaped.then(|| compare::phase_collinearity(shape)),

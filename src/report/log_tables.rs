@@ -6,11 +6,11 @@ use super::recording::note;
 use super::table::{finish, plain};
 use crate::base::words::{counted, wrapped};
 use crate::identify::modal::stabilisation::Stability;
-use crate::identify::rational::Spread;
 use crate::numeric::statistics::HALF_INTERVAL;
 use crate::plan::logs::doubts::{coherence_at, window_damping};
 use crate::plan::logs::found::{Evidence, FoundMode, Identification, Orders, Peak};
 use crate::plan::logs::method::family;
+use crate::plan::logs::weak;
 use crate::recording::responses::{FrequencyResponses, Spectrum};
 use crate::recording::signals::Recording;
 use crate::recording::survey::Survey;
@@ -145,7 +145,7 @@ pub fn identified(found: &Identification) -> String {
     if let Some(course) = found.course().filter(|c| !c.tracks.is_empty()) {
         return text + &mode_course_table::table(course) + &mode_course_table::tried(course);
     }
-    if found.modes.is_empty() {
+    if found.modes.is_empty() && found.weak.is_empty() {
         text += "no mode is significant in the band\n";
         return text + &harmonics(found) + &evidence(found);
     }
@@ -167,29 +167,18 @@ pub fn identified(found: &Identification) -> String {
     table.add_row(heads);
     table.add_row(units);
     for (k, mode) in found.modes.iter().enumerate() {
-        let half = |x: Option<f64>| HALF_INTERVAL * x.unwrap_or(0.0);
-        let frequency = with_deviation(mode.frequency_hz(), half(mode.mode.frequency_std_hz()));
-        let damping = mode.damping_ratio().map_or("–".to_string(), |d| {
-            with_deviation(100.0 * d, 100.0 * half(mode.mode.damping_std()))
-        });
-        let mut row = vec![(k + 1).to_string(), frequency, damping];
-        if coherent {
-            let coherence = responses.and_then(|r| coherence_at(r, mode.frequency_hz()));
-            row.push(coherence.map_or("–".to_string(), |c| format!("{c:.3}")));
-        }
-        if found.driving_point.is_some() {
-            row.push(
-                (mode.modal_mass)
-                    .map_or("–".to_string(), |m| significant(m.re.signum() * m.norm())),
-            );
-        }
-        row.push(note_of(found, mode));
-        table.add_row(row);
+        table.add_row(mode_row(found, (k + 1).to_string(), mode, coherent));
+    }
+    for mode in &found.weak {
+        table.add_row(mode_row(found, "weak".to_string(), mode, coherent));
     }
     super::table::right_but_last(&mut table);
     text += &finish(&table);
-    if found.modes.iter().any(|m| m.mode.pole_covariance.is_some()) {
+    if (found.modes.iter().chain(&found.weak)).any(|m| m.mode.pole_covariance.is_some()) {
         text += INTERVAL;
+    }
+    if !found.weak.is_empty() {
+        text += &(wrapped(weak::RULE) + "\n");
     }
     if let Some(point) = &found.driving_point {
         text += &format!(
@@ -225,6 +214,27 @@ pub fn identified(found: &Identification) -> String {
         );
     }
     text
+}
+
+/// A row of the table of modes.
+fn mode_row(found: &Identification, name: String, mode: &FoundMode, coherent: bool) -> Vec<String> {
+    let half = |x: Option<f64>| HALF_INTERVAL * x.unwrap_or(0.0);
+    let frequency = with_deviation(mode.frequency_hz(), half(mode.mode.frequency_std_hz()));
+    let damping = mode.damping_ratio().map_or("–".to_string(), |d| {
+        with_deviation(100.0 * d, 100.0 * half(mode.mode.damping_std()))
+    });
+    let mut row = vec![name, frequency, damping];
+    if coherent {
+        let responses = found.responses.as_ref();
+        let coherence = responses.and_then(|r| coherence_at(r, mode.frequency_hz()));
+        row.push(coherence.map_or("–".to_string(), |c| format!("{c:.3}")));
+    }
+    if found.driving_point.is_some() {
+        let mass = mode.modal_mass;
+        row.push(mass.map_or("–".to_string(), |m| significant(m.re.signum() * m.norm())));
+    }
+    row.push(note_of(found, mode));
+    row
 }
 
 /// Modes whose shapes the outputs hardly tell apart.
@@ -394,22 +404,33 @@ const NEIGHBOURS: usize = 3;
 
 /// What is remarkable about a mode.
 fn note_of(found: &Identification, mode: &FoundMode) -> String {
-    let near = |f: f64| (f - mode.frequency_hz()).abs() < 1e-3 * mode.frequency_hz();
-    let spread = found.fit().map_or(&[][..], |f| &f.spread);
     let mut notes = Vec::new();
-    let disagrees = |s: &&Spread| near(s.frequency_hz) && s.frequency_spread_hz > 0.0;
-    match (spread.iter().find(disagrees), mode.presence) {
-        (Some(s), _) => notes.push(format!(
-            "95 % of the responses lie within ± {} Hz",
-            brief(HALF_INTERVAL * s.frequency_spread_hz)
-        )),
-        (None, Some(presence)) => notes.push(format!("in {:.0} % of the orders", 100.0 * presence)),
-        (None, None) => {}
+    if let Some(departure) = &mode.departure {
+        if departure.model_error > 0.0 {
+            let share = super::number::percent(departure.model_error);
+            notes.push(format!("departs by {share} %"));
+        }
+        if departure.frequency_spread_hz > 0.0 {
+            let (what, spread) = (groups(found), brief(departure.frequency_spread_hz));
+            notes.push(format!("{what} differ by {spread} Hz"));
+        }
+    }
+    notes.extend(mode.weak.map(String::from));
+    if let Some(presence) = mode.presence {
+        notes.push(format!("in {:.0} % of the orders", 100.0 * presence));
     }
     if let Some(order) = mode.on_order {
         notes.push(format!("on order {order} of the running speed"));
     }
     notes.join("; ")
+}
+
+/// What a mode was found from, each for itself.
+fn groups(found: &Identification) -> &'static str {
+    match found.hits.is_empty() {
+        true => "responses",
+        false => "hits",
+    }
 }
 
 /// Facts of a header shown at once.

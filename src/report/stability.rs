@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde_json::{Value, json};
 
 use super::axes::frame;
-use super::json::header;
+use super::json::{header, warnings};
 use super::style::{Anchor, BLACK, Ink, ORANGE, Panel, SMALL, TITLE, WIDTH, paler, picture, ticks};
 use crate::base::place::Source;
 use crate::motion::floquet::chart::Tongue;
@@ -49,6 +49,7 @@ pub fn json(sources: &[Arc<Source>], found: &Stability) -> Value {
         Err(why) => json!({ "left_out": why }),
         Ok(p) => json!({
             "largest_multiplier": p.largest,
+            "growth_per_s": p.largest.ln() / p.period,
             "period_s": p.period,
             "tongues": p.chart.as_ref().filter(|c| c.over.is_none()).map(|c| tongues(&c.rows[0])),
             "chart": p.chart.as_ref().and_then(|c| Some(json!({
@@ -71,7 +72,7 @@ pub fn json(sources: &[Arc<Source>], found: &Stability) -> Value {
         "interrupted": found.interrupted,
         "facts": {
             "stiffness_ratio": finite(facts.stiffness_ratio), "spectral_abscissa_per_s": finite(facts.abscissa),
-            "fastest_rad_s": facts.fastest, "slowest_rad_s": finite(facts.slowest), "step_limits_s": limits,
+            "speed_rad_s": facts.speed, "fastest_rad_s": facts.fastest, "slowest_rad_s": finite(facts.slowest), "step_limits_s": limits,
             "eigenvalues_rad_s": facts.eigenvalues.iter().map(|z| json!({ "re": z.re, "im": z.im })).collect::<Vec<_>>(),
         },
         "amplification": { "step_s": finite(*step), "methods": amplified },
@@ -84,7 +85,7 @@ pub fn json(sources: &[Arc<Source>], found: &Stability) -> Value {
         "counts": {
             "pass": count(found, Verdict::Pass), "refused": count(found, Verdict::Refused), "fail": count(found, Verdict::Fail),
         },
-        "warnings": [],
+        "warnings": warnings(&facts.warnings),
     })
 }
 

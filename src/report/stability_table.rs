@@ -8,6 +8,7 @@ use super::table::{finish, plain, right_but_first};
 use crate::base::units::seconds;
 use crate::motion::floquet::chart::Tongue;
 use crate::motion::progress::rounded;
+use crate::plan::linear_stability::grows;
 use crate::study::parametric::Chart;
 use crate::study::stability::cases::AS_IT_IS;
 use crate::study::stability::extremes::Verdict;
@@ -26,6 +27,24 @@ pub fn table(found: &Stability) -> String {
             brief(facts.abscissa),
         ),
     };
+    if let Some(speed) = facts.speed {
+        text += &format!(
+            "gyroscopic, centripetal and circulatory terms of {} rpm are counted\n",
+            brief(speed * 60.0 / TAU)
+        );
+    }
+    if let Some(fastest) = facts
+        .eigenvalues
+        .iter()
+        .filter(|z| grows(**z))
+        .max_by(|a, b| a.re.total_cmp(&b.re))
+    {
+        text += &format!(
+            "unstable: {} grows by {} 1/s\n",
+            hertz(fastest.norm()),
+            brief(fastest.re)
+        );
+    }
     let limits = facts.limits.iter().filter(|(_, h)| h.is_finite());
     let limits: Vec<String> = limits
         .map(|(name, h)| format!("{name} {}", seconds(*h)))
@@ -37,10 +56,12 @@ pub fn table(found: &Stability) -> String {
     text += &match &found.floquet {
         Err(why) => format!("parametric stability left out: {why}\n"),
         Ok(p) => {
-            let state = if p.largest <= 1.0 + 1e-9 {
-                "stable"
-            } else {
-                "unstable"
+            let state = match p.largest <= 1.0 + 1e-9 {
+                true => "stable".to_string(),
+                false => format!(
+                    "unstable, grows by {} 1/s",
+                    brief(p.largest.ln() / p.period)
+                ),
             };
             let mut line = format!(
                 "mesh stiffness at this speed: {state}, largest multiplier {} a period of {} s\n",

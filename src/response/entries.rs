@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 
 use super::factor::{Factor, sign};
+use crate::machine::spin::SpinTerms;
 use crate::modes::equations::{Case, Equations};
 use crate::numeric::{Complex, Matrix};
 
@@ -147,26 +148,22 @@ impl Entries {
             sums.add(|e| &mut e.damping, 0.5 * beta * k, &acts, &along);
             sums.add(|e| &mut e.damping, 0.5 * beta * k, &along, &acts);
         }
-        let spins = case.speeds.map(|speeds| (speeds, &case.machine.spins));
-        for (speeds, spin) in spins
-            .iter()
-            .flat_map(|(s, all)| all.iter().map(|x| (*s, x)))
-        {
-            let omega = speeds[spin.turning];
-            let sees = |freedom: usize| {
-                let row = case.linear.transform[freedom].iter();
-                transform.sees(row.copied())
-            };
-            for &(a, b, g) in &spin.gyroscopic {
-                let (a, b) = (sees(a), sees(b));
-                sums.add(|e| &mut e.damping, g * omega, &a, &b);
-                sums.add(|e| &mut e.damping, -g * omega, &b, &a);
-            }
-            for &(a, m) in &spin.centrifugal {
-                let (a, k) = (sees(a), -m * omega * omega);
-                sums.add(|e| &mut e.stiffness, k, &a, &a);
-                sums.add(|e| &mut e.damping, beta * k, &a, &a);
-            }
+        let terms = case
+            .speeds
+            .map(|speeds| SpinTerms::new(case.machine, case.linear, speeds, true));
+        let terms = terms.unwrap_or_default();
+        for (a, b, g) in &terms.gyroscopic {
+            let [a, b] = [a, b].map(|d| transform.sees(d.scaled()));
+            sums.add(|e| &mut e.damping, *g, &a, &b);
+            sums.add(|e| &mut e.damping, -g, &b, &a);
+        }
+        for (v, m) in &terms.centripetal {
+            let v = transform.sees(v.scaled());
+            sums.add(|e| &mut e.stiffness, -m, &v, &v);
+        }
+        for (u, w, c) in &terms.circulatory {
+            let [u, w] = [u, w].map(|d| transform.sees(d.scaled()));
+            sums.add(|e| &mut e.stiffness, *c, &u, &w);
         }
         sums.entries()
     }

@@ -3,9 +3,10 @@
 use std::f64::consts::TAU;
 
 use super::common;
+use super::factors::{self, between, points};
 use super::friction;
 use super::laws::{Course, Curve, Drive, FaceMill, Friction, History, Swing};
-use super::model::{Brake, Load, Motor};
+use super::model::{Brake, End, Load, Motor, Name};
 use super::waves;
 use crate::base::code::Code;
 use crate::base::fields::Fields;
@@ -22,6 +23,7 @@ enum LoadWord {
     Orders,
     Table,
     FaceMill,
+    Product,
 }
 
 const LOADS: &[(&str, LoadWord)] = &[
@@ -32,6 +34,7 @@ const LOADS: &[(&str, LoadWord)] = &[
     ("orders", LoadWord::Orders),
     ("table", LoadWord::Table),
     ("face-mill", LoadWord::FaceMill),
+    ("product", LoadWord::Product),
 ];
 
 /// A torque on a node over time; a force on one that slides.
@@ -66,6 +69,10 @@ pub fn load(f: &mut Fields) -> Load {
             History::Table(points(f, ("times", Kind::Time), ("torques", Kind::Torque)))
         }
         LoadWord::FaceMill => History::FaceMill(face_mill(f)),
+        LoadWord::Product => History::Product {
+            torque: torque(f),
+            factors: factors::factors(f),
+        },
     };
     Load {
         at,
@@ -94,24 +101,6 @@ fn mean(f: &mut Fields) -> f64 {
         .unwrap_or(0.0)
 }
 
-/// Two instants, the second after the first.
-fn between(f: &mut Fields, key: &str) -> [f64; 2] {
-    let times = f.optional_quantities(key, Kind::Time, Range::Any, Some(2));
-    f.need(key);
-    let Some(&[start, end]) = times.as_deref() else {
-        return [0.0, 1.0];
-    };
-    if end <= start {
-        f.refuse_key(
-            Code::OutOfRange,
-            key,
-            format!("`{key}` ends before it begins"),
-            "give the begin and then the end",
-        );
-    }
-    [start, end]
-}
-
 fn orders(f: &mut Fields) -> History {
     let mean = mean(f);
     let numbers = waves::numbers(f, "orders", Range::Positive);
@@ -138,35 +127,6 @@ fn orders(f: &mut Fields) -> History {
         mean,
         orders: orders.collect(),
     }
-}
-
-/// Points of a table by two lists of one length, the first rising.
-fn points(f: &mut Fields, (along, of): (&str, Kind), (key, kind): (&str, Kind)) -> Vec<(f64, f64)> {
-    let x = f.optional_quantities(along, of, Range::Any, None);
-    f.need(along);
-    let y = f.optional_quantities(key, kind, Range::Any, None);
-    f.need(key);
-    let (Some(x), Some(y)) = (x, y) else {
-        return vec![(0.0, 0.0)];
-    };
-    if x.len() != y.len() || x.is_empty() {
-        let message = format!("`{along}` has {} values and `{key}` {}", x.len(), y.len());
-        f.refuse_key(
-            Code::WrongType,
-            key,
-            message,
-            "give as many of one as of the other, one at least",
-        );
-    }
-    if x.windows(2).any(|pair| pair[1] < pair[0]) {
-        f.refuse_key(
-            Code::OutOfRange,
-            along,
-            format!("`{along}` runs backward"),
-            "give the points in rising order",
-        );
-    }
-    x.into_iter().zip(y).collect()
 }
 
 fn face_mill(f: &mut Fields) -> FaceMill {
@@ -333,6 +293,9 @@ pub fn clutch(f: &mut Fields) -> Brake {
     let name = common::name(f);
     let between = common::ends_or_at(f);
     f.exclusive("torque", "torques");
+    if f.has("factors") {
+        return multiplied(f, name, between);
+    }
     let points = match f.has("times") || f.has("torques") {
         true => points(f, ("times", Kind::Time), ("torques", Kind::Torque)),
         false => vec![(0.0, f.quantity("torque", Kind::Torque, Range::NotNegative))],
@@ -356,7 +319,17 @@ pub fn clutch(f: &mut Fields) -> Brake {
     let law = friction::of_one(f);
     let largest = points.iter().fold(0.0f64, |m, p| m.max(p.1));
     let grip = (points.len() > 1 && largest > 0.0)
-        .then(|| points.iter().map(|p| (p.0, p.1 / largest)).collect());
+        .then(|| History::Table(points.iter().map(|p| (p.0, p.1 / largest)).collect()));
+    pressed(name, between, (law, largest), grip)
+}
+
+/// Dry friction up to a largest capacity, of which there are shares over time.
+fn pressed(
+    name: Name,
+    between: [End; 2],
+    (law, largest): (Friction, f64),
+    grip: Option<History>,
+) -> Brake {
     Brake {
         name,
         between,
@@ -367,6 +340,38 @@ pub fn clutch(f: &mut Fields) -> Brake {
         },
         grip,
     }
+}
+
+/// A clutch whose capacity is a torque times factors, none of which jumps or falls below zero.
+fn multiplied(f: &mut Fields, name: Name, between: [End; 2]) -> Brake {
+    f.exclusive("factors", "torques");
+    let torque = f.quantity("torque", Kind::Torque, Range::NotNegative);
+    let factors = factors::factors(f);
+    let jumps = |factor: &History| match factor {
+        History::Step { .. } => true,
+        History::Table(points) => points.windows(2).any(|p| p[1].0 == p[0].0),
+        _ => false,
+    };
+    if factors.iter().any(jumps) {
+        let hint = "take a ramp over a short time in place of the jump";
+        f.refuse_key(Code::OutOfRange, "factors", "the capacity jumps", hint);
+    }
+    if factors
+        .iter()
+        .any(|factor| factor.range().is_none_or(|r| r[0] < 0.0))
+    {
+        let message = "a factor of a capacity falls below zero";
+        let hint = "friction acts against the slip by itself: give a harmonic a `mean` of its `value` at least";
+        f.refuse_key(Code::OutOfRange, "factors", message, hint);
+    }
+    let law = friction::of_one(f);
+    let whole = |torque: f64| History::Product {
+        torque,
+        factors: factors.clone(),
+    };
+    let largest = whole(torque).range().map_or(0.0, |r| r[1]);
+    let grip = (largest > 0.0).then(|| whole(torque / largest));
+    pressed(name, between, (law, largest), grip)
 }
 
 /// A brake or a slipping clutch.

@@ -169,6 +169,13 @@ pub enum History {
     Table(Vec<(f64, f64)>),
     /// A face-mill cutter at its mean speed.
     FaceMill(FaceMill),
+    /// A torque times factors of time, each a plain number: constants, steps, ramps, harmonics and tables.
+    Product {
+        /// N·m.
+        torque: f64,
+        /// Each a number over time.
+        factors: Vec<History>,
+    },
 }
 
 impl History {
@@ -180,7 +187,41 @@ impl History {
             History::Harmonic { mean, .. } | History::Orders { mean, .. } => *mean,
             History::Table(points) => points.last().map_or(0.0, |p| p.1),
             History::FaceMill(_) => 0.0,
+            History::Product { torque, factors } => factors
+                .iter()
+                .fold(*torque, |x, factor| x * factor.lasting()),
         }
+    }
+
+    /// The least and the greatest it ever is; of a product what the extremes of its factors leave room for. Absent where the motion
+    /// decides.
+    pub fn range(&self) -> Option<[f64; 2]> {
+        let of = |values: &[f64]| {
+            let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+            [
+                least,
+                values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+            ]
+        };
+        Some(match self {
+            History::Constant(torque) => of(&[*torque]),
+            History::Step { torque, .. } => of(&[0.0, *torque]),
+            History::Ramp { from, to, .. } => of(&[*from, *to]),
+            History::Harmonic {
+                mean, amplitude, ..
+            } => of(&[mean - amplitude, mean + amplitude]),
+            History::Table(points) => of(&points.iter().map(|p| p.1).collect::<Vec<_>>()),
+            History::Orders { .. } | History::FaceMill(_) => return None,
+            History::Product { torque, factors } => {
+                let mut range = [*torque; 2];
+                for factor in factors {
+                    let [low, high] = factor.range()?;
+                    let [a, b] = range;
+                    range = of(&[a * low, a * high, b * low, b * high]);
+                }
+                range
+            }
+        })
     }
 }
 

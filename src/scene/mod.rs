@@ -42,6 +42,9 @@ mod planetary;
 /// Bearings, dampers, speeds, damping.
 mod supports;
 
+/// Numbers over time that are multiplied.
+mod factors;
+
 /// Loads, motors and brakes.
 mod drives;
 

@@ -479,7 +479,7 @@ pub struct Brake {
     /// N·m and rad/s; of a clutch at its largest capacity.
     pub friction: Friction,
     /// The share of that capacity over time, s; always all of it where left out.
-    pub grip: Option<Vec<(f64, f64)>>,
+    pub grip: Option<History>,
 }
 
 /// An error of an element that repeats with its turn.

@@ -101,10 +101,27 @@ pub struct Impact {
     pub block: usize,
     /// Power of the force by line, averaged over the hits used.
     pub force_power: Vec<f64>,
+    /// The responses hit by hit, where there are several.
+    pub by_hit: Vec<HitResponses>,
     /// Channel 0 is the force, 1, 2, … are the responses. With a single hit the variance is that of the noise before it, and there
     /// is no coherence. `window_decay` is σ.
     pub estimate: Estimate,
 }
+
+/// Frequency responses to one hit, or to a few that follow each other where there are many.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HitResponses {
+    /// Places of the hits among all.
+    pub hits: Vec<usize>,
+    /// `Σ X* Y / Σ |X|²` over these hits, by response and line; zero where the force has no power.
+    pub value: Vec<Vec<Complex>>,
+}
+
+/// Most responses hit by hit: more hits are joined to groups, alike in size to within one.
+const MOST_BY_HIT: usize = 64;
+
+/// Fewest groups of hits, however many responses there are: seven degrees of freedom of their scatter.
+const LEAST_GROUPS: usize = 8;
 
 /// A second pulse of this share of the first makes a hit double.
 const DOUBLE: f64 = 0.1;
@@ -169,7 +186,11 @@ pub fn analyse(
     }
     record.set_aside_overloads(options);
     let (block, sigma) = record.settle_block(options)?;
-    let (estimate, force_power) = record.estimate(block, sigma)?;
+    let Averaged {
+        estimate,
+        force_power,
+        by_hit,
+    } = record.estimate(block, sigma)?;
     let hit = |cut: &Cut| Hit {
         sample: cut.pulse.peak,
         time_s: cut.pulse.peak as f64 / rate_hz,
@@ -180,8 +201,16 @@ pub fn analyse(
         hits: record.cuts.iter().map(hit).collect(),
         block,
         force_power,
+        by_hit,
         estimate,
     })
+}
+
+/// Sums over all hits, and over each.
+struct Averaged {
+    estimate: Estimate,
+    force_power: Vec<f64>,
+    by_hit: Vec<HitResponses>,
 }
 
 /// A hit with its surroundings, in samples of the record.
@@ -379,7 +408,7 @@ impl Record<'_> {
         })
     }
 
-    fn estimate(&self, block: usize, sigma: f64) -> Result<(Estimate, Vec<f64>), Error> {
+    fn estimate(&self, block: usize, sigma: f64) -> Result<Averaged, Error> {
         let window: Vec<f64> = (0..block)
             .map(|j| (-sigma * j as f64 / self.rate_hz).exp())
             .collect();
@@ -407,7 +436,15 @@ impl Record<'_> {
             window_decay: sigma,
             window: None,
         };
-        for cut in self.sound() {
+        let groups = (MOST_BY_HIT / outputs.len().max(1))
+            .max(LEAST_GROUPS)
+            .min(hits);
+        let group = |nth: usize| nth * groups / hits;
+        let mut by_hit: Vec<HitResponses> = Vec::new();
+        let mut power = vec![0.0; fft.lines()];
+        let places = (0..self.cuts.len()).filter(|&at| self.cuts[at].fault.is_none());
+        for (nth, place) in places.enumerate() {
+            let cut = &self.cuts[place];
             let fade = force_window(cut, block, self.force_share);
             for (channel, lines) in lines.iter_mut().enumerate() {
                 let mut samples = self.response(channel, cut, cut.start..cut.start + block);
@@ -424,12 +461,29 @@ impl Record<'_> {
                     *s += x.conj() * y / hits as f64;
                 }
             }
+            if nth == 0 || group(nth) != group(nth - 1) {
+                power.fill(0.0);
+                by_hit.push(HitResponses {
+                    hits: Vec::new(),
+                    value: vec![vec![zero; fft.lines()]; outputs.len()],
+                });
+            }
+            if let Some(own) = by_hit.last_mut() {
+                own.add(place, &lines, &mut power);
+                if nth + 1 == hits || group(nth + 1) != group(nth) {
+                    own.divide(&power);
+                }
+            }
         }
         let mut found = estimate(&spectra, &[0], &outputs, Estimator::H1)?;
         if let (1, Some(cut)) = (hits, self.sound().next()) {
             self.error_by_noise(cut, &window, &spectra, &mut found)?;
         }
-        Ok((found, spectra.psd.swap_remove(0)))
+        Ok(Averaged {
+            estimate: found,
+            force_power: spectra.psd.swap_remove(0),
+            by_hit,
+        })
     }
 
     /// The variance of a single hit's responses: `(E|N_y|² + |H|² E|N_f|²)/|F|²` by the noise before the hit, or, where the record
@@ -485,6 +539,32 @@ impl Record<'_> {
             function.variance = Some(variance.collect());
         }
         Ok(())
+    }
+}
+
+impl HitResponses {
+    /// Adds the transforms of a hit, force first; `power` sums that of the force.
+    fn add(&mut self, place: usize, lines: &[Vec<Complex>], power: &mut [f64]) {
+        self.hits.push(place);
+        for (value, y) in self.value.iter_mut().zip(&lines[1..]) {
+            for ((sum, x), y) in value.iter_mut().zip(&lines[0]).zip(y) {
+                *sum += x.conj() * y;
+            }
+        }
+        power
+            .iter_mut()
+            .zip(&lines[0])
+            .for_each(|(p, x)| *p += x.norm_sqr());
+    }
+
+    fn divide(&mut self, power: &[f64]) {
+        for (h, p) in self.value.iter_mut().flat_map(|v| v.iter_mut().zip(power)) {
+            *h = if *p > 0.0 {
+                *h / p
+            } else {
+                Complex::new(0.0, 0.0)
+            };
+        }
     }
 }
 

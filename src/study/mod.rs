@@ -6,6 +6,9 @@ pub mod watch;
 /// How long something takes.
 mod timing;
 
+/// The sizes of states without rigid motion.
+mod elastic_sizes;
+
 /// One run of a method.
 mod trial;
 

@@ -47,7 +47,8 @@ const FAIR: f64 = 1e-9;
 /// The part of the time in which a change of the start is first seen.
 const FIRST: usize = 10;
 
-/// Least and greatest change of the start, by the size each state reaches, that shows how errors grow.
+/// Least and greatest change of the start, by the size that the deformation of each state reaches, that shows how errors grow. By the
+/// angle turned it would be as large as the deformations themselves.
 const NUDGE: (f64, f64) = (1e-9, 1e-5);
 
 /// The change is so many times what the reference is known to.
@@ -251,7 +252,7 @@ fn itself(own: &Climbed) -> Option<Witness> {
     })
 }
 
-/// Runs once more from a start changed by a small share of the size each state reaches.
+/// Runs once more from a start changed by a small share of the size each state's deformation reaches.
 fn amplification(scene: &MotionScene, own: &Climbed, known: f64, watch: &mut Watch) -> Option<f64> {
     let (wanted, best) = own.trials.last()?;
     let nudge = (BEYOND * known).clamp(NUDGE.0, NUDGE.1);

@@ -8,7 +8,7 @@ use super::ways::{Size, Way, Ways};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::words::counted;
-use crate::machine::kinematics::mean_speeds;
+use crate::machine::spin::spinning;
 use crate::modes::basis::{self, Basis, Solver as BasisSolver};
 use crate::modes::equations::{Case, Equations};
 use crate::modes::reduction::{Keep, Method, Reduced};
@@ -51,7 +51,7 @@ pub fn study(prepared: &Prepared, study: &ResponseStudy, watch: &mut Watch) -> R
     }
     let speeds = study
         .speed
-        .map(|speed| mean_speeds(machine, kinematics, Some(speed)))
+        .map(|speed| spinning(machine, kinematics, Some(speed)))
         .transpose()?;
     let setting = prepared.setting(speeds.as_deref());
     let lines = study.lines.unwrap_or(LINES).max(2);

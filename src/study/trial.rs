@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 use std::time::Instant;
 
+use super::elastic_sizes::ElasticSizes;
 use super::watch::interrupted;
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -25,7 +26,7 @@ const STEPS: [f64; 4] = [1e3, 1e4, 1e5, 1e6];
 pub struct Trial {
     /// Of each output, at every sample.
     pub values: Vec<Vec<f64>>,
-    /// The largest size of each state at any sample.
+    /// The largest size of each state at any sample, without rigid motion where anything deforms.
     pub sizes: Vec<f64>,
     /// What it cost.
     pub effort: Effort,
@@ -56,16 +57,14 @@ pub fn integrate(
         follower: Follower::default(),
     };
     let mut values = vec![Vec::with_capacity(scene.samples + 1); scene.outputs.list.len()];
-    let mut sizes = vec![0.0f64; start.len()];
+    let mut sizes = ElasticSizes::new(train, &scene.moving.rigid);
     let (mut count, mut reached) = (0, 0.0);
     let begin = Instant::now();
     let effort = (method.run)(train, &ask, &mut |t, y, regime| {
         for (list, value) in values.iter_mut().zip(scene.outputs.at(train, regime, t, y)) {
             list.push(value);
         }
-        for (size, value) in sizes.iter_mut().zip(y) {
-            *size = size.max(value.abs());
-        }
+        sizes.note(y);
         (count, reached) = (count + 1, t);
         ControlFlow::Continue(())
     })?;
@@ -82,7 +81,7 @@ pub fn integrate(
     }
     Ok(Trial {
         values,
-        sizes,
+        sizes: sizes.sizes(),
         effort,
         seconds: begin.elapsed().as_secs_f64(),
     })

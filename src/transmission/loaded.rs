@@ -10,7 +10,8 @@ use super::dynamic::Transfer;
 use super::lines::{Line, Origin, rising};
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::machine::parts::{Gear, Law};
+use crate::machine::mesh_cycle;
+use crate::machine::parts::Law;
 use crate::numeric::Complex;
 use crate::numeric::fft::RealFft;
 use crate::numeric::fraction::Fraction;
@@ -27,10 +28,9 @@ const HARMONICS: u32 = 16;
 /// A mesh whose stiffness changes over its cycle while it carries a force.
 struct Waving<'a> {
     branch: usize,
-    gear: &'a Gear,
     wave: &'a StiffnessWave,
-    /// Turns against its carrier per turn that orders are counted by.
-    relative: Fraction,
+    /// Its cycles per turn that orders are counted by.
+    cycles: Fraction,
     /// F̄/k, m.
     given: f64,
 }
@@ -46,16 +46,15 @@ fn waving<'a>(setting: &Setting<'a>, chain: &Chain) -> Result<Vec<Waving<'a>>, E
         let (Some(wave), Law::Linear { stiffness, .. }) = (&part.wave, part.law) else {
             return None;
         };
-        let with_teeth = |g: &&Gear| g.branches.contains(&index) && g.teeth.is_some();
-        let gear = machine.gears.iter().find(with_teeth)?;
-        let own = chain.turns(gear.turning)?;
-        let carried = gear.carrier.and_then(|c| chain.turns(c));
+        let cycle = *mesh_cycle::cycles(machine, index).first()?;
+        let own = chain.turns(cycle.turning)?;
+        let carried = cycle.carrier.and_then(|c| chain.turns(c));
         let relative = own - carried.unwrap_or(&Fraction::zero());
-        (!relative.is_zero()).then_some(Waving {
+        let cycles = &relative * &Fraction::of(cycle.teeth as f64);
+        (!cycles.is_zero()).then_some(Waving {
             branch: index,
-            gear,
             wave,
-            relative,
+            cycles,
             given: 1.0 / stiffness,
         })
     };
@@ -78,12 +77,12 @@ fn waving<'a>(setting: &Setting<'a>, chain: &Chain) -> Result<Vec<Waving<'a>>, E
 pub fn lines(setting: &Setting, chain: &Chain) -> Result<Vec<Line>, Error> {
     let mut all = Vec::new();
     for mesh in waving(setting, chain)? {
-        let rising = rising(chain, &mesh.relative);
+        let rising = rising(chain, &mesh.cycles);
         for (n, a, phase) in compliance(setting, &mesh)?.harmonics {
             let angle = phase + f64::from(n) * mesh.wave.lead;
             let e = Complex::new(angle.cos(), rising * angle.sin()) * (mesh.given * a);
             all.push(Line {
-                order: mesh.relative.abs().times(n * mesh.gear.teeth.unwrap_or(1)),
+                order: mesh.cycles.abs().times(n),
                 origin: Origin::Stiffness(mesh.branch),
                 harmonic: n,
                 displacements: vec![(mesh.branch, e)],

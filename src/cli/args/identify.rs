@@ -69,6 +69,9 @@ pub struct IdentifyArgs {
     /// Poles may be unstable
     #[arg(long)]
     pub allow_unstable: bool,
+    /// Show weak modes among the others, not apart
+    #[arg(long)]
+    pub all: bool,
     /// What the responses are, where their units do not tell
     #[arg(long, value_enum, value_name = "KIND")]
     pub kind: Option<KindWord>,

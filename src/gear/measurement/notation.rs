@@ -79,7 +79,8 @@ impl Accuracy {
         });
         let digits = &parts[..parts.len() - usize::from(backlash.is_some())];
         let grades: Option<Vec<u32>> = digits.iter().map(|part| part.parse().ok()).collect();
-        let (motion, smoothness, contact) = match grades.as_deref() {
+        let signed = text.trim_start().starts_with(['-', '–']);
+        let (motion, smoothness, contact) = match grades.as_deref().filter(|_| !signed) {
             Some(&[grade]) => (grade, grade, grade),
             Some(&[motion, smoothness, contact]) => (motion, smoothness, contact),
             _ => return refuse(format!("\"{shown}\" is no notation of grades"), FORM),

@@ -29,7 +29,7 @@ pub mod single;
 pub mod stabilisation;
 
 /// Agglomerative clusters.
-mod clusters;
+pub(super) mod clusters;
 
 /// The automatic choice of physical poles.
 pub mod selection;

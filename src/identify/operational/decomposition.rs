@@ -67,6 +67,14 @@ pub struct Decomposition {
     pub peaks: Vec<Peak>,
 }
 
+impl Decomposition {
+    /// Lines, Hz, and the largest singular value of each.
+    pub fn largest_values(self) -> (Vec<f64>, Vec<f64>) {
+        let first = self.singular_values.iter().map(|v| v[0]).collect();
+        (self.frequency_hz, first)
+    }
+}
+
 /// Vectors of the bell agree with that of the peak by this MAC (Brincker et al.'s rule).
 const SAME_SHAPE: f64 = 0.8;
 

@@ -46,19 +46,29 @@ impl Harmonic {
         self.order.is_some() || self.is_sine()
     }
 
-    /// Nearer to a sine than to noise by more than chance; or an envelope so constant that only a resonance narrower than the record can
-    /// resolve would have it.
+    /// Nearer to a sine than to noise by more than chance. A resonance that the record hardly resolves keeps its amplitude for most of
+    /// it: of so few independent values nothing is said.
     pub fn is_sine(&self) -> bool {
         const NEARER: f64 = 1.5; // half way
         const BEYOND_CHANCE: f64 = 3.0; // standard deviations
-        const CONSTANT: f64 = 1.05; // an amplitude that strays by 11 %
+        const UNTOLD: f64 = 0.6; // the scatter of eleven independent values
         // What is above 1 scatters by a factor: of few values it can be small, never below nothing.
-        let noise = (1.0 + (-BEYOND_CHANCE * self.scatter).exp()).max(CONSTANT);
-        self.envelope_kurtosis < noise.min(NEARER)
+        let noise = 1.0 + (-BEYOND_CHANCE * self.scatter).exp();
+        self.scatter < UNTOLD && self.envelope_kurtosis < noise.min(NEARER)
     }
 }
 
+/// Half width of the band about a mode whose distribution is looked at, in half-power half-bandwidths…
+pub const HALF_BANDS: f64 = 3.0;
+
+/// … and in lines of the whole record.
+pub const LINES: f64 = 20.0;
+
+/// Samples looked at, from the first on: more tell no distribution better.
+const LOOKED_AT: usize = 1 << 21;
+
 /// Spectra of whole responses, from which bands are cut.
+#[derive(Debug, Clone)]
 pub struct Bands {
     spectra: Vec<Vec<Complex>>,
     spacing_hz: f64,
@@ -68,14 +78,19 @@ pub struct Bands {
 impl Bands {
     /// One transform of each whole channel.
     pub fn new(channels: &Channels) -> Bands {
-        let n = channels.length();
+        Bands::of(channels.samples(), channels.rate_hz())
+    }
+
+    /// One transform of each signal; they are of one length.
+    pub fn of(channels: &[&[f64]], rate_hz: f64) -> Bands {
+        let n = channels.first().map_or(0, |s| s.len()).min(LOOKED_AT);
         let length = quick_length(n);
         let mut transform = ComplexFft::new(length);
-        let spectra = (channels.samples().iter())
+        let spectra = (channels.iter())
             .map(|samples| {
-                let mean = samples.iter().sum::<f64>() / n as f64;
+                let mean = samples[..n].iter().sum::<f64>() / n as f64;
                 let mut values = vec![Complex::new(0.0, 0.0); length];
-                for (z, x) in values.iter_mut().zip(*samples) {
+                for (z, x) in values.iter_mut().zip(&samples[..n]) {
                     z.re = x - mean;
                 }
                 transform.forward(&mut values);
@@ -85,7 +100,7 @@ impl Bands {
             .collect();
         Bands {
             spectra,
-            spacing_hz: channels.rate_hz() / length as f64,
+            spacing_hz: rate_hz / length as f64,
             samples: n,
         }
     }

@@ -1,131 +1,143 @@
-//! Which poles come back order after order: the choice made for frequency responses, on the poles of responses alone.
+//! Clusters of poles that come back order after order.
+//!
+//! In the manner of Reynders, Houbrechts & De Roeck, Mech. Syst. Signal Process. 29 (2012), 228–250, with fixed rules instead of their
+//! 2-means: a pole that no neighbouring order repeats is left out; the rest is clustered hierarchically by frequency and shape.
 
-use super::channels::Channels;
-use super::harmonics::{Bands, Harmonic, Running};
-use super::subspace::Subspace;
+use std::f64::consts::TAU;
+
 use crate::identify::modal::candidates::{CandidatePole, OrderPoles};
-use crate::identify::modal::selection::{SelectedMode, SelectionRule, select};
-use crate::identify::mode::IdentifiedMode;
+use crate::identify::modal::clusters::cluster;
+use crate::numeric::collinearity::mac;
 
-/// A mode chosen automatically.
+/// Poles above this damping ratio model noise.
+pub const MOST_DAMPING: f64 = 0.2;
+
+/// A neighbouring order repeats a pole within this share of its frequency, …
+const SAME_FREQUENCY: f64 = 0.01;
+
+/// … this share of its damping ratio, …
+const SAME_DAMPING: f64 = 0.5;
+
+/// … and with this MAC of the shapes.
+const SAME_SHAPE: f64 = 0.9;
+
+/// Shapes as far apart as the width of a cluster allows differ by so much of `1 − MAC`.
+const SHAPE_WIDTH: f64 = 0.25;
+
+/// Least and largest half width of a cluster, relative to its frequency; between them half the damping ratio.
+const WIDTH: (f64, f64) = (0.004, 0.03);
+
+/// Share of a cluster's orders with a second pole, from which on it is two clusters.
+const TWICE: f64 = 0.25;
+
+/// Least share of all orders in a cluster, …
+const PRESENCE: f64 = 0.35;
+
+/// … and of the orders from its first on.
+const SINCE_FIRST: f64 = 0.5;
+
+/// One pole for each of the orders of a cluster, by rising order.
 #[derive(Debug, Clone)]
-pub struct OperationalMode {
-    /// A pole near the middle of its cluster, with its own covariance where the method gives one.
-    pub mode: IdentifiedMode,
-    /// Order of the model that pole is from.
-    pub order: usize,
-    /// Share of all orders with a pole in the cluster.
+pub struct Cluster {
+    /// Order of the model and its pole.
+    pub members: Vec<(usize, CandidatePole)>,
+    /// Share of all orders.
     pub presence: f64,
-    /// Standard deviation of the frequency over the cluster, Hz; an indication only, for orders share their data.
-    pub scatter_hz: f64,
-    /// What it shows of being a line of running speed.
-    pub harmonic: Harmonic,
 }
 
-/// Physical modes by rising frequency. Poles whose uncertainty exceeds their own half bandwidth are left out before clusters are made;
-/// lines of running speed stand among them and are marked.
-pub fn physical(
-    found: &Subspace,
-    channels: &Channels,
-    rule: &SelectionRule,
-    running: Option<&Running>,
-) -> Vec<OperationalMode> {
-    let orders: Vec<OrderPoles> = (found.orders.iter())
-        .map(|o| {
-            let certain = o.modes.iter().filter(|m| is_certain(m, found.spacing_hz));
-            let poles = certain.map(|m| CandidatePole {
-                pole: m.pole,
-                shape: m.shape.clone(),
-                participation: Vec::new(),
-            });
-            OrderPoles::new(o.order, poles.collect())
-        })
+/// Half width in which poles about this one are the same, relative to the frequency.
+pub fn half_width(damping_ratio: f64) -> f64 {
+    (damping_ratio / 2.0).clamp(WIDTH.0, WIDTH.1)
+}
+
+/// Clusters that enough orders share, by rising frequency; poles outside `band_hz` are not looked at.
+pub fn clusters(orders: &[OrderPoles], band_hz: (f64, f64)) -> Vec<Cluster> {
+    let inside = |p: &&CandidatePole| {
+        let f = p.pole.norm() / TAU;
+        p.pole.re < 0.0 && p.damping_ratio() < MOST_DAMPING && f >= band_hz.0 && f <= band_hz.1
+    };
+    let mut repeated: Vec<(usize, &CandidatePole)> = Vec::new();
+    for (k, order) in orders.iter().enumerate() {
+        let neighbours = [k.checked_sub(1), Some(k + 1)];
+        let others: Vec<&CandidatePole> = (neighbours.into_iter().flatten())
+            .filter_map(|j| orders.get(j))
+            .flat_map(|o| &o.poles)
+            .collect();
+        let comes_back = |p: &&CandidatePole| others.iter().any(|other| repeats(p, other));
+        let kept = order.poles.iter().filter(inside).filter(comes_back);
+        repeated.extend(kept.map(|p| (k, p)));
+    }
+    let distance = |i: usize, j: usize| apart(repeated[i].1, repeated[j].1);
+    let mut found: Vec<Cluster> = cluster(repeated.len(), distance, 1.0)
+        .into_iter()
+        .map(|members| members.into_iter().map(|i| repeated[i]).collect())
+        .flat_map(parted)
+        .filter_map(|members| common(members, orders))
         .collect();
-    let bands = Bands::new(channels);
-    // Two clusters may meet in one pole, and a pole near the middle of a cluster may be damped more than the middle.
-    let mut members: Vec<(SelectedMode, usize, IdentifiedMode)> = Vec::new();
-    for chosen in select(&orders, found.spacing_hz, rule) {
-        let (order, mode) = member(found, &chosen.mode);
-        let is_same =
-            |known: &&mut (SelectedMode, usize, IdentifiedMode)| known.2.pole == mode.pole;
-        match members.iter_mut().find(is_same) {
-            Some(known) if known.0.presence < chosen.presence => known.0 = chosen,
-            Some(_) => {}
-            None if mode.damping_ratio() > rule.most_damping => {}
-            None => members.push((chosen, order, mode)),
+    found.sort_by(|a, b| a.frequency().total_cmp(&b.frequency()));
+    found
+}
+
+impl Cluster {
+    /// Median frequency, Hz.
+    pub fn frequency(&self) -> f64 {
+        let mut all: Vec<f64> = (self.members.iter())
+            .map(|m| m.1.pole.norm() / TAU)
+            .collect();
+        all.sort_by(f64::total_cmp);
+        all.get(all.len() / 2).copied().unwrap_or(0.0)
+    }
+}
+
+/// Whether a pole of another order is the same.
+fn repeats(a: &CandidatePole, b: &CandidatePole) -> bool {
+    let near = |x: f64, y: f64, share: f64| (x - y).abs() <= share * x.abs();
+    near(a.pole.norm(), b.pole.norm(), SAME_FREQUENCY)
+        && near(a.damping_ratio(), b.damping_ratio(), SAME_DAMPING)
+        && mac(&a.shape, &b.shape) > SAME_SHAPE
+}
+
+/// Distance of two poles, 1 where they part.
+fn apart(a: &CandidatePole, b: &CandidatePole) -> f64 {
+    let (f, g) = (a.pole.norm(), b.pole.norm());
+    let width = half_width(0.5 * (a.damping_ratio() + b.damping_ratio()));
+    (f - g).abs() / (0.5 * (f + g)) / (2.0 * width) + (1.0 - mac(&a.shape, &b.shape)) / SHAPE_WIDTH
+}
+
+type Members<'a> = Vec<(usize, &'a CandidatePole)>;
+
+/// A cluster with two poles in many orders, cut at the largest gap of frequency until none is left.
+fn parted(mut members: Members) -> Vec<Members> {
+    let mut orders: Vec<usize> = members.iter().map(|m| m.0).collect();
+    orders.sort_unstable();
+    orders.dedup();
+    if ((members.len() - orders.len()) as f64) < TWICE * orders.len() as f64 || members.len() < 4 {
+        return vec![members];
+    }
+    members.sort_by(|a, b| a.1.pole.norm().total_cmp(&b.1.pole.norm()));
+    let gap = |k: &usize| members[k + 1].1.pole.norm() - members[*k].1.pole.norm();
+    let widest = (0..members.len() - 1).max_by(|a, b| gap(a).total_cmp(&gap(b)));
+    let upper = members.split_off(widest.unwrap_or(0) + 1);
+    [parted(members), parted(upper)].concat()
+}
+
+/// One pole for each order, that nearest to the median frequency, where enough orders have one.
+fn common(mut members: Members, orders: &[OrderPoles]) -> Option<Cluster> {
+    let mut frequencies: Vec<f64> = members.iter().map(|m| m.1.pole.norm()).collect();
+    frequencies.sort_by(f64::total_cmp);
+    let middle = frequencies[frequencies.len() / 2];
+    let off = |m: &(usize, &CandidatePole)| (m.1.pole.norm() - middle).abs();
+    members.sort_by(|a, b| a.0.cmp(&b.0).then(off(a).total_cmp(&off(b))));
+    members.dedup_by_key(|m| m.0);
+    let count = members.len() as f64;
+    let since_first = (orders.len() - members.first()?.0) as f64;
+    let presence = count / orders.len() as f64;
+    (presence >= PRESENCE && count >= SINCE_FIRST * since_first && members.len() >= 2).then(|| {
+        Cluster {
+            members: (members.into_iter())
+                .map(|(k, p)| (orders[k].order, p.clone()))
+                .collect(),
+            presence,
         }
-    }
-    (members.into_iter())
-        .map(|(chosen, order, mode)| {
-            let strongest = (0..mode.shape.len())
-                .max_by(|&a, &b| {
-                    mode.shape[a]
-                        .norm_sqr()
-                        .total_cmp(&mode.shape[b].norm_sqr())
-                })
-                .unwrap_or(0);
-            // Wide enough to hold the resonance, and enough lines of the record to tell a distribution.
-            let half_band = (HALF_BANDS * mode.pole.re.abs() / std::f64::consts::TAU)
-                .max(LINES * found.spacing_hz);
-            let frequency = mode.damped_frequency_hz();
-            OperationalMode {
-                harmonic: bands.look(strongest, frequency, half_band, running),
-                mode,
-                order,
-                presence: chosen.presence,
-                scatter_hz: chosen.scatter_hz,
-            }
-        })
-        .collect()
+    })
 }
-
-/// The rule for responses alone. Where poles come with their uncertainty, a lower share of the orders is asked for: noise poles crowd the
-/// high orders, where they split modes, but few of them are certain (see [`physical`]).
-pub fn default_rule(found: &Subspace) -> SelectionRule {
-    const CERTAIN: f64 = 0.15; // share of the orders
-    let mut modes = found.orders.iter().flat_map(|o| &o.modes);
-    if modes.all(|m| m.pole_covariance.is_none()) {
-        return SelectionRule::default();
-    }
-    SelectionRule {
-        presence: CERTAIN,
-        ..SelectionRule::default()
-    }
-}
-
-/// The pole near the middle of a cluster that is nearest to it among those about as certain as the most certain, and its order.
-fn member(found: &Subspace, middle: &IdentifiedMode) -> (usize, IdentifiedMode) {
-    const AS_CERTAIN: f64 = 2.0; // times the least standard deviation
-    const NEAR: f64 = 0.5; // half-bandwidths, as in the rule of the clusters
-    let all = found
-        .orders
-        .iter()
-        .flat_map(|o| o.modes.iter().map(move |m| (o.order, m)));
-    let apart = |m: &IdentifiedMode| (m.pole - middle.pole).norm();
-    let reach = NEAR * middle.pole.re.abs() + found.spacing_hz * std::f64::consts::TAU;
-    let near: Vec<(usize, &IdentifiedMode)> = all
-        .filter(|(_, m)| is_certain(m, found.spacing_hz) && apart(m) <= reach)
-        .collect();
-    let std = |m: &IdentifiedMode| m.frequency_std_hz().unwrap_or(0.0);
-    let least = near
-        .iter()
-        .map(|(_, m)| std(m))
-        .fold(f64::INFINITY, f64::min);
-    (near.iter())
-        .filter(|(_, m)| std(m) <= AS_CERTAIN * least)
-        .min_by(|a, b| apart(a.1).total_cmp(&apart(b.1)))
-        .map_or((0, middle.clone()), |&(order, m)| (order, m.clone()))
-}
-
-/// Whether a pole is known better than to half its bandwidth, or than a record of this length can resolve. A pole of noise is not: it
-/// moves as far as the next one with every other stretch of the record.
-fn is_certain(mode: &IdentifiedMode, spacing_hz: f64) -> bool {
-    let half_bandwidth = mode.damping_ratio() * mode.frequency_hz();
-    (mode.frequency_std_hz()).is_none_or(|std| std <= half_bandwidth.max(spacing_hz))
-}
-
-/// Half width of the band about a mode whose distribution is looked at, in half-power half-bandwidths…
-pub const HALF_BANDS: f64 = 3.0;
-
-/// … and in lines of the whole record.
-pub const LINES: f64 = 20.0;

@@ -22,18 +22,29 @@ pub struct SpectralMatrix {
     pub lines: Vec<ComplexMatrix>,
 }
 
+/// Samples of a segment unless stated, at most: more lines take more time than they tell, and a lower rate shows low modes better.
+const LONGEST: usize = 1 << 16;
+
+/// Entries of all lines' matrices together unless stated, at most: 256 MB.
+const ENTRIES: usize = 1 << 24;
+
 /// Segments that the default leaves in a record, at least; up to twice as many, for lengths are powers of two.
 const SEGMENTS: usize = 10;
 
 impl SpectralMatrix {
-    /// With a Hann window over `segment` samples; `None` takes the power of two below a tenth of the record.
+    /// With a Hann window over `segment` samples; `None` takes the power of two below a tenth of the record, 65 536 at
+    /// most.
     ///
     /// # Errors
     /// `TooShort` where fewer than two segments fit.
     pub fn new(channels: &Channels, segment: Option<usize>) -> Result<SpectralMatrix, Error> {
         let n = channels.length();
         let segment = segment
-            .unwrap_or_else(|| 1 << (n / SEGMENTS).max(16).ilog2())
+            .unwrap_or_else(|| {
+                let entries = channels.samples().len().pow(2);
+                let longest = LONGEST.min((ENTRIES / entries).max(256));
+                1 << (n / SEGMENTS).clamp(16, longest).ilog2()
+            })
             .max(4);
         let hop = segment / 2;
         if n < segment + hop {

@@ -1,295 +1,330 @@
-//! Subspace identification from responses alone, from covariances or from data.
+//! Modes from responses alone by stochastic subspace identification, rung by rung of a ladder of sample rates.
 //!
-//! From covariances: the Hankel matrix of `R_{i+j+1}` is observability times controllability (Peeters & De Roeck, Mech. Syst. Signal
-//! Process. 13 (1999)). From data: the projection of the future of all responses on the past of the references, from the triangle of
-//! both (Van Overschee & De Moor, Subspace Identification for Linear Systems (1996), §3.3, with unit weights). Both cut orders 2, 4, …
-//! from one singular value decomposition.
+//! On each rung: covariances of all responses with a few references, the observable subspace of their Hankel matrix, poles of rising
+//! orders, clusters of those that come back, the estimate of each cluster with its uncertainty, and the test whether that is small
+//! enough for a mode. Rungs overlap; of two estimates of one mode the more certain counts.
 
-use super::channels::{Channels, check_references};
-use super::covariances::{Covariances, Gathering};
-use super::realisation::{Observability, OrderModes, continuous};
-use super::uncertainty::Scatter;
-use crate::base::code::Code;
+use super::channels::Channels;
+use super::covariances::Covariances;
+use super::harmonics::{Bands, HALF_BANDS, Harmonic, LINES, Running};
+use super::jackknife::{Estimate, Replicates, half_band_hz};
+use super::ladder::{Rung, ladder};
+use super::realisation::{Subspaces, Weighting};
+use super::references::references;
+use super::rungs::{OperationalMode, Pair, is_shadow, is_twin, joined};
+use super::selection::{Cluster, clusters};
 use crate::base::error::{Error, Warning};
+use crate::identify::compare::phase_collinearity;
+use crate::identify::modal::candidates::{OrderPoles, unit_largest};
 use crate::identify::mode::IdentifiedMode;
-use crate::numeric::Matrix;
-use crate::numeric::factors::{Triangle, svd};
+use crate::numeric::Complex;
+use crate::numeric::collinearity::mac;
+use crate::spectrum::decimate::{DecimationSettings, decimate};
 
-/// What may be said instead of left to the defaults.
+/// Highest order: 30 modes on a rung.
+pub const HIGHEST_ORDER: usize = 60;
+
+/// Lowest order.
+const LOWEST_ORDER: usize = 4;
+
+/// Poles are clustered a little beyond the ends of a rung, so that no cluster is cut there.
+const BEYOND: f64 = 0.05;
+
+/// Modes on a rung above which its orders may not suffice for more.
+const MANY: usize = 24;
+
+/// What is asked.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Settings {
-    /// Block rows i; `rate/2i` is about the lowest frequency that is resolved well. `None`: from `lowest_hz`, or as many as keep
-    /// the matrices small.
-    pub block_rows: Option<usize>,
-    /// The lowest frequency of interest, Hz.
-    pub lowest_hz: Option<f64>,
-    /// The highest order, twice the number of modes above which nothing is looked for.
-    pub highest_order: Option<usize>,
-    /// Reference channels; empty: all.
-    pub references: Vec<usize>,
+    /// Modes are sought from here to there, Hz; `None`: wherever the record shows any.
+    pub band_hz: Option<(f64, f64)>,
+    /// Right multiplier of the Hankel matrix.
+    pub weighting: Weighting,
+    /// What turns.
+    pub running: Option<Running>,
 }
 
-/// Poles of all orders.
+/// A cluster of poles that is no mode, and why.
+#[derive(Debug, Clone)]
+pub struct Rejected {
+    /// Pole, rad/s.
+    pub pole: Complex,
+    /// Why it is no mode.
+    pub reason: &'static str,
+}
+
+/// Modes and how they were found.
 #[derive(Debug, Clone)]
 pub struct Subspace {
-    /// Orders 2, 4, … with their modes.
-    pub orders: Vec<OrderModes>,
-    /// Singular values, largest first.
-    pub singular_values: Vec<f64>,
-    /// Block rows used.
-    pub block_rows: usize,
-    /// Distance of the lines the record's length could resolve, Hz.
-    pub spacing_hz: f64,
-    /// Doubts.
+    /// By rising frequency.
+    pub modes: Vec<OperationalMode>,
+    /// Stable poles that are no modes, by rising frequency.
+    pub rejected: Vec<Rejected>,
+    /// Rungs by falling rate.
+    pub rungs: Vec<Rung>,
+    /// Poles of all orders by rung.
+    pub orders: Vec<Vec<OrderPoles>>,
+    /// Where one rung shows two modes, and another one.
+    pub pairs: Vec<Pair>,
+    /// Limits of the answer.
     pub warnings: Vec<Warning>,
 }
 
-/// Rows of the Hankel matrix that defaults do not exceed: its decomposition then takes a fraction of a second.
-const ROWS: usize = 240;
-
-/// Columns of the data triangle that defaults do not exceed: each sample costs twice its square.
-const COLUMNS: usize = 200;
-
-/// Bounds of the default number of block rows.
-const BLOCK_ROWS: (usize, usize) = (10, 100);
-
-/// Half periods of the lowest frequency that the block rows should span.
-const HALF_PERIODS: f64 = 1.0;
-
-/// Highest order unless stated: 30 modes.
-const ORDER: usize = 60;
-
-/// Above this damping ratio a pole models noise; its uncertainty is not worked out.
-const NO_MODE: f64 = 0.3;
-
-/// From covariances, with the uncertainty of every pole that could be a mode.
-///
-/// # Errors
-/// `NoChannel` for references that are not among the responses; `OutOfRange`; `TooShort`; those of the decompositions.
-pub fn from_covariances(channels: &Channels, settings: &Settings) -> Result<Subspace, Error> {
-    let responses = channels.samples().len();
-    let references = references(settings, responses)?;
-    let block_rows = block_rows(channels, settings, ROWS / responses)?;
-    let mut gathering = Gathering::new(responses, &references, 2 * block_rows - 1)?;
-    gathering.push(channels.samples())?;
-    let mut found = of_covariances(&gathering.finish()?, channels.rate_hz(), settings)?;
-    found
-        .warnings
-        .extend(too_few_rows(channels.rate_hz(), settings, block_rows));
-    Ok(found)
+impl Subspace {
+    /// From the lowest to the highest frequency at which modes were sought, Hz.
+    pub fn reach_hz(&self) -> (f64, f64) {
+        let bands = self.rungs.iter().map(|r| r.band_hz);
+        bands.fold((f64::INFINITY, 0.0), |a, b| (a.0.min(b.0), a.1.max(b.1)))
+    }
 }
 
-/// From covariances gathered elsewhere, over an odd number `2i − 1` of lags; [`Settings::block_rows`] and `lowest_hz` are not read.
+/// Identifies modes.
 ///
 /// # Errors
-/// As [`from_covariances`].
-pub fn of_covariances(
-    covariances: &Covariances,
-    rate_hz: f64,
-    settings: &Settings,
-) -> Result<Subspace, Error> {
-    let (nc, nr) = (covariances.channels, covariances.references.len());
-    let block_rows = covariances.lags.div_ceil(2);
-    let scale = deviations(covariances)?;
-    let scales = (&scale, &covariances.references);
-    let hankel = |r: &[f64]| {
-        Matrix::from_fn(block_rows * nc, block_rows * nr, |i, j| {
-            let (lag, c, k) = (i / nc + j / nr + 1, i % nc, j % nr);
-            r[(lag * nr + k) * nc + c] / (scales.0[c] * scales.0[scales.1[k]])
+/// `TooShort`, `OutOfRange` of the ladder; those of the decompositions.
+pub fn identify(channels: &Channels, settings: &Settings) -> Result<Subspace, Error> {
+    let (rungs, mut warnings) = ladder(channels.rate_hz(), channels.length(), settings.band_hz)?;
+    let mut own: Vec<Vec<f64>> = Vec::new();
+    let mut factor = 1;
+    let mut found: Vec<Vec<OperationalMode>> = Vec::new();
+    let (mut rejected, mut orders) = (Vec::new(), Vec::new());
+    for rung in &rungs {
+        if rung.factor > factor {
+            let by = rung.factor / factor;
+            let halved = |s: &[f64]| decimate(s, by, DecimationSettings::default());
+            own = match own.is_empty() {
+                true => channels.samples().iter().map(|s| halved(s)).collect(),
+                false => own.iter().map(|s| halved(s)).collect::<Result<_, Error>>(),
+            }?;
+            factor = rung.factor;
+        }
+        let views: Vec<&[f64]> = own.iter().map(Vec::as_slice).collect();
+        let at_rate = match factor {
+            1 => *channels,
+            _ => Channels::new(&views, rung.rate_hz)?,
+        };
+        let step = of_rung(&at_rate, rung, settings)?;
+        if step.modes.len() >= MANY {
+            warnings.push(Warning {
+                code: "many-modes",
+                message: format!(
+                    "{} modes from {:.4} to {:.4} Hz, of {} that the order {HIGHEST_ORDER} allows: others may be missing",
+                    step.modes.len(),
+                    rung.band_hz.0,
+                    rung.band_hz.1,
+                    HIGHEST_ORDER / 2
+                ),
+                hint: Some("compare with the peaks of --method fdd".to_string()),
+            });
+        }
+        found.push(step.modes);
+        rejected.extend(step.rejected);
+        orders.push(step.orders);
+    }
+    let (modes, pairs) = joined(found);
+    // What one rung rejects and another confirms is a mode.
+    let is_known = |r: &Rejected| {
+        let near = |m: &OperationalMode| (m.mode.pole - r.pole).norm() < 2.0 * m.mode.pole.re.abs();
+        modes.iter().any(near)
+    };
+    rejected.retain(|r| !is_known(r));
+    rejected.sort_by(|a: &Rejected, b| a.pole.norm().total_cmp(&b.pole.norm()));
+    Ok(Subspace {
+        modes,
+        rejected,
+        rungs,
+        orders,
+        pairs,
+        warnings,
+    })
+}
+
+struct Step {
+    modes: Vec<OperationalMode>,
+    rejected: Vec<Rejected>,
+    orders: Vec<OrderPoles>,
+}
+
+fn of_rung(channels: &Channels, rung: &Rung, settings: &Settings) -> Result<Step, Error> {
+    let scale = deviations(channels);
+    let references = references(channels, rung.band_hz)?;
+    let covariances = Covariances::new(
+        channels,
+        &scale,
+        &references,
+        2 * rung.block_rows,
+        rung.parts,
+    )?;
+    let subspaces = Subspaces::new(&covariances, settings.weighting, HIGHEST_ORDER)?;
+    let highest = subspaces.whole.highest();
+    let orders: Vec<OrderPoles> = (LOWEST_ORDER.min(highest / 2 * 2)..=highest)
+        .step_by(2)
+        .filter(|n| *n > 0)
+        .map(|n| subspaces.whole.poles(n, rung.rate_hz))
+        .collect();
+    let (low, high) = rung.band_hz;
+    let wider = (low * (1.0 - BEYOND), high * (1.0 + BEYOND));
+    let mut replicates = Replicates::new(&subspaces, rung.rate_hz, highest);
+    let mut estimates: Vec<(Estimate, f64)> = Vec::new();
+    let mut rejected = Vec::new();
+    let inside = |f: f64| f >= low && f <= high;
+    for cluster in clusters(&orders, wider) {
+        if !inside(cluster.frequency()) {
+            continue;
+        }
+        let Some(estimate) = replicates.estimate(&cluster) else {
+            rejected.push(Rejected {
+                pole: cluster.members[cluster.members.len() / 2].1.pole,
+                reason: "lost when a part of the record is left out",
+            });
+            continue;
+        };
+        estimates.push((estimate, scatter_hz(&cluster)));
+    }
+    let all: Vec<IdentifiedMode> = estimates.iter().map(|e| e.0.mode.clone()).collect();
+    let mut accepted = Vec::new();
+    for one in estimates {
+        match refusal(&one.0, &all) {
+            Some(reason) => rejected.push(Rejected {
+                pole: one.0.mode.pole,
+                reason,
+            }),
+            None => accepted.push(one),
+        }
+    }
+    let mut bands: Vec<Option<Bands>> = vec![None; channels.samples().len()];
+    let modes = without_twins(accepted)
+        .into_iter()
+        .map(|(estimate, scatter_hz)| {
+            let harmonic = harmonic(&estimate.mode, channels, &mut bands, settings);
+            let mut mode = estimate.mode;
+            (mode.shape.iter_mut().zip(&scale)).for_each(|(x, s)| *x *= *s);
+            mode.shape = unit_largest(mode.shape);
+            OperationalMode {
+                mode,
+                order: estimate.order,
+                presence: estimate.presence,
+                scatter_hz,
+                harmonic,
+            }
         })
-    };
-    let found = svd(&hankel(&covariances.mean))?;
-    let highest = highest_order(settings, block_rows, nc, nr)?;
-    let basis = Observability::new(&found, nc, highest);
-    let scatter = Scatter::new(covariances, &found, highest, hankel);
-    let mut orders = Vec::new();
-    for order in (2..=highest).step_by(2) {
-        let mut modes = Vec::new();
-        for pair in basis.eigenpairs(order)? {
-            let mut mode = IdentifiedMode {
-                pole: continuous(pair.value, rate_hz),
-                pole_covariance: None,
-                shape: basis.shape(&pair, &scale),
-            };
-            if mode.damping_ratio() > 0.0 && mode.damping_ratio() < NO_MODE {
-                mode.pole_covariance = scatter.pole_covariance(&basis, &pair, rate_hz);
-            }
-            modes.push(mode);
-        }
-        orders.push(in_order(order, modes));
-    }
-    Ok(Subspace {
-        orders,
-        singular_values: found.values,
-        block_rows,
-        spacing_hz: rate_hz / covariances.samples as f64,
-        warnings: Vec::new(),
-    })
-}
-
-/// From data. Often a little sharper on short records; without uncertainty.
-///
-/// # Errors
-/// As [`from_covariances`].
-pub fn from_data(channels: &Channels, settings: &Settings) -> Result<Subspace, Error> {
-    let responses = channels.samples().len();
-    let references = references(settings, responses)?;
-    let (nc, nr) = (responses, references.len());
-    let block_rows = block_rows(channels, settings, COLUMNS / (nc + nr))?;
-    let highest = highest_order(settings, block_rows, nc, nr)?;
-    let mean: Vec<f64> = (channels.samples().iter())
-        .map(|s| s.iter().sum::<f64>() / s.len() as f64)
         .collect();
-    let scale: Vec<f64> = (channels.samples().iter().zip(&mean))
-        .map(|(s, m)| (s.iter().map(|x| (x - m).powi(2)).sum::<f64>() / s.len() as f64).sqrt())
-        .collect();
-    let (past, columns) = (block_rows * nr, block_rows * (nr + nc));
-    let mut triangle = Triangle::new(columns);
-    let mut row = vec![0.0; columns];
-    let value = |c: usize, t: usize| (channels.samples()[c][t] - mean[c]) / scale[c];
-    for t in block_rows..=channels.length() - block_rows {
-        for (at, x) in row[..past].iter_mut().enumerate() {
-            *x = value(references[at % nr], t - 1 - at / nr);
-        }
-        for (at, x) in row[past..].iter_mut().enumerate() {
-            *x = value(at % nc, t + at / nc);
-        }
-        triangle.push(&row);
-    }
-    let r = triangle.finish();
-    let projection = r
-        .submatrix(0, past, past, columns - past)
-        .transpose()
-        .to_owned();
-    let found = svd(&projection)?;
-    let basis = Observability::new(&found, nc, highest);
-    let mut orders = Vec::new();
-    for order in (2..=highest).step_by(2) {
-        let modes = (basis.eigenpairs(order)?.iter())
-            .map(|pair| IdentifiedMode {
-                pole: continuous(pair.value, channels.rate_hz()),
-                pole_covariance: None,
-                shape: basis.shape(pair, &scale),
-            })
-            .collect();
-        orders.push(in_order(order, modes));
-    }
-    Ok(Subspace {
+    Ok(Step {
+        modes,
+        rejected,
         orders,
-        singular_values: found.values,
-        block_rows,
-        spacing_hz: channels.rate_hz() / channels.length() as f64,
-        warnings: too_few_rows(channels.rate_hz(), settings, block_rows)
-            .into_iter()
-            .collect(),
     })
 }
 
-fn in_order(order: usize, mut modes: Vec<IdentifiedMode>) -> OrderModes {
-    modes.sort_by(|a, b| a.pole.norm().total_cmp(&b.pole.norm()));
-    OrderModes { order, modes }
-}
-
-fn references(settings: &Settings, channels: usize) -> Result<Vec<usize>, Error> {
-    if settings.references.is_empty() {
-        return Ok((0..channels).collect());
-    }
-    check_references(&settings.references, channels)?;
-    Ok(settings.references.clone())
-}
-
-/// Standard deviations of the responses: each counts alike, whatever its unit.
-fn deviations(covariances: &Covariances) -> Result<Vec<f64>, Error> {
-    // Only references have their own variance among the covariances; of the others the largest covariance stands for the size.
-    let size = |c: usize| match covariances.references.iter().position(|&r| r == c) {
-        Some(r) => covariances.at(0, c, r).sqrt(),
-        None => (0..covariances.references.len())
-            .map(|k| {
-                let r = covariances.references[k];
-                covariances.at(0, c, k).abs() / covariances.at(0, r, k).sqrt()
-            })
-            .fold(0.0, f64::max),
+/// Standard deviations of the responses, by which they are divided: each counts alike, whatever its unit.
+fn deviations(channels: &Channels) -> Vec<f64> {
+    let of = |samples: &&[f64]| {
+        let n = samples.len() as f64;
+        let mean = samples.iter().sum::<f64>() / n;
+        let power = samples.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n;
+        if power > 0.0 { power.sqrt() } else { 1.0 }
     };
-    let found: Vec<f64> = (0..covariances.channels).map(size).collect();
-    match found.iter().position(|s| !(*s > 0.0 && s.is_finite())) {
-        None => Ok(found),
-        Some(c) => Err(Error::new(
-            Code::NoSignal,
-            format!("response {c} has a standard deviation of {}", found[c]),
-        )
-        .hint("leave the channel out")),
-    }
+    channels.samples().iter().map(of).collect()
 }
 
-fn wanted_rows(rate_hz: f64, lowest_hz: f64) -> f64 {
-    (HALF_PERIODS * rate_hz / (2.0 * lowest_hz)).ceil() + 1.0
-}
-
-fn block_rows(channels: &Channels, settings: &Settings, bound: usize) -> Result<usize, Error> {
-    let (least, most) = BLOCK_ROWS;
-    let bound = bound.clamp(least, most);
-    let rate = channels.rate_hz();
-    let rows = match (settings.block_rows, settings.lowest_hz) {
-        (Some(rows), _) if rows < 2 => {
-            return Err(Error::new(
-                Code::OutOfRange,
-                format!("{rows} block rows hold no dynamics"),
-            )
-            .hint("take at least rate/(2 × lowest frequency)"));
+/// Why an estimate is no mode: noise makes clusters too, whose poles move as far as the next one when a part of the record is left out.
+fn refusal(estimate: &Estimate, others: &[IdentifiedMode]) -> Option<&'static str> {
+    /// Relative deviation of the frequency that clusters of noise hardly reach, and no more than the half-power half-bandwidth, …
+    const SURE: f64 = 0.0025;
+    /// … or this many half-power half-bandwidths, …
+    const RESOLVED: f64 = 0.4;
+    /// … or this relative deviation over the parts with a collinear shape over three channels or more in most of the orders.
+    const WITH_SHAPE: (f64, f64, f64) = (0.006, 0.95, 0.8);
+    const MOST_STD: f64 = 0.02; // of the frequency
+    /// Above this deviation so many of the orders are asked for.
+    const VAGUE: (f64, f64) = (0.005, 0.5);
+    const LEAST_DAMPING_STD: f64 = 0.003; // a deviation below it is no reason
+    const COLLINEAR: f64 = 0.5;
+    const MOST_DAMPING: f64 = 0.15;
+    let mode = &estimate.mode;
+    let (f, zeta) = (mode.frequency_hz(), mode.damping_ratio());
+    let parts = estimate.parts_std_hz / f;
+    let total = mode.frequency_std_hz().unwrap_or(f64::INFINITY) / estimate.widening / f;
+    let damping = mode.damping_std().unwrap_or(f64::INFINITY) / estimate.widening;
+    let collinearity = phase_collinearity(&mode.shape);
+    let has_shape = mode.shape.len() >= 3
+        && estimate.presence >= WITH_SHAPE.2
+        && collinearity > WITH_SHAPE.1
+        && parts < WITH_SHAPE.0
+        && !others.iter().any(|m| is_echo(mode, m));
+    match () {
+        () if !(total < SURE.min(zeta) || total < RESOLVED * zeta || has_shape) => {
+            Some("its frequency moves by its bandwidth when a part of the record is left out")
         }
-        (Some(rows), _) => rows,
-        (None, Some(lowest)) => {
-            if !(lowest > 0.0 && lowest < rate / 2.0) {
-                return Err(Error::new(
-                    Code::OutOfRange,
-                    format!("the lowest frequency {lowest} Hz of samples at {rate} Hz"),
-                )
-                .hint(format!(
-                    "give a frequency above 0 and below {} Hz",
-                    rate / 2.0
-                )));
-            }
-            (wanted_rows(rate, lowest) as usize).clamp(least.min(bound), bound)
+        () if total >= MOST_STD => Some("its frequency is not known to 2 %"),
+        () if total > VAGUE.0 && estimate.presence < VAGUE.1 => {
+            Some("few orders show it, and its frequency is uncertain")
         }
-        (None, None) => bound,
-    };
-    // Each row of the Hankel matrix should be an average over many more samples than it has lags.
-    let needed = 4 * rows;
-    if channels.length() < needed {
-        return Err(Error::new(
-            Code::TooShort,
-            format!("{} samples for {rows} block rows", channels.length()),
-        )
-        .hint(format!("take a longer record: at least {needed} samples")));
+        () if damping >= zeta.max(LEAST_DAMPING_STD) => {
+            Some("its damping is not known to its own size")
+        }
+        () if collinearity <= COLLINEAR => Some("its channels move out of phase with each other"),
+        () if zeta >= MOST_DAMPING => Some("damped as noise is"),
+        () => None,
     }
-    Ok(rows)
 }
 
-fn too_few_rows(rate_hz: f64, settings: &Settings, rows: usize) -> Option<Warning> {
-    let lowest = settings.lowest_hz?;
-    let resolved = rate_hz / (2.0 * rows as f64);
-    // Half a period more or less is nothing to speak of.
-    const SHORT: f64 = 0.8;
-    (settings.block_rows.is_none() && lowest < SHORT * resolved).then(|| Warning {
-        code: "few-block-rows",
-        message: format!(
-            "{rows} block rows at {rate_hz} Hz resolve modes above {resolved:.4} Hz well, not down to {lowest} Hz"
-        ),
-        hint: Some("look at the lowest modes by themselves: a --band that ends lower decimates the record".to_string()),
-    })
+/// Whether a pole has the shape of a surer one near it, as poles of noise about a strong mode have.
+fn is_echo(mode: &IdentifiedMode, other: &IdentifiedMode) -> bool {
+    const NEAR: f64 = 0.1; // of the frequency
+    const SAME_SHAPE: f64 = 0.8;
+    let std = |m: &IdentifiedMode| m.frequency_std_hz().unwrap_or(f64::INFINITY);
+    let off = (mode.frequency_hz() - other.frequency_hz()).abs();
+    std(other) < std(mode)
+        && off < NEAR * other.frequency_hz()
+        && mac(&mode.shape, &other.shape) > SAME_SHAPE
 }
 
-fn highest_order(settings: &Settings, rows: usize, nc: usize, nr: usize) -> Result<usize, Error> {
-    let possible = ((rows - 1) * nc).min(rows * nr);
-    let highest = settings.highest_order.unwrap_or(ORDER).min(possible) / 2 * 2;
-    if highest < 2 {
-        return Err(Error::new(
-            Code::OutOfRange,
-            format!("the highest order is {highest}; {rows} block rows allow {possible}"),
-        )
-        .hint(
-            "a mode needs an order of 2: raise the order, or take more channels or a longer record",
-        ));
+fn scatter_hz(cluster: &Cluster) -> f64 {
+    let all = cluster.members.iter().map(|m| m.1.pole.norm());
+    let n = cluster.members.len() as f64;
+    let mean = all.clone().sum::<f64>() / n;
+    let square = all.map(|x| (x - mean).powi(2)).sum::<f64>();
+    (square / (n - 1.0).max(1.0)).sqrt() / std::f64::consts::TAU
+}
+
+/// Of two estimates of one mode the one that more orders share; none that is too uncertain to be parted from a sure one.
+fn without_twins(mut all: Vec<(Estimate, f64)>) -> Vec<(Estimate, f64)> {
+    let modes: Vec<IdentifiedMode> = all.iter().map(|e| e.0.mode.clone()).collect();
+    all.retain(|e| !modes.iter().any(|m| is_shadow(&e.0.mode, m)));
+    all.sort_by(|a, b| b.0.presence.total_cmp(&a.0.presence));
+    let mut kept: Vec<(Estimate, f64)> = Vec::new();
+    for one in all {
+        if !kept.iter().any(|k| is_twin(&k.0.mode, &one.0.mode)) {
+            kept.push(one);
+        }
     }
-    Ok(highest)
+    kept
+}
+
+/// What the strongest channel shows about a mode.
+fn harmonic(
+    mode: &IdentifiedMode,
+    channels: &Channels,
+    bands: &mut [Option<Bands>],
+    settings: &Settings,
+) -> Harmonic {
+    let strongest = (0..mode.shape.len())
+        .max_by(|&a, &b| {
+            mode.shape[a]
+                .norm_sqr()
+                .total_cmp(&mode.shape[b].norm_sqr())
+        })
+        .unwrap_or(0);
+    let samples = channels.samples()[strongest];
+    let spacing = channels.rate_hz() / samples.len() as f64;
+    let half_band = (HALF_BANDS * half_band_hz(mode)).max(LINES * spacing);
+    bands[strongest]
+        .get_or_insert_with(|| Bands::of(&[samples], channels.rate_hz()))
+        .look(
+            0,
+            mode.damped_frequency_hz(),
+            half_band,
+            settings.running.as_ref(),
+        )
 }

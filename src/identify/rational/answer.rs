@@ -3,13 +3,12 @@
 use crate::base::error::Warning;
 use crate::identify::mode::IdentifiedMode;
 use crate::numeric::Complex;
-use crate::numeric::statistics::HALF_INTERVAL;
 
+use super::groups::GroupMean;
 use super::lines::Lines;
 use super::reported::{Candidate, objection};
 use super::search::Found;
-use super::spread::Mean;
-use super::{Measured, Omitted, RationalFit, Spread};
+use super::{Departure, Measured, Omitted, RationalFit};
 
 /// A misfit this many standard deviations above that of noise is a model error.
 const BEYOND_NOISE: f64 = 4.0;
@@ -19,12 +18,13 @@ const SPOILS: f64 = 1.5;
 
 /// Turns what a search found into the answer.
 pub(super) fn answer(measured: &Measured, lines: &Lines, found: Found) -> RationalFit {
-    let per_dof = found.fitted.chi2 / found.dof;
-    let beyond = per_dof > 1.0 + BEYOND_NOISE * (2.0 / found.dof).sqrt();
-    let scale = if found.estimated || beyond {
-        per_dof
-    } else {
-        1.0
+    let per_dof = found.chi2 / found.dof;
+    let departs = found.departures.is_some();
+    let beyond = !departs && per_dof > 1.0 + BEYOND_NOISE * (2.0 / found.dof).sqrt();
+    // A variance with departures counts the lines of a resonance as one: it is no measure of its own misfit.
+    let scale = match !departs && (found.estimated || beyond) {
+        true => per_dof,
+        false => 1.0,
     };
     let numerators = found.structure.numerators();
     let certain = &found.covariance;
@@ -55,13 +55,13 @@ pub(super) fn answer(measured: &Measured, lines: &Lines, found: Found) -> Ration
             .collect(),
         derivative: lines.derivative,
         fit_error: vec![0.0; responses],
-        chi2: found.fitted.chi2,
+        departures: Vec::new(),
+        chi2: found.chi2,
         dof: found.dof,
         surprise: found.surprise,
         structure: found.structure,
-        spread: Vec::new(),
         omitted: Vec::new(),
-        departure: found.departure,
+        departs,
         warnings: Vec::new(),
         evidence: found.evidence.clone(),
         effort: found.effort,
@@ -87,9 +87,7 @@ pub(super) fn answer(measured: &Measured, lines: &Lines, found: Found) -> Ration
         }
         fit.fit_error[i] = fit_error(&found, lines, at);
     }
-    let model_error = !(found.spread.is_empty() && found.skirts.is_empty())
-        || found.departure > 0.0
-        || (beyond && per_dof > SPOILS);
+    let model_error = departs || (beyond && per_dof > SPOILS);
     for (place, &r) in order.iter().enumerate() {
         let square = lines.top * lines.top;
         let mut mode = IdentifiedMode {
@@ -100,17 +98,23 @@ pub(super) fn answer(measured: &Measured, lines: &Lines, found: Found) -> Ration
                 lines,
             ),
         };
-        if let Some((_, mean)) = found.spread.iter().find(|s| s.0 == r) {
-            fit.spread.push(spread_of(&mut mode, mean, lines.top));
-        }
+        let mean = found.means.get(r).copied().flatten();
+        let share = found.departures.as_ref().map_or(0.0, |d| d[r].share);
+        let departure = departure(&mut mode, share, mean.as_ref(), lines.top);
         let candidate = Candidate {
             mode: &mode,
             band_hz: lines.ends_hz(),
             visibility: visibility(lines, &poles[r].value(), &scaled, place),
             model_error,
+            departs,
         };
         match objection(&candidate) {
-            None => fit.modes.push(mode),
+            None => {
+                fit.modes.push(mode);
+                if departs || mean.is_some() {
+                    fit.departures.push(departure);
+                }
+            }
             Some(reason) => fit.omitted.push(Omitted {
                 pole: mode.pole,
                 reason,
@@ -121,24 +125,36 @@ pub(super) fn answer(measured: &Measured, lines: &Lines, found: Found) -> Ration
     fit
 }
 
-/// Where responses disagree the mode is their mean, as certain as their spread allows.
-pub(super) fn spread_of(mode: &mut IdentifiedMode, mean: &Mean, top: f64) -> Spread {
+/// What a mode departs by; where hits or responses differ about it, it becomes their mean.
+fn departure(
+    mode: &mut IdentifiedMode,
+    share: f64,
+    mean: Option<&GroupMean>,
+    top: f64,
+) -> Departure {
+    let mut departure = Departure {
+        model_error: share,
+        groups: mean.map_or(0, |m| m.count),
+        frequency_spread_hz: 0.0,
+        damping_spread: 0.0,
+    };
+    let Some((w, sigma)) = mean.and_then(|m| m.mean) else {
+        return departure;
+    };
     let square = top * top;
-    mode.pole = mean.pole.value() * top;
-    mode.pole_covariance = Some([mean.variance.1 * square, mean.variance.0 * square, 0.0]);
-    let spread = IdentifiedMode {
+    mode.pole = Complex::new(-sigma.mean, w.mean) * top;
+    mode.pole_covariance = Some([sigma.variance * square, w.variance * square, 0.0]);
+    let between = IdentifiedMode {
         pole_covariance: Some([
-            mean.tau.1.powi(2) * square,
-            mean.tau.0.powi(2) * square,
+            sigma.between.powi(2) * square,
+            w.between.powi(2) * square,
             0.0,
         ]),
         ..mode.clone()
     };
-    Spread {
-        frequency_hz: mode.frequency_hz(),
-        frequency_spread_hz: spread.frequency_std_hz().unwrap_or(0.0),
-        damping_spread: spread.damping_std().unwrap_or(0.0),
-    }
+    departure.frequency_spread_hz = between.frequency_std_hz().unwrap_or(0.0);
+    departure.damping_spread = between.damping_std().unwrap_or(0.0);
+    departure
 }
 
 /// A value per delay; where each response has its own, zero or nothing for those that were left out.
@@ -271,41 +287,26 @@ fn warn(fit: &mut RationalFit, lines: &Lines, found: &Found, beyond: bool, per_d
             "look for drift between measurements, nonlinearity, leakage, or a variance that is too small",
         );
     }
-    if found.departure > 0.0 {
+    if found.departures.is_some() {
+        let most =
+            |pick: fn(&Departure) -> f64| fit.departures.iter().map(pick).fold(0.0, f64::max);
+        let (share, spread) = (most(|d| d.model_error), most(|d| d.frequency_spread_hz));
+        let of = match (spread > 0.0, found.by_hit) {
+            (false, _) => String::new(),
+            (true, true) => format!(
+                ", and hits differ about a frequency by up to {spread:.2e} Hz (standard deviation)"
+            ),
+            (true, false) => format!(
+                ", and responses differ about a frequency by up to {spread:.2e} Hz (standard deviation)"
+            ),
+        };
         say(
             "departs",
             format!(
-                "no number of common poles explains the responses to within their noise; each value was taken to be off by {:.2} % of its size as well",
-                100.0 * found.departure
+                "noise alone does not explain the responses: they depart from the linear model by up to {:.1} % of a mode{of}",
+                100.0 * share
             ),
-            "the responses disagree, leak or are nonlinear: intervals are as wide as the misfit, and small modes may be missing",
-        );
-    }
-    for s in found.spread.iter().filter(|s| s.1.tau.0 > 0.0) {
-        let f = s.1.pole.value().norm() * lines.top / std::f64::consts::TAU;
-        let tau = HALF_INTERVAL * s.1.tau.0 * lines.top / std::f64::consts::TAU;
-        say(
-            "responses-disagree",
-            format!(
-                "the responses disagree about the mode at {f:.2} Hz beyond their noise: 95 % of them lie within ± {tau:.2e} Hz"
-            ),
-            "sensors that load the structure, drift, or amplitudes that differ",
-        );
-    }
-    // What stands lower than its own misfit is no resonance, but a valley between some.
-    let hertz = |place: f64| place * lines.top / std::f64::consts::TAU;
-    let skirts: Vec<String> = (found.skirts.iter())
-        .filter(|(_, share)| *share < 1.0)
-        .map(|&(place, share)| format!("{:.2} Hz ({:.1} %)", hertz(place), 100.0 * share))
-        .collect();
-    if !skirts.is_empty() {
-        say(
-            "not-a-pole",
-            format!(
-                "resonances without the skirts of a pole (misfit over their own value): {}",
-                skirts.join(", ")
-            ),
-            "leakage (a longer record, an exponential window), or a resonance whose frequency depends on the amplitude",
+            "intervals hold it; mounting, mass of sensors, amplitude and temperature are usual causes",
         );
     }
     if found.at_limit {

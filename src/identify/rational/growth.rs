@@ -11,7 +11,6 @@ use super::covariance::covariance;
 use super::local::{Placed, place};
 use super::projection::{Fitted, Model, Stop, at, left, refine};
 use super::scan::{Peak, scan};
-use super::spread::{Scatter, beside, disagreement};
 
 /// What growth is told.
 #[derive(Debug, Clone, Copy)]
@@ -28,6 +27,8 @@ pub(super) struct Rules {
     pub estimated: bool,
     /// Independent real numbers of data.
     pub data: f64,
+    /// The variance holds departures from the model: a pole must gain on more lines than one.
+    pub departs: bool,
 }
 
 /// How often noise alone may raise one pole too many.
@@ -63,6 +64,13 @@ const WITHOUT: Stop = Stop {
     share: 0.0,
 };
 
+/// Where of so many poles more than a third lie within [`CROWDED`] half-widths, or lines, of another, they explain a departure.
+const CROWD: usize = 8;
+const CROWDED: f64 = 2.0;
+
+/// Poles added at once to a variance that holds departures are farther from each other than so many of their half-widths.
+const CLEAR_OF_DEPARTURES: f64 = 20.0;
+
 /// Poles added at once share less than this with any other, and are farther from it than so many lines.
 const CLEAR: (f64, f64) = (0.1, 6.0);
 
@@ -83,9 +91,9 @@ pub(super) struct Growth<'a> {
     rules: Rules,
     /// Fall of χ² a pole must bring.
     pub threshold: f64,
-    refused: Vec<Pole>,
-    /// A disagreement that ended the growth: the lines want other weights.
-    pub scatter: Option<Scatter>,
+    /// Places that were tried in vain.
+    pub refused: Vec<Pole>,
+    settled: bool,
     /// Steps of all poles together.
     pub steps: usize,
     /// Scans made.
@@ -110,7 +118,7 @@ impl<'a> Growth<'a> {
             rules,
             threshold,
             refused: Vec::new(),
-            scatter: None,
+            settled: false,
             steps: 0,
             scans: 0,
             work: 0.0,
@@ -125,7 +133,11 @@ impl<'a> Growth<'a> {
 
     /// Operations of one step of all poles together: a QR factorisation of the basis and its derivatives projected on it.
     fn step_work(&self, poles: usize) -> f64 {
-        let (lines, responses) = (self.measured.lines() as f64, self.measured.y.ncols() as f64);
+        let lines = match self.rules.departs {
+            true => self.lines.problem.lines(),
+            false => self.measured.lines(),
+        } as f64;
+        let responses = self.measured.y.ncols() as f64;
         let columns = (self.numerators * poles + 2) as f64;
         20.0 * lines * columns * columns + 8.0 * lines * columns * responses
     }
@@ -133,22 +145,35 @@ impl<'a> Growth<'a> {
     /// From poles at hand to those that are worth it, with the lines they were fitted on.
     pub fn grown(mut self, model: &Model, evidence: &mut Vec<Step>) -> Grown {
         let start = self.fitted(model, &[]);
-        let mut fitted = match self.rules.grows {
+        let fitted = match self.rules.grows {
             true => {
                 let start = self.prune(start);
                 self.grow(start, evidence)
             }
             false => self.thinned(start, evidence),
         };
-        // A disagreement names its pole by place: poles go only where there is none.
-        if self.scatter.is_none() {
-            fitted = self.drop_uncertain(fitted);
+        let fitted = self.drop_uncertain(fitted);
+        self.into_grown(fitted)
+    }
+
+    /// One more pole, or several far apart, and whether there may be more; poles that came from elsewhere are only thinned out.
+    pub fn once(mut self, model: &Model, evidence: &mut Vec<Step>) -> (Grown, bool) {
+        let start = self.fitted(model, &[]);
+        if !self.rules.grows {
+            let thinned = self.thinned(start, evidence);
+            return (self.into_grown(thinned), false);
         }
+        let start = self.prune(start);
+        let (fitted, is_more) = self.next(start, evidence);
+        (self.into_grown(fitted), is_more)
+    }
+
+    fn into_grown(mut self, fitted: Fitted) -> Grown {
         let fitted = self.served(fitted);
         Grown {
             fitted,
             fewer: (!self.lines.is_whole()).then(|| self.lines.problem.into_owned()),
-            scatter: self.scatter,
+            refused: self.refused,
             steps: self.steps,
             scans: self.scans,
             work: self.work,
@@ -173,14 +198,26 @@ impl<'a> Growth<'a> {
         self.fitted(&fitted.model, &[])
     }
 
-    /// Adds poles until none is worth it.
+    /// Adds poles until none is worth it, or too many lie close to each other.
     fn grow(&mut self, mut fitted: Fitted, evidence: &mut Vec<Step>) -> Fitted {
-        let mut settled = false;
+        loop {
+            let (next, is_more) = self.next(fitted, evidence);
+            let is_crowd =
+                self.rules.order.is_none() && is_crowd(&next.model.poles, self.measured.step);
+            if !is_more || is_crowd {
+                return next;
+            }
+            fitted = next;
+        }
+    }
+
+    /// The fit with more poles, or that at hand, settled, where none is worth it or no more are allowed; and which.
+    fn next(&mut self, mut fitted: Fitted, evidence: &mut Vec<Step>) -> (Fitted, bool) {
         loop {
             let count = fitted.model.poles.len();
             let limit = self.rules.order.unwrap_or(self.rules.most);
             if count >= limit || self.work > self.allowed {
-                return fitted;
+                return (fitted, false);
             }
             // The scan of all places costs about a step.
             self.work += self.step_work(count);
@@ -192,34 +229,33 @@ impl<'a> Growth<'a> {
                 fitted = self.fitted(&fitted.model, &candidates);
             }
             if let Some(next) = self.several(&fitted, &peaks, limit - count, evidence) {
-                (fitted, settled) = (next, false);
-                continue;
+                self.settled = false;
+                return (next, true);
             }
             // what poles not yet at their place leave beside them is not taken for others
-            if !settled && !peaks.is_empty() {
+            if !self.settled && !peaks.is_empty() {
                 let before = fitted.chi2;
                 fitted = refine(self.problem(), fitted, self.numerators, SETTLE);
                 self.took(fitted.steps, count);
-                settled = true;
+                self.settled = true;
                 if before - fitted.chi2 > self.threshold {
                     continue;
                 }
             }
-            match self.single(&fitted, &peaks, evidence) {
-                Some(next) => (fitted, settled) = (next, false),
-                None => {
-                    if peaks.is_empty() && self.scatter.is_none() {
-                        evidence.push(self.step(
-                            &fitted,
-                            fitted.chi2 - best,
-                            1,
-                            false,
-                            "at the best place in the band, too little to try",
-                        ));
-                    }
-                    return fitted;
-                }
+            if let Some(next) = self.single(&fitted, &peaks, evidence) {
+                self.settled = false;
+                return (next, true);
             }
+            if peaks.is_empty() {
+                evidence.push(self.step(
+                    &fitted,
+                    fitted.chi2 - best,
+                    1,
+                    false,
+                    "at the best place in the band, too little to try",
+                ));
+            }
+            return (fitted, false);
         }
     }
 
@@ -312,9 +348,14 @@ impl<'a> Growth<'a> {
         for p in placed {
             let old = fitted.model.poles.iter();
             let mut others = old.chain(distinct.iter().map(|q| &q.pole));
-            if others
-                .all(|q| q.overlap(&p.pole) < CLEAR.0 && (q.w - p.pole.w).abs() > CLEAR.1 * step)
-            {
+            let is_clear = |q: &Pole| {
+                let far = match self.rules.departs {
+                    true => CLEAR_OF_DEPARTURES * (q.sigma + p.pole.sigma),
+                    false => 0.0,
+                };
+                q.overlap(&p.pole) < CLEAR.0 && (q.w - p.pole.w).abs() > far.max(CLEAR.1 * step)
+            };
+            if others.all(is_clear) {
                 distinct.push(p);
             }
         }
@@ -368,15 +409,6 @@ impl<'a> Growth<'a> {
                 self.refused.push(start);
                 continue;
             }
-            let near = beside(self.measured, &fitted.model.poles, &start);
-            if let (Some(r), None) = (near, self.rules.order) {
-                self.scatter =
-                    disagreement(&self.problem()[0], fitted, self.numerators, r, start, 0.0);
-                if self.scatter.is_some() {
-                    evidence.push(self.step(fitted, fitted.chi2 - gain, 1, false, DISAGREE));
-                    return None;
-                }
-            }
             let next = self.polish(&model);
             let fall = fitted.chi2 - next.chi2;
             let forced = self.rules.order.is_some() && fall > 0.0;
@@ -385,10 +417,12 @@ impl<'a> Growth<'a> {
                 self.refused.push(start);
                 continue;
             }
-            if self.rules.estimated
-                && !forced
-                && self.is_outlier(&fitted.fits[0].e, &next.fits[0].e)
-            {
+            let (before, after) = (&fitted.fits[0].e, &next.fits[0].e);
+            let is_line = match self.rules.departs {
+                true => self.is_on_a_line(before, after),
+                false => self.rules.estimated && self.is_outlier(before, after),
+            };
+            if is_line && !forced {
                 evidence.push(self.step(
                     fitted,
                     next.chi2,
@@ -426,7 +460,7 @@ impl<'a> Growth<'a> {
         let start = at(self.problem(), model, self.numerators);
         let fall = 0.02 * self.threshold * (start.chi2 / self.rules.data).max(1.0);
         let stop = Stop {
-            steps: STEPS,
+            steps: if self.rules.departs { STEPS / 2 } else { STEPS },
             fall: fall.max(1.0),
             share: 0.0,
         };
@@ -506,12 +540,7 @@ impl<'a> Growth<'a> {
     fn is_outlier(&self, before: &Matrix, after: &Matrix) -> bool {
         const OF_LAW: f64 = 1e-3;
         let n = before.nrows() / 2;
-        let power = |e: &Matrix, k: usize| -> f64 {
-            (0..e.ncols())
-                .map(|i| e[(k, i)].powi(2) + e[(n + k, i)].powi(2))
-                .sum()
-        };
-        let falls: Vec<f64> = (0..n).map(|k| power(before, k) - power(after, k)).collect();
+        let falls = falls(before, after);
         let total: f64 = falls.iter().sum();
         let Some((line, largest)) = falls
             .iter()
@@ -537,6 +566,13 @@ impl<'a> Growth<'a> {
         round.powf((m as f64 - 1.0) / 2.0) > OF_LAW
     }
 
+    /// Without its best line the fall would not be half of what a pole must bring.
+    fn is_on_a_line(&self, before: &Matrix, after: &Matrix) -> bool {
+        let falls = falls(before, after);
+        let largest = falls.iter().copied().fold(0.0, f64::max);
+        falls.iter().sum::<f64>() - largest < 0.5 * self.threshold
+    }
+
     fn step(&self, before: &Fitted, chi2: f64, added: usize, accepted: bool, why: &str) -> Step {
         let fall = (before.chi2 - chi2).max(0.0) / added as f64;
         let places = PLACES_PER_LINE * self.measured.lines() as f64;
@@ -553,14 +589,33 @@ impl<'a> Growth<'a> {
     }
 }
 
+/// What a fit gains over another on each line.
+fn falls(before: &Matrix, after: &Matrix) -> Vec<f64> {
+    let n = before.nrows() / 2;
+    let power = |e: &Matrix, k: usize| -> f64 {
+        (0..e.ncols())
+            .map(|i| e[(k, i)].powi(2) + e[(n + k, i)].powi(2))
+            .sum()
+    };
+    (0..n).map(|k| power(before, k) - power(after, k)).collect()
+}
+
+/// More than a third of many poles lie next to another.
+pub(super) fn is_crowd(poles: &[Pole], step: f64) -> bool {
+    let is_near =
+        |a: &Pole, b: &Pole| (a.w - b.w).abs() < CROWDED * a.sigma.max(step) && !std::ptr::eq(a, b);
+    let crowded = poles.iter().filter(|a| poles.iter().any(|b| is_near(a, b)));
+    poles.len() >= CROWD && 3 * crowded.count() > poles.len()
+}
+
 /// What a growth came to.
 pub(super) struct Grown {
     /// The fit, on `fewer` lines.
     pub fitted: Fitted,
     /// As many lines as its poles need; `None` for all.
     pub fewer: Option<Problem>,
-    /// A disagreement that ended it: the lines want other weights.
-    pub scatter: Option<Scatter>,
+    /// Places that were tried in vain.
+    pub refused: Vec<Pole>,
     /// Steps of all poles together.
     pub steps: usize,
     /// Scans made.
@@ -571,9 +626,6 @@ pub(super) struct Grown {
 
 /// Why a pole is refused.
 pub(super) const NOISE: &str = "no more than noise gives somewhere in the band";
-
-/// Or taken for something else.
-const DISAGREE: &str = "but no common pole fits there: the responses disagree, or the resonance is not that of a linear structure";
 
 /// Real numbers one more pole brings.
 fn freedoms(problem: &Problem, numerators: usize) -> f64 {

@@ -31,15 +31,50 @@ pub(super) struct Lines {
     pub derivative: u8,
     /// Independent lines per line.
     pub independence: f64,
+    /// Power of a fourth difference of neighbouring lines over that of their noise.
+    pub fourth: f64,
+    /// Responses that belong together, such as those of a hit; empty where each is of the same record.
+    pub hits: Vec<Vec<usize>>,
 }
 
 /// A fit of fewer lines says nothing.
 const FEWEST_LINES: usize = 8;
 
+/// Sum of the squared binomial coefficients 1, 4, 6, 4, 1: the variance of a fourth difference of unit noise.
+pub(super) const FOURTH: f64 = 70.0;
+
 /// A variance is taken as no smaller than rounding makes it: relative to the peak, to the value, and to the frequency.
 const ROUNDING: (f64, f64, f64) = (1e-14, 3e-15, 1e-15);
 
 impl Lines {
+    /// The same hit by hit, each with responses of its own and a variance that is not known; `None` where there are fewer than two.
+    ///
+    /// # Errors
+    /// As [`Lines::new`].
+    pub fn by_hit(measured: &Measured, options: &RationalOptions) -> Result<Option<Lines>, Error> {
+        let Some(hits) = measured.hits.filter(|h| h.responses.len() > 1) else {
+            return Ok(None);
+        };
+        let responses = hits.responses.concat();
+        let each = Measured {
+            responses: &responses,
+            variance: None,
+            hits: None,
+            ..*measured
+        };
+        let mut lines = Lines::new(&each, options)?;
+        let outputs = measured.responses.len();
+        lines.fourth = hits.fourth;
+        lines.hits = (0..hits.responses.len())
+            .map(|hit| {
+                let of = |at: &usize| lines.kept[*at] / outputs == hit;
+                (0..lines.kept.len()).filter(of).collect()
+            })
+            .filter(|of: &Vec<usize>| !of.is_empty())
+            .collect();
+        Ok(Some(lines))
+    }
+
     /// Checks what was measured and takes what lies in the band; the line at zero frequency is left out.
     pub fn new(measured: &Measured, options: &RationalOptions) -> Result<Lines, Error> {
         check(measured, options)?;
@@ -73,6 +108,8 @@ impl Lines {
             variance: measured.variance.map(|_| Vec::new()),
             derivative: measured.derivative,
             independence: measured.line_independence,
+            fourth: FOURTH,
+            hits: Vec::new(),
         };
         for (i, response) in measured.responses.iter().enumerate() {
             let size = taken
@@ -137,10 +174,15 @@ impl Lines {
     }
 
     /// `s^q` on a line.
-    fn power(&self, line: usize) -> Complex {
+    pub fn power(&self, line: usize) -> Complex {
         (0..self.derivative).fold(Complex::new(1.0, 0.0), |z, _| {
             z * Complex::new(0.0, self.x[line])
         })
+    }
+
+    /// `|s^q|²` on a line.
+    pub fn power_size(&self, line: usize) -> f64 {
+        self.x[line].powi(2 * i32::from(self.derivative))
     }
 
     /// All responses with one weight profile.
@@ -220,6 +262,11 @@ const SEPARABLE: f64 = 0.02;
 const NEAR_LARGEST: f64 = 4.0;
 
 impl Weights {
+    /// The mean over the responses, for a variance whose departures go with each response.
+    pub fn mean(variance: &[Vec<f64>]) -> Weights {
+        Weights::new(variance, true)
+    }
+
     /// Splits a variance, measured or estimated from the responses.
     fn new(variance: &[Vec<f64>], is_measured: bool) -> Weights {
         let mean = |values: &mut dyn Iterator<Item = f64>, n: usize| values.sum::<f64>() / n as f64;

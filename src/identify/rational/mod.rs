@@ -34,11 +34,26 @@ mod variance;
 /// New poles brought to their place.
 mod local;
 
-/// Responses that disagree.
-mod spread;
-
 /// How certain the poles are.
 mod covariance;
+
+/// The variance of values that depart from the model.
+mod departure;
+
+/// Lines about a pole.
+mod windowed;
+
+/// How far hits place poles apart.
+mod scatter;
+
+/// Which poles are needed.
+mod judge;
+
+/// Means of estimates that differ.
+mod random_effects;
+
+/// Modes by hits or responses alone.
+mod groups;
 
 /// How many poles.
 mod growth;
@@ -49,6 +64,9 @@ mod structure;
 /// A start for a delay.
 mod delay;
 
+/// Responses that depart from the model.
+mod real;
+
 /// From the first line to the last fit.
 mod search;
 
@@ -57,9 +75,6 @@ mod reported;
 
 /// The answer in SI.
 mod answer;
-
-/// Poles of another method brought to their place.
-pub mod refined;
 
 pub use basis::Structure;
 
@@ -82,6 +97,17 @@ pub struct Measured<'a> {
     pub line_independence: f64,
     /// Power of s that makes a receptance this kind of response: 1 for mobilities, 2 for accelerances, 0 for anything else.
     pub derivative: u8,
+    /// The responses are averages over these hits.
+    pub hits: Option<Hits<'a>>,
+}
+
+/// Responses hit by hit. Poles are then found from all of them, each with residues and noise of its own, and are the mean over the hits.
+#[derive(Debug, Clone, Copy)]
+pub struct Hits<'a> {
+    /// By hit, in the order of [`Measured::responses`], over the same lines.
+    pub responses: &'a [Vec<Vec<Complex>>],
+    /// Power of a fourth difference of neighbouring lines over that of their noise: 70 for independent lines, less under a window.
+    pub fourth: f64,
 }
 
 /// A pure delay of the measuring chain.
@@ -109,9 +135,6 @@ pub struct RationalOptions {
     pub allow_unstable: bool,
     /// A delay to be estimated with the poles.
     pub delay: Delay,
-    /// Where no number of poles explains the responses, each value may be taken to be off by a share of its size beside its noise: by
-    /// this at least. `None`: by none.
-    pub departure: Option<f64>,
 }
 
 impl Default for RationalOptions {
@@ -122,7 +145,6 @@ impl Default for RationalOptions {
             order: None,
             allow_unstable: false,
             delay: Delay::None,
-            departure: Some(0.0),
         }
     }
 }
@@ -186,12 +208,14 @@ pub struct Omitted {
     pub reason: &'static str,
 }
 
-/// A pole the responses disagree about.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Spread {
-    /// Natural frequency, Hz: mean over the responses.
-    pub frequency_hz: f64,
-    /// Standard deviation of the responses' own frequencies beyond what noise explains, Hz.
+/// How far a mode departs from the linear model with common poles.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Departure {
+    /// What is left about the mode beyond the noise, as a share of its own value.
+    pub model_error: f64,
+    /// Hits that see it, or responses where no hits are known; zero where these are fewer than three.
+    pub groups: usize,
+    /// Standard deviation of their own frequencies beyond what their noise explains, Hz; zero where they agree.
     pub frequency_spread_hz: f64,
     /// That of their damping ratios.
     pub damping_spread: f64,
@@ -217,6 +241,8 @@ pub struct Effort {
 pub struct RationalFit {
     /// What can be called modes, by rising frequency; shapes over the responses.
     pub modes: Vec<IdentifiedMode>,
+    /// What each of them departs from the model by; empty where noise alone explains the responses, and no hits are known.
+    pub departures: Vec<Departure>,
     /// Every pole of the upper half plane, rad/s, by rising frequency.
     pub poles: Vec<Complex>,
     /// Residues `R` by response and pole, in the unit of the response times rad/s over that of `s^q`.
@@ -241,12 +267,10 @@ pub struct RationalFit {
     pub evidence: Vec<Step>,
     /// Terms of the fit.
     pub structure: Structure,
-    /// Poles the responses disagree about.
-    pub spread: Vec<Spread>,
     /// Poles that are not reported as modes.
     pub omitted: Vec<Omitted>,
-    /// By what share of its size each value was taken to be off beside its noise, for poles to explain the responses.
-    pub departure: f64,
+    /// Noise alone does not explain the responses.
+    pub departs: bool,
     /// Doubts.
     pub warnings: Vec<Warning>,
     /// What it took.
@@ -282,7 +306,7 @@ impl RationalFit {
 ///
 /// # Errors
 /// `OutOfRange` where a frequency, a value or a variance is not finite, frequencies do not rise, or more poles are asked for than the lines determine; `Conflict` where lengths differ;
-/// `NoConvergence` where poles would be added beside poles without end; `TooShort` for fewer than eight lines in the band; `NoSignal` where every response is zero.
+/// `TooShort` for fewer than eight lines in the band; `NoSignal` where every response is zero.
 pub fn fit(measured: &Measured, options: &RationalOptions) -> Result<RationalFit, Error> {
     fitted(measured, options, None)
 }
@@ -325,7 +349,15 @@ fn fitted(
         let starts = inside.map(|p| Pole::new(*p, lines.top));
         starts.take(determined).collect()
     });
-    let found = search::search(&lines, options, measured.variance_trusted, from.as_deref())?;
+    // A delay turns every line of the average alike.
+    let by_hit = match options.delay {
+        Delay::None => lines::Lines::by_hit(measured, options)?,
+        _ => None,
+    };
+    let found = match by_hit {
+        Some(each) => search::search(&each, options, false, from.as_deref()).of(&lines),
+        None => search::search(&lines, options, measured.variance_trusted, from.as_deref()),
+    };
     let mut fit = answer::answer(measured, &lines, found);
     fit.effort.seconds = started.elapsed().as_secs_f64();
     Ok(fit)

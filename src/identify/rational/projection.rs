@@ -150,20 +150,64 @@ fn add_poles(
     fit: &Projection,
     sum: &mut Normal,
 ) {
-    let np = model.poles.len();
     let d = problem.derivatives(&model.poles, numerators, &fit.length);
-    let in_span = transposed_product(&fit.qr.q, &d);
-    let gram = transposed_product(&d, &d) - transposed_product(&in_span, &in_span);
+    let gram = gram(&d, fit);
     let slope = transposed_product(&d, &fit.e);
-    let no = fit.c.ncols();
-    let products = &fit.c * fit.c.transpose();
+    add_responses(model.poles.len(), numerators, &gram, &slope, &fit.c, sum);
+    if !model.delays.is_empty() {
+        add_delays(problem, model, numerators, fit, &d, sum);
+    }
+}
+
+/// Products of the derivatives with each other, the basis projected out.
+fn gram(d: &Matrix, fit: &Projection) -> Matrix {
+    let in_span = transposed_product(&fit.qr.q, d);
+    transposed_product(d, d) - transposed_product(&in_span, &in_span)
+}
+
+/// The same for groups of the responses of a problem, separately; without delays.
+pub(super) fn normal_by_group(
+    problem: &Problem,
+    model: &Model,
+    numerators: usize,
+    fit: &Projection,
+    groups: &[Vec<usize>],
+) -> Vec<Normal> {
+    let size = 2 * model.poles.len();
+    let d = problem.derivatives(&model.poles, numerators, &fit.length);
+    let gram = gram(&d, fit);
+    let slope = transposed_product(&d, &fit.e);
+    let of = |all: &Matrix, group: &[usize]| {
+        Matrix::from_fn(all.nrows(), group.len(), |row, i| all[(row, group[i])])
+    };
+    let one = |group: &Vec<usize>| {
+        let mut sum = Normal {
+            a: Matrix::zeros(size, size),
+            g: vec![0.0; size],
+        };
+        let (slope, c) = (of(&slope, group), of(&fit.c, group));
+        add_responses(size / 2, numerators, &gram, &slope, &c, &mut sum);
+        sum
+    };
+    groups.iter().map(one).collect()
+}
+
+/// Adds what responses with the coefficients `c` say of `np` poles.
+fn add_responses(
+    np: usize,
+    numerators: usize,
+    gram: &Matrix,
+    slope: &Matrix,
+    c: &Matrix,
+    sum: &mut Normal,
+) {
+    let no = c.ncols();
+    let products = c * c.transpose();
     for p in 0..2 * np {
         for b in 0..numerators {
             let row = (p / 2) * numerators + b;
             let at = p * numerators + b;
-            sum.g[p] -= (0..no)
-                .map(|i| fit.c[(row, i)] * slope[(at, i)])
-                .sum::<f64>();
+            sum.g[p] -= (0..no).map(|i| c[(row, i)] * slope[(at, i)]).sum::<f64>();
         }
     }
     for p2 in 0..2 * np {
@@ -177,9 +221,6 @@ fn add_poles(
                 }
             }
         }
-    }
-    if !model.delays.is_empty() {
-        add_delays(problem, model, numerators, fit, &d, sum);
     }
 }
 

@@ -14,10 +14,15 @@ pub(super) struct Candidate<'a> {
     pub visibility: f64,
     /// The misfit is beyond what noise explains.
     pub model_error: bool,
+    /// Noise alone does not explain the responses.
+    pub departs: bool,
 }
 
-/// From this damping ratio on a pole pair is background.
-const BACKGROUND: f64 = 0.5;
+/// From this damping ratio on a pole pair is background; where responses depart from the model, from the second on.
+const BACKGROUND: (f64, f64) = (0.5, 0.3);
+
+/// Where responses depart from the model a frequency is known to better than this share of the half-width.
+const CERTAIN: f64 = 0.5;
 
 /// Below three responses a pole that is this many times as large as what was measured is one of a pair that cancel.
 const CANCELS: f64 = 2.0;
@@ -34,11 +39,19 @@ pub(super) fn objection(candidate: &Candidate) -> Option<&'static str> {
     if !(from..=to).contains(&frequency) {
         return Some("outside the band");
     }
-    if damping >= BACKGROUND {
+    let background = match candidate.departs {
+        true => BACKGROUND.1,
+        false => BACKGROUND.0,
+    };
+    if damping >= background {
         return Some("damped so much that it is background");
     }
     let half_width = frequency * damping.abs();
-    if mode.frequency_std_hz().is_none_or(|s| !(s < half_width)) {
+    let certain = if candidate.departs { CERTAIN } else { 1.0 };
+    if mode
+        .frequency_std_hz()
+        .is_none_or(|s| !(s < certain * half_width))
+    {
         return Some("its frequency is less certain than its half-power width");
     }
     if mode.damping_std().is_none_or(|s| !(s < damping.abs())) {
@@ -99,6 +112,7 @@ mod tests {
                 band_hz: (1.0, 1000.0),
                 visibility: 0.5,
                 model_error,
+                departs: model_error,
             })
             .is_none()
         };

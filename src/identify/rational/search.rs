@@ -1,19 +1,22 @@
-//! From the first line to the last fit: variance, growth, structure, last refinement.
+//! From the first line to the last fit: variance, growth, structure, last refinement; where noise alone does not explain the responses,
+//! in a variance that holds what they depart from the model by.
 
-use crate::base::code::Code;
-use crate::base::error::Error;
-use crate::numeric::statistics::median;
 use crate::numeric::{Complex, Matrix};
 
 use super::basis::{Pole, Problem, Structure};
 use super::condensed::{Condensed, Condenser};
 use super::covariance::{Covariance, covariance};
-use super::growth::{Growth, Rules};
+use super::departure::{Departure, Modes};
+use super::groups::{GroupMean, means};
+use super::growth::{Growth, Rules, is_crowd};
+use super::judge::Judge;
 use super::lines::{Lines, Weights};
 use super::projection::{Fitted, Model, Stop, at, left, refine};
-use super::spread::{self, Scatter};
+use super::real::{Departing, Search, unweighted};
+use super::scatter::FEWEST_GROUPS;
 use super::structure::{choose, parameters};
 use super::variance::{from_differences, from_residuals, mean_ratio};
+use super::windowed::{Band, NUMERATORS, coefficients};
 use super::{Delay, Effort, RationalOptions, Step, delay};
 
 /// What a search found.
@@ -32,20 +35,22 @@ pub(super) struct Found {
     pub structure: Structure,
     /// The variance was not given, or is itself an estimate.
     pub estimated: bool,
+    /// Weighted misfit of the lines that were searched.
+    pub chi2: f64,
     /// Data less parameters.
     pub dof: f64,
     /// What was tried.
     pub evidence: Vec<Step>,
-    /// Poles the responses disagree about, with their means.
-    pub spread: Vec<(usize, spread::Mean)>,
-    /// Resonances whose skirts are not those of a pole: place, and misfit as a share of the mode's own value.
-    pub skirts: Vec<(f64, f64)>,
+    /// What each pole departs from the model by, where noise alone does not explain the responses.
+    pub departures: Option<Vec<Departure>>,
+    /// What hits, or responses, say of each pole by themselves.
+    pub means: Vec<Option<GroupMean>>,
+    /// Groups of these means are hits.
+    pub by_hit: bool,
     /// The most poles allowed were used up.
     pub at_limit: bool,
     /// `Σ ln v + |r|²/v` over all values, by independent lines: the negative logarithm of the likelihood.
     pub surprise: f64,
-    /// The share of its size by which each value was taken to be off, beside its noise.
-    pub departure: f64,
     /// What it took.
     pub effort: Effort,
 }
@@ -61,9 +66,20 @@ const BEFORE_VARIANCE: Stop = Stop {
     share: 1e-3,
 };
 
-/// Operations of growth, about, after which the responses are taken to be no sum of poles to within their noise: several times
-/// what ten modes in ten thousand lines of six responses take.
+/// Operations of growth, about, after which noise alone is taken not to explain the responses: several times what ten modes in ten
+/// thousand lines of six responses take.
 const MOST_WORK: f64 = 2e10;
+
+/// Most poles of a fit by noise alone, and one more for so many lines. Structures have fewer; what departs from the model asks for more
+/// without end.
+const MOST_BY_NOISE: (usize, usize) = (8, 20);
+
+/// Noise explains the responses where the misfit over the degrees of freedom is below this: of a known variance; of one estimated from
+/// few averages, of which three alone double it; of one from differences of neighbouring lines.
+const EXPLAINED: (f64, f64, f64) = (1.5, 3.0, 2.0);
+
+/// And where no more than this share of the poles is needless in a variance that holds departures.
+const NEEDLESS: f64 = 0.25;
 
 /// The last refinement.
 const LAST: Stop = Stop {
@@ -72,114 +88,92 @@ const LAST: Stop = Stop {
     share: 1e-9,
 };
 
-/// Finds poles and their structure. Where poles are added beside poles without end, every value is taken to be off by a share of its
-/// size as well, that which the poles could not explain, and poles are looked for again. Poles may be given to begin `from`: then none
-/// is added.
-///
-/// # Errors
-/// `NoConvergence`: that does not end either.
+/// Finds poles and their structure. Poles may be given to begin `from`: then none is added.
 pub(super) fn search(
     lines: &Lines,
     options: &RationalOptions,
     trusted: bool,
     from: Option<&[Pole]>,
-) -> Result<Found, Error> {
-    let mut departure = options.departure.unwrap_or(0.0);
-    let mut repeats = 0;
-    loop {
-        let departs = match searched(lines, options, trusted, from, departure) {
-            Ok(found) => return Ok(found),
-            Err(departs) => departs,
-        };
-        if options.departure.is_none() || repeats == MOST_REPEATS || departs.share > MOST_DEPARTURE
-        {
-            let message = format!(
-                "{} pole pairs do not explain the responses to within their noise, and more do not help",
-                departs.poles
-            );
-            let hint = "the responses disagree, leak or are nonlinear: take another method (--method plscf), a narrower band, or say how many modes there are (--order)";
-            return Err(Error::new(Code::NoConvergence, message).hint(hint));
-        }
-        repeats += 1;
-        departure = departs.share.max(MORE * departure);
-    }
-}
-
-/// How often a share of the size is raised, and the largest that still says something about poles.
-const MOST_REPEATS: usize = 2;
-const MOST_DEPARTURE: f64 = 0.2;
-
-/// Poles without end.
-struct Departs {
-    /// Pole pairs so far.
-    poles: usize,
-    /// What they leave of a value, as a share of it: the median where values stand out of their noise.
-    share: f64,
-}
-
-fn searched(
-    lines: &Lines,
-    options: &RationalOptions,
-    trusted: bool,
-    from: Option<&[Pole]>,
-    departure: f64,
-) -> Result<Found, Departs> {
+) -> Found {
     let given = lines.variance.is_some();
-    let estimated = !(given && trusted);
-    let mut variance = match &lines.variance {
+    let noise = match &lines.variance {
         Some(v) => lines.floored(v),
         None => from_differences(lines),
     };
-    depart(lines, &mut variance, departure);
+    let by_noise = MOST_BY_NOISE.0 + lines.x.len() / MOST_BY_NOISE.1;
     let rules = Rules {
-        most: most_determined(lines, options.most_poles),
+        most: most_determined(lines, options.most_poles.min(by_noise)),
         order: options.order,
         grows: from.is_none(),
         unstable: options.allow_unstable,
-        estimated,
+        estimated: !(given && trusted),
         data: lines.data(),
+        departs: false,
     };
-    let mut effort = Effort::default();
-    let mut evidence = Vec::new();
-    let mut structure = Structure::FULL;
-    let mut start = Model {
+    let start = Model {
         poles: from.unwrap_or_default().to_vec(),
         delays: match options.delay {
             Delay::None => Vec::new(),
             kind => {
-                let problem = lines.shared(&lines.weights(&variance), structure);
+                let problem = lines.shared(&lines.weights(&noise), Structure::FULL);
                 delay::start(&problem, kind == Delay::PerResponse)
             }
         },
     };
-    let mut scattered = Scattered::default();
+    let mut effort = Effort::default();
+    let mut evidence = Vec::new();
+    if let Some(mut found) = by_noise_alone(
+        lines,
+        rules,
+        noise.clone(),
+        start.clone(),
+        &mut evidence,
+        &mut effort,
+    ) {
+        (found.evidence, found.effort) = (evidence, effort);
+        return found;
+    }
+    evidence.clear();
+    let search = Search {
+        lines,
+        noise: &noise,
+        rules: Rules {
+            most: most_determined(lines, options.most_poles),
+            departs: true,
+            ..rules
+        },
+    };
+    let departing = search.run(&start, &mut evidence, &mut effort);
+    let mut found = departed(&search, departing);
+    (found.evidence, found.effort) = (evidence, effort);
+    found
+}
+
+/// The fit by noise alone; `None` where that does not explain the responses.
+fn by_noise_alone(
+    lines: &Lines,
+    rules: Rules,
+    noise: Vec<Vec<f64>>,
+    mut start: Model,
+    evidence: &mut Vec<Step>,
+    effort: &mut Effort,
+) -> Option<Found> {
+    let given = lines.variance.is_some();
+    let mut variance = noise.clone();
+    let mut structure = Structure::FULL;
     for round in 0..=ROUNDS {
-        let mut held = grown(
-            lines,
-            rules,
-            structure,
-            &variance,
-            &mut scattered,
-            start,
-            &mut evidence,
-            &mut effort,
-        )?;
+        let mut held = grown(lines, rules, structure, &variance, start, evidence, effort)?;
         let mut settled = given || round == ROUNDS;
         if !settled {
-            let residual = held.residuals(lines, structure.numerators(), &mut effort);
+            let residual = held.residuals(lines, structure.numerators(), effort);
             let unknown = parameters(structure, &held.fitted, lines.h.len());
             let free = 1.0 - unknown * lines.independence / lines.data();
-            let mut next = from_residuals(lines, &residual, free.max(0.1));
-            depart(lines, &mut next, departure);
+            let next = from_residuals(lines, &residual, free.max(0.1));
             let ratio = mean_ratio(&next, &variance);
             variance = next;
             settled = (SETTLED.0..SETTLED.1).contains(&ratio);
             if settled {
-                held = Held::at(
-                    lines,
-                    &scattered.added(lines, &variance),
-                    &held.fitted.model,
-                );
+                held = Held::at(lines, &variance, &held.fitted.model);
             }
         }
         start = held.fitted.model.clone();
@@ -192,211 +186,181 @@ fn searched(
         }
     }
     let Held {
-        mut all,
-        mut weights,
-        mut fitted,
+        all,
+        weights,
+        fitted,
         ..
-    } = grown(
-        lines,
-        rules,
-        structure,
-        &variance,
-        &mut scattered,
-        start,
-        &mut evidence,
-        &mut effort,
-    )?;
-    if merge(lines, &weights, &mut scattered, &mut fitted, structure) {
-        weights = lines.weights(&scattered.added(lines, &variance));
-        all = [lines.shared(&weights, structure)];
-    }
-    let at_limit = rules.grows && options.order.is_none() && fitted.model.poles.len() >= rules.most;
+    } = grown(lines, rules, structure, &variance, start, evidence, effort)?;
     let numerators = structure.numerators();
-    let separate = (!weights.exact)
-        .then(|| lines.separate(&weights, &scattered.added(lines, &variance), structure));
+    let separate = (!weights.exact).then(|| lines.separate(&weights, &variance, structure));
     let problems = separate.as_deref().unwrap_or(&all);
-    let (fitted, covariance) = last(problems, fitted.model, numerators, &mut effort);
-    let fits = problems.iter().zip(&fitted.fits);
-    let left = fits
+    let (fitted, covariance) = last(problems, fitted.model, numerators, effort);
+    let left: Vec<Matrix> = problems
+        .iter()
+        .zip(&fitted.fits)
         .map(|(problem, fit)| left(problem, &fitted.model, numerators, fit))
         .collect();
-    let shared = at(&all, &fitted.model, numerators);
-    let mean_of = |r: usize| {
-        spread::mean(&all[0], &shared, numerators, r, lines.independence).map(|m| (r, m))
-    };
-    let mut spread: Vec<(usize, spread::Mean)> = (0..scattered.list.len())
-        .filter(|&at_list| scattered.list[at_list].0.share == 0.0)
-        .filter_map(|at_list| mean_of(scattered.nearest(at_list, &fitted)?))
-        .collect();
-    if departure > 0.0 && lines.h.len() > 1 {
-        // A common pole is wider than those of responses that disagree, whether that was seen or not.
-        let known: Vec<usize> = spread.iter().map(|s| s.0).collect();
-        let others = (0..fitted.model.poles.len())
-            .filter(|r| !known.contains(r) && spread::is_light(&fitted.model.poles[*r]));
-        spread.extend(others.filter_map(mean_of).filter(|(_, m)| m.is_finite()));
+    let dof = (lines.data() - parameters(structure, &fitted, lines.h.len())).max(1.0);
+    if !is_explained(lines, rules, &noise, &variance, &fitted, dof) {
+        return None;
     }
-    let dof = lines.data() - parameters(structure, &fitted, lines.h.len());
-    let last_variance = scattered.added(lines, &variance);
-    let logarithms: f64 = last_variance.iter().flatten().map(|v| v.ln()).sum();
+    let logarithms: f64 = variance.iter().flatten().map(|v| v.ln()).sum();
     let surprise = lines.independence * logarithms + 0.5 * fitted.chi2;
-    Ok(Found {
+    let mut found = Found {
+        chi2: fitted.chi2,
         fitted,
         problems: separate.unwrap_or_else(|| all.to_vec()),
         left,
         covariance,
         by_response: weights.by_response,
         structure,
-        estimated,
-        dof: dof.max(1.0),
-        evidence,
-        skirts: scattered
-            .list
-            .iter()
-            .filter(|s| s.0.share > 0.0)
-            .map(|s| (s.1.value().norm(), s.0.share))
-            .collect(),
-        spread,
-        at_limit,
+        estimated: rules.estimated,
+        dof,
+        evidence: Vec::new(),
+        departures: None,
+        means: Vec::new(),
+        by_hit: false,
+        at_limit: false,
         surprise,
-        departure,
-        effort,
-    })
+        effort: Effort::default(),
+    };
+    if !lines.hits.is_empty() {
+        // Of what noise explains hits still say how far they place the poles apart.
+        let full = Held::at(lines, &variance, &found.fitted.model);
+        let band = full.band(lines, &variance);
+        let departures = vec![Departure::NONE; found.fitted.model.poles.len()];
+        found.means = means(&band, &lines.hits, true, &departures, &|p| {
+            may_be_mode(lines, p)
+        });
+        found.by_hit = true;
+    }
+    Some(found)
 }
 
-/// Adds the square of a share of each value to its variance.
-fn depart(lines: &Lines, variance: &mut [Vec<f64>], share: f64) {
-    for (v, h) in variance.iter_mut().zip(&lines.h) {
-        for (v, h) in v.iter_mut().zip(h) {
-            *v += share * share * h.norm_sqr();
-        }
-    }
-}
-
-/// Disagreements found so far, with the pole and its residues as they were.
-#[derive(Default)]
-struct Scattered {
-    list: Vec<(Scatter, Pole, Vec<f64>)>,
-}
-
-/// A pole that is found to scatter again scatters more than was thought.
-const MORE: f64 = 2.0;
-
-/// Most disagreements of one fit, counting repeats.
-const MOST_DISAGREEMENTS: usize = 60;
-
-impl Scattered {
-    fn add(
-        &mut self,
-        lines: &Lines,
-        weights: &Weights,
-        fitted: &Fitted,
-        numerators: usize,
-        new: Scatter,
-    ) {
-        let pole = fitted.model.poles[new.pole];
-        let residues = residue_sizes(lines, weights, fitted, numerators, new.pole);
-        let old = self
-            .list
-            .iter_mut()
-            .find(|(_, p, _)| p.overlap(&pole) > 0.5);
-        match old {
-            Some((scatter, p, r)) => {
-                scatter.tau.0 = (MORE * scatter.tau.0).max(new.tau.0);
-                scatter.tau.1 = (MORE * scatter.tau.1).max(new.tau.1);
-                scatter.share = (MORE * scatter.share).max(new.share);
-                (*p, *r) = (pole, residues);
-            }
-            None => self.list.push((new, pole, residues)),
-        }
-    }
-
-    /// The variance with what the disagreements add.
-    fn added(&self, lines: &Lines, variance: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        let mut all = variance.to_vec();
-        for (scatter, pole, residues) in &self.list {
-            for (i, v) in all.iter_mut().enumerate() {
-                for (k, v) in v.iter_mut().enumerate() {
-                    let x = lines.x[k];
-                    let size = residues[i] * x.powi(i32::from(lines.derivative));
-                    *v += size * size * spread::variance(scatter, pole, x);
-                }
-            }
-        }
-        all
-    }
-
-    /// The pole of a fit that an entry is about.
-    fn nearest(&self, entry: usize, fitted: &Fitted) -> Option<usize> {
-        let pole = &self.list[entry].1;
-        let poles = &fitted.model.poles;
-        (0..poles.len())
-            .filter(|&r| poles[r].overlap(pole) > 0.5)
-            .max_by(|&a, &b| poles[a].overlap(pole).total_cmp(&poles[b].overlap(pole)))
-    }
-}
-
-/// Merges such poles; says whether there were any.
-fn merge(
+/// Whether a fit by noise alone is one: the misfit is that of noise, and its poles are needed whatever the responses depart by.
+fn is_explained(
     lines: &Lines,
-    weights: &Weights,
-    scattered: &mut Scattered,
-    fitted: &mut Fitted,
-    structure: Structure,
+    rules: Rules,
+    noise: &[Vec<f64>],
+    variance: &[Vec<f64>],
+    fitted: &Fitted,
+    dof: f64,
 ) -> bool {
-    let numerators = structure.numerators();
-    let mut merged = false;
-    if scattered.list.iter().all(|s| s.0.share > 0.0) {
+    let full = Held::at(lines, variance, &fitted.model);
+    let band = full.band(lines, noise);
+    let limit = match (lines.variance.is_some(), rules.estimated) {
+        (true, false) => EXPLAINED.0,
+        (true, true) => EXPLAINED.1,
+        (false, _) => EXPLAINED.2,
+    };
+    // Differences of lines that go together under a window are less than their noise.
+    let has_noise =
+        lines.variance.is_none() && (lines.independence == 1.0 || !lines.hits.is_empty());
+    let chi2 = match has_noise {
+        true => misfit(lines, &band),
+        false => fitted.chi2,
+    };
+    if chi2 > limit * dof {
         return false;
     }
-    loop {
-        let poles = &fitted.model.poles;
-        let pair = (0..poles.len())
-            .flat_map(|a| (0..a).map(move |b| (a, b)))
-            .find(|&(a, b)| {
-                (poles[a].w - poles[b].w).abs() < spread::ONE * poles[a].sigma.min(poles[b].sigma)
-            });
-        let Some((gone, kept)) = pair else {
-            return merged;
-        };
-        let apart = (poles[gone].w - poles[kept].w).abs();
-        let wider = (poles[gone].sigma - poles[kept].sigma).abs();
-        let mut model = fitted.model.clone();
-        model.poles[kept].w = 0.5 * (poles[gone].w + poles[kept].w);
-        model.poles.remove(gone);
-        *fitted = at(&[lines.shared(weights, structure)], &model, numerators);
-        let new = Scatter {
-            pole: kept,
-            tau: (apart, wider),
-            share: 0.0,
-        };
-        scattered.add(lines, weights, fitted, numerators, new);
-        merged = true;
+    if rules.order.is_some() {
+        return true;
+    }
+    if fitted.model.poles.len() >= rules.most {
+        return false;
+    }
+    let groups = lines.hits.clone();
+    let judge = Judge {
+        threshold: Growth::new(&full.all[0], NUMERATORS, rules, 0.0).threshold,
+        by_hit: groups.len() >= FEWEST_GROUPS,
+        groups: &groups,
+    };
+    let inside = band.modes.poles.iter().filter(|p| may_be_mode(lines, p));
+    let needless = judge.needless(&band, &mut Vec::new()).len() as f64;
+    needless <= NEEDLESS * inside.count() as f64
+}
+
+/// What a fit leaves over the noise.
+fn misfit(lines: &Lines, band: &Band) -> f64 {
+    let sum = |(e, v): (&Vec<Complex>, &Vec<f64>)| -> f64 {
+        e.iter().zip(v).map(|(e, v)| e.norm_sqr() / v).sum()
+    };
+    let all: f64 = band.residual.iter().zip(band.noise).map(sum).sum();
+    2.0 * lines.independence * all
+}
+
+/// A pole of the band that may be a mode.
+fn may_be_mode(lines: &Lines, pole: &Pole) -> bool {
+    /// Damping ratio from which on a pole is background.
+    const BACKGROUND: f64 = 0.3;
+    (lines.x[0]..=1.0).contains(&pole.w) && pole.sigma < BACKGROUND * pole.w
+}
+
+/// A fit in a variance that holds departures.
+fn departed(search: &Search, departing: Departing) -> Found {
+    let lines = search.lines;
+    let Departing {
+        state,
+        departures,
+        covariance,
+    } = departing;
+    let groups = search.groups();
+    let band = search.band(&state);
+    let means = means(&band, &groups, !lines.hits.is_empty(), &departures, &|p| {
+        may_be_mode(lines, p)
+    });
+    let left = left(
+        &state.all,
+        &state.fitted.model,
+        NUMERATORS,
+        &state.fitted.fits[0],
+    );
+    let dof = lines.data() - parameters(Structure::FULL, &state.fitted, lines.h.len());
+    let logarithms: f64 = state.variance.iter().flatten().map(|v| v.ln()).sum();
+    Found {
+        surprise: lines.independence * logarithms + 0.5 * state.fitted.chi2,
+        chi2: state.fitted.chi2,
+        at_limit: search.rules.order.is_none()
+            && state.fitted.model.poles.len() >= search.rules.most,
+        fitted: state.fitted,
+        problems: vec![state.all],
+        left: vec![left],
+        covariance,
+        by_response: state.weights.by_response,
+        structure: Structure::FULL,
+        estimated: true,
+        dof: dof.max(1.0),
+        evidence: Vec::new(),
+        departures: Some(departures),
+        means,
+        by_hit: !lines.hits.is_empty(),
+        effort: Effort::default(),
     }
 }
 
-/// Sizes of the residues of a pole in the scaled responses.
-fn residue_sizes(
-    lines: &Lines,
-    weights: &Weights,
-    fitted: &Fitted,
-    numerators: usize,
-    r: usize,
-) -> Vec<f64> {
-    let fit = &fitted.fits[0];
-    let p = fitted.model.poles[r].value();
-    (0..lines.h.len())
-        .map(|i| {
-            let c = |b: usize| {
-                let at = r * numerators + b;
-                fit.c[(at, i)] / fit.length[at]
-            };
-            let mut top = Complex::new(c(0) * p.norm(), 0.0);
-            if numerators == 2 {
-                top += p * c(1);
-            }
-            top.norm() / (2.0 * p.im) * weights.by_response[i].sqrt()
-        })
-        .collect()
+impl Found {
+    /// The same poles with residues of other responses over the same lines, such as the average of the hits that were searched.
+    pub fn of(self, lines: &Lines) -> Found {
+        let variance = match &lines.variance {
+            Some(v) => lines.floored(v),
+            None => vec![vec![1.0; lines.x.len()]; lines.h.len()],
+        };
+        let weights = lines.weights(&variance);
+        let problems = lines.separate(&weights, &variance, self.structure);
+        let numerators = self.structure.numerators();
+        let fitted = at(&problems, &self.fitted.model, numerators);
+        let fits = problems.iter().zip(&fitted.fits);
+        let left = fits
+            .map(|(problem, fit)| left(problem, &fitted.model, numerators, fit))
+            .collect();
+        Found {
+            fitted,
+            problems,
+            left,
+            by_response: weights.by_response,
+            ..self
+        }
+    }
 }
 
 /// A fit with all lines, those it was made on, and their weights.
@@ -441,99 +405,53 @@ impl Held {
         let fitted = refine(problem, self.fitted.clone(), numerators, BEFORE_VARIANCE);
         effort.steps += fitted.steps;
         effort.rounds += 1;
-        let residual = unweighted(lines, &self.weights, &self.all[0], &fitted, numerators);
+        let left = left(&self.all[0], &fitted.model, numerators, &fitted.fits[0]);
         self.fitted = fitted;
-        residual
+        unweighted(lines, &self.weights, &left)
     }
-}
 
-/// What a fit leaves of the scaled responses, on all lines.
-fn unweighted(
-    lines: &Lines,
-    weights: &Weights,
-    all: &Problem,
-    fitted: &Fitted,
-    numerators: usize,
-) -> Vec<Vec<Complex>> {
-    let left = left(all, &fitted.model, numerators, &fitted.fits[0]);
-    let n = lines.x.len();
-    let unit = |i: usize, k: usize| {
-        let variance = weights.by_response[i] * weights.by_line[k];
-        (variance / 2.0 / lines.independence).sqrt()
-    };
-    (0..lines.h.len())
-        .map(|i| {
-            let column = left.col_as_slice(i);
-            (0..n)
-                .map(|k| Complex::new(column[k], column[n + k]) * unit(i, k))
-                .collect()
-        })
-        .collect()
-}
-
-/// The median of residuals over values that stand out of their noise, as the deviation of a complex normal number.
-fn share_left(lines: &Lines, variance: &[Vec<f64>], residual: &[Vec<Complex>]) -> f64 {
-    /// Power over the variance.
-    const STANDS_OUT: f64 = 100.0;
-    let mut shares = Vec::new();
-    for ((h, v), e) in lines.h.iter().zip(variance).zip(residual) {
-        for ((h, v), e) in h.iter().zip(v).zip(e) {
-            if h.norm_sqr() > STANDS_OUT * v {
-                shares.push(e.norm_sqr() / h.norm_sqr());
-            }
+    /// The fit, of every term, as windows see it.
+    fn band<'a>(&self, lines: &'a Lines, noise: &'a [Vec<f64>]) -> Band<'a> {
+        let model = &self.fitted.model;
+        let left = left(&self.all[0], model, NUMERATORS, &self.fitted.fits[0]);
+        Band {
+            lines,
+            noise,
+            modes: Modes {
+                poles: model.poles.clone(),
+                coefficients: (0..lines.h.len())
+                    .map(|i| coefficients(&self.fitted, i, self.weights.by_response[i]))
+                    .collect(),
+            },
+            residual: unweighted(lines, &self.weights, &left),
         }
     }
-    median(&mut shares).map_or(f64::INFINITY, |median| {
-        (median / std::f64::consts::LN_2).sqrt()
-    })
 }
 
-/// Grows at one variance and structure; where responses disagree about a pole, the weights are changed and growth goes on.
-#[allow(clippy::too_many_arguments)]
+/// Grows at one variance and structure; `None` where more poles than noise alone can ask for do not suffice.
 fn grown(
     lines: &Lines,
     rules: Rules,
     structure: Structure,
     variance: &[Vec<f64>],
-    scattered: &mut Scattered,
-    mut model: Model,
+    model: Model,
     evidence: &mut Vec<Step>,
     effort: &mut Effort,
-) -> Result<Held, Departs> {
+) -> Option<Held> {
     let numerators = structure.numerators();
-    for _ in 0..MOST_DISAGREEMENTS {
-        let weights = lines.weights(&scattered.added(lines, variance));
-        let all = [lines.shared(&weights, structure)];
-        let growth = Growth::new(&all[0], numerators, rules, MOST_WORK - effort.work);
-        let grown = growth.grown(&model, evidence);
-        effort.scans += grown.scans;
-        effort.steps += grown.steps;
-        effort.work += grown.work;
-        if effort.work > MOST_WORK {
-            let problem = grown.fewer.as_ref().unwrap_or(&all[0]);
-            let fit = at(&[problem], &grown.fitted.model, numerators);
-            let residual = unweighted(lines, &weights, &all[0], &fit, numerators);
-            return Err(Departs {
-                poles: grown.fitted.model.poles.len(),
-                share: share_left(lines, variance, &residual),
-            });
-        }
-        let Some(scatter) = grown.scatter else {
-            return Ok(Held {
-                fewer: grown.fewer,
-                fitted: grown.fitted,
-                all,
-                weights,
-            });
-        };
-        scattered.add(lines, &weights, &grown.fitted, numerators, scatter);
-        model = grown.fitted.model;
-    }
-    let weights = lines.weights(&scattered.added(lines, variance));
+    let weights = lines.weights(variance);
     let all = [lines.shared(&weights, structure)];
-    Ok(Held {
-        fitted: at(&all, &model, numerators),
-        fewer: None,
+    let growth = Growth::new(&all[0], numerators, rules, MOST_WORK - effort.work);
+    let grown = growth.grown(&model, evidence);
+    effort.scans += grown.scans;
+    effort.steps += grown.steps;
+    effort.work += grown.work;
+    let poles = &grown.fitted.model.poles;
+    let is_out =
+        rules.order.is_none() && (poles.len() >= rules.most || is_crowd(poles, lines.step));
+    (effort.work <= MOST_WORK && !is_out).then_some(Held {
+        fewer: grown.fewer,
+        fitted: grown.fitted,
         all,
         weights,
     })

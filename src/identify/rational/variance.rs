@@ -9,9 +9,6 @@ use super::lines::Lines;
 /// Lines in a window, for the median of squared differences and of squared residuals.
 const WINDOW: usize = 151;
 
-/// Sum of the squared binomial coefficients 1, 4, 6, 4, 1: the variance of a fourth difference of unit noise.
-const FOURTH: f64 = 70.0;
-
 /// Squares of the binomial coefficients, by which the lines of a difference share in its noise.
 const SHARES: [f64; 5] = [1.0, 16.0, 36.0, 16.0, 1.0];
 
@@ -23,7 +20,7 @@ pub(super) fn from_differences(lines: &Lines) -> Vec<Vec<f64>> {
         let h = &lines.h[i];
         let power: Vec<f64> = h
             .windows(5)
-            .map(|h| (h[0] - h[1] * 4.0 + h[2] * 6.0 - h[3] * 4.0 + h[4]).norm_sqr() / FOURTH)
+            .map(|h| (h[0] - h[1] * 4.0 + h[2] * 6.0 - h[3] * 4.0 + h[4]).norm_sqr() / lines.fourth)
             .collect();
         let size: Vec<f64> = h
             .windows(5)
@@ -32,7 +29,7 @@ pub(super) fn from_differences(lines: &Lines) -> Vec<Vec<f64>> {
                     .zip(SHARES)
                     .map(|(h, s)| h.norm_sqr() * s)
                     .sum::<f64>()
-                    / FOURTH
+                    / lines.fourth
             })
             .collect();
         let share: Vec<f64> = power.iter().zip(&size).map(|(p, s)| p / s).collect();

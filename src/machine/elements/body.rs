@@ -46,7 +46,9 @@ pub fn add(builder: &mut Builder, element: usize, body: &Inertia) -> Result<(), 
             element,
             turning: theta,
             gyroscopic,
-            centrifugal: Vec::new(),
+            centripetal: Vec::new(),
+            outwards: None,
+            across: None,
         });
     }
     Ok(())

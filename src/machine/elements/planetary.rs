@@ -241,14 +241,17 @@ fn cylindrical(stage: &Planetary, teeth: u32) -> Option<[f64; 2]> {
     }
 }
 
-/// The contact of a planet at a position: its wave stands `z ψ` behind that of a planet at zero, z the teeth of sun or ring.
+/// The contact of a planet at a position: its wave stands `z ψ` behind that of a planet at zero, z the teeth of sun or ring; where these
+/// are fixed, and the carrier takes the planet along, `z ψ` ahead.
 ///
 /// Source: Parker and Lin, J. Mech. Des. 126 (2004) 68, for the phases between planets; the lead between sun and ring meshes
 /// of one planet, which hangs on tooth thicknesses, is the `phase` of each wave.
 fn phased(stage: &Planetary, contact: &Contact, mesh: usize, position: f64) -> Contact {
     let mut contact = contact.clone();
     if let (Some(wave), PlanetarySize::Teeth { teeth, .. }) = (&mut contact.wave, &stage.size) {
-        wave.lead -= f64::from([teeth[0], teeth[2]][mesh]) * position;
+        let stands = matches!([&stage.sun, &stage.ring][mesh], End::Ground);
+        let ahead = f64::from([teeth[0], teeth[2]][mesh]) * position;
+        wave.lead += if stands { ahead } else { -ahead };
     }
     contact
 }
@@ -347,10 +350,14 @@ fn lateral_planet(
             radial.extend([(cx, cos), (cy, sin)]);
             tangential.extend([(cx, -sin), (cy, cos)]);
         }
-        builder
-            .machine
-            .spins
-            .push(turning_frame(element, theta, [x, y], mass));
+        // What the bearing carries of `m r Ω²` turns with the carrier: only the motion against the carrier is centripetal.
+        let beside_carrier = Direction::new(1.0, [(y, 1.0), (theta, -arms.centre)]);
+        builder.machine.spins.push(Spin {
+            centripetal: vec![(Direction::of(x), mass), (beside_carrier, mass)],
+            outwards: Some((x, mass * arms.centre)),
+            across: None,
+            ..turning_frame(element, theta, [x, y], mass)
+        });
     }
     for (word, terms) in [("radial", radial), ("tangential", tangential)] {
         let part = Some(format!(
@@ -367,13 +374,15 @@ fn lateral_planet(
     Ok([x, y])
 }
 
-/// Terms of a mass described in a frame that turns at Ω: `m (ẍ − 2Ωẏ − Ω²x)`, `m (ÿ + 2Ωẋ − Ω²y)`.
+/// Terms of a mass about the axis of a frame that turns at Ω: `m (ẍ − 2Ωẏ − Ω²x)`, `m (ÿ + 2Ωẋ − Ω²y)`.
 pub fn turning_frame(element: usize, turning: usize, [x, y]: [usize; 2], mass: f64) -> Spin {
     Spin {
         element,
         turning,
         gyroscopic: vec![(x, y, -2.0 * mass)],
-        centrifugal: vec![(x, mass), (y, mass)],
+        centripetal: [x, y].map(|i| (Direction::of(i), mass)).to_vec(),
+        outwards: None,
+        across: Some([x, y]),
     }
 }
 

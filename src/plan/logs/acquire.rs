@@ -10,7 +10,7 @@ use crate::recording::responses::{FrequencyResponses, Terminal};
 use crate::recording::signals::{Channel, Recording};
 use crate::spectrum::frf::{self, Estimate, Estimator};
 use crate::spectrum::hits;
-use crate::spectrum::impact::{self, Hit, ImpactOptions};
+use crate::spectrum::impact::{self, Hit, HitResponses, ImpactOptions};
 use crate::spectrum::local::{Local, least_half_width};
 use crate::spectrum::spectra::Spectra;
 use crate::spectrum::welch::{Welch, WelchOptions};
@@ -57,6 +57,8 @@ pub struct Acquired {
     pub how: String,
     /// Hits, where the input is a hammer.
     pub hits: Vec<Hit>,
+    /// The responses hit by hit, where there are several hits: outputs in the order of `responses`.
+    pub by_hit: Vec<HitResponses>,
     /// Power spectral density of the first input by line, and of every channel, where blocks were averaged.
     pub spectra: Option<Spectra>,
     /// Lines can be had this near to each other, Hz, by asking again with [`Look::apart_hz`]; `None` where they are as asked.
@@ -232,6 +234,7 @@ fn struck(
         },
         how,
         hits: found.hits,
+        by_hit: found.by_hit,
         spectra: None,
         nearest_hz: None,
         smeared_lines: 0.0,
@@ -256,6 +259,7 @@ fn stepped(
         responses,
         how,
         hits: Vec::new(),
+        by_hit: Vec::new(),
         spectra: None,
         nearest_hz: None,
         smeared_lines: 0.0,
@@ -370,6 +374,7 @@ fn averaged(
             },
             how: how + &how_driven,
             hits: Vec::new(),
+            by_hit: Vec::new(),
             nearest_hz: Some(nearest_hz),
             smeared_lines,
             warnings: estimate.warnings,
@@ -399,6 +404,7 @@ fn averaged(
         },
         how,
         hits: Vec::new(),
+        by_hit: Vec::new(),
         nearest_hz: None,
         smeared_lines: SMEARED_BY_BLOCKS,
         warnings: estimate.warnings,

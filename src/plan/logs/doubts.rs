@@ -124,7 +124,8 @@ pub fn of_fit(
     const STANDS_OUT: f64 = 3.0;
     let mut sums = vec![(0.0, 0.0); responses.functions.len()];
     for (k, &f) in responses.frequency_hz.iter().enumerate() {
-        if !(band_hz.0..=band_hz.1).contains(&f) || !responses.is_known(k) {
+        // A residual term of modes below the band has no value at 0 Hz.
+        if !(band_hz.0..=band_hz.1).contains(&f) || f <= 0.0 || !responses.is_known(k) {
             continue;
         }
         let fitted = fitted(f);

@@ -8,6 +8,7 @@ use super::readings::{
     Clock, Columns, channels, even, from_stamps, from_tracks, index_signals, lines, scale, whole,
 };
 use crate::base::error::{Error, Warning};
+use crate::base::words::counted;
 use crate::recording::signals::{Channel, Recording};
 use crate::transmission::measured::eccentricity::{Parted, parted};
 use crate::transmission::measured::evaluate::{Ask, Measured, evaluate};
@@ -108,6 +109,8 @@ pub fn encoders(
         evaluate(&rows, &ask)?
     };
     let evaluated = start.elapsed().as_secs_f64();
+    how.extend(passed(&measured, ask.scales));
+    how.extend(rested(&measured));
     warnings.extend(measured.warnings.iter().cloned());
     for jump in &measured.repaired {
         warnings.push(Warning {
@@ -135,6 +138,30 @@ pub fn encoders(
         trace: vec![("evaluate", evaluated)],
         warnings,
     })
+}
+
+/// How many counts of both encoders passed, where counters were read.
+fn passed(measured: &Measured, scales: Scales) -> Option<String> {
+    let turned: f64 = measured.runs.iter().map(|run| run.reach()).sum();
+    let counts = |angle: f64, step: f64| (angle / step).round();
+    let (input, output) = (scales.input.step, scales.output.step);
+    (input > 0.0 && output > 0.0).then(|| {
+        format!(
+            "{} counts of the input and {} of the output are evaluated",
+            counts(turned, input),
+            counts(turned * measured.declared.value(), output)
+        )
+    })
+}
+
+/// Rows at the ends in which the input is at rest.
+fn rested(measured: &Measured) -> Option<String> {
+    let named = measured.still.into_iter().zip(["beginning", "end"]);
+    let ends: Vec<String> = named
+        .filter(|(rows, _)| *rows > 0)
+        .map(|(rows, end)| format!("{} at the {end}", counted(rows, "row")))
+        .collect();
+    (!ends.is_empty()).then(|| format!("the input is at rest: {} left out", ends.join(" and ")))
 }
 
 /// Says that the input does not turn evenly at the orders of declared errors.

@@ -8,7 +8,7 @@ use crate::identify::modal::stabilisation::DiagramPole;
 use crate::identify::mode::IdentifiedMode;
 use crate::identify::operational::decomposition::Bell;
 use crate::identify::operational::harmonics::Harmonic;
-use crate::identify::rational::RationalFit;
+use crate::identify::rational::{Departure, RationalFit};
 use crate::identify::series::course::{Track, Trial};
 use crate::identify::series::model::Family;
 use crate::identify::series::order::Candidate;
@@ -45,6 +45,8 @@ pub struct Identification {
     pub evidence: Evidence,
     /// Modes by rising frequency, an exponential window taken off.
     pub modes: Vec<FoundMode>,
+    /// Weak modes, apart from them; empty with `IdentifyStudy::all`.
+    pub weak: Vec<FoundMode>,
     /// What looks like running speed, by rising frequency; looked for where nothing measured drives.
     pub harmonics: Vec<FoundHarmonic>,
     /// One transfer function for each response, the window taken off.
@@ -123,6 +125,10 @@ pub struct FoundMode {
     pub presence: Option<f64>,
     /// Standard deviation of its frequency over the orders, Hz: an indication, no uncertainty.
     pub scatter_hz: Option<f64>,
+    /// How far it departs from the linear model, where the method measures that.
+    pub departure: Option<Departure>,
+    /// Why it is weak; `None` where it is not.
+    pub weak: Option<&'static str>,
     /// What it shows of being a line of running speed.
     pub harmonic: Option<Harmonic>,
     /// The order of the running speed it lies on without being it.
@@ -139,6 +145,8 @@ impl From<IdentifiedMode> for FoundMode {
             has_damping: true,
             presence: None,
             scatter_hz: None,
+            departure: None,
+            weak: None,
             harmonic: None,
             on_order: None,
             modal_mass: None,
@@ -167,14 +175,19 @@ impl FoundMode {
 
     /// What it is where it is nearer to a line of running speed than to a mode.
     fn as_harmonic(&self) -> Option<FoundHarmonic> {
-        let harmonic = self.harmonic.as_ref().filter(|h| h.is_harmonic())?;
-        Some(FoundHarmonic {
+        let is_one = self.harmonic.as_ref().is_some_and(Harmonic::is_harmonic);
+        is_one.then(|| self.listed_as_harmonic())
+    }
+
+    /// The pole as a line of running speed.
+    pub fn listed_as_harmonic(&self) -> FoundHarmonic {
+        FoundHarmonic {
             frequency_hz: self.frequency_hz(),
-            order: harmonic.order,
+            order: self.harmonic.as_ref().and_then(|h| h.order),
             amplitude: Vec::new(),
             probability: None,
-            envelope_kurtosis: Some(harmonic.envelope_kurtosis),
-        })
+            envelope_kurtosis: self.harmonic.as_ref().map(|h| h.envelope_kurtosis),
+        }
     }
 }
 

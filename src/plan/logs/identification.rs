@@ -5,23 +5,20 @@ use std::time::Instant;
 use super::acquire::{self, Acquired, EstimateStudy, Look};
 use super::doubts;
 use super::found::{Evidence, FoundMode, Identification};
-use super::functions::{Partials, transfer_functions, without_window};
+use super::functions::{transfer_functions, without_window};
 use super::method::{Method, Needs};
 use super::modal::{self, Modal};
+use super::rational::{fitted, partials, rule};
 use super::study::IdentifyStudy;
-use super::{course, operational, record, scaling, series};
+use super::{course, operational, record, scaling, series, weak};
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
 use crate::base::words::counted;
 use crate::identify::modal::lsfd::ModeShape;
 use crate::identify::mode::IdentifiedMode;
-use crate::identify::rational::{self, Delay, Measured, RationalFit, RationalOptions};
-use crate::identify::starts::aaa::aaa;
-use crate::identify::starts::problem::Options;
-use crate::identify::starts::vector_fitting::{Start, vector_fit};
-use crate::numeric::{Complex, ComplexMatrix};
+use crate::identify::rational::Delay;
+use crate::numeric::ComplexMatrix;
 use crate::recording::names;
-use crate::recording::quantity::ResponseKind;
 use crate::recording::responses::{FrequencyResponse, FrequencyResponses, Terminal};
 use crate::recording::settle::no_channel;
 use crate::recording::signals::Recording;
@@ -122,7 +119,8 @@ fn looked(
             }
         }
         let width = |m: &FoundMode| 2.0 * m.mode.pole.re.abs() / std::f64::consts::TAU;
-        let narrowest = found.modes.iter().map(width).fold(f64::INFINITY, f64::min);
+        let all = found.modes.iter().chain(&found.weak);
+        let narrowest = all.map(width).fold(f64::INFINITY, f64::min);
         // Lines somewhat nearer are not worth another fit.
         const NEARER: f64 = 0.8;
         let asked = (narrowest / LINES_ASKED).max(nearest.unwrap_or(apart));
@@ -228,7 +226,12 @@ fn from_signals(
 ) -> Result<Identification, Error> {
     let start = Instant::now();
     let places: Vec<usize> = inputs.iter().chain(outputs).copied().collect();
-    let record = record::of(recording, &places, study.band_hz, method.word())?;
+    // Subspace methods have their own ladder of rates, so that a band only chooses among the modes of the whole record.
+    let decimated = match method {
+        Method::SsiCov | Method::SsiData => None,
+        _ => study.band_hz,
+    };
+    let record = record::of(recording, &places, decimated, method.word())?;
     let mut trace = vec![("samples", start.elapsed().as_secs_f64())];
     let band_hz = study.band_hz.unwrap_or((0.0, record.rate_hz / 2.0));
     let start = Instant::now();
@@ -257,24 +260,12 @@ fn from_signals(
         band_hz,
         evidence: found.evidence,
         modes: found.modes,
+        weak: Vec::new(),
         harmonics: found.harmonics,
         functions: Vec::new(),
         fit_error: Vec::new(),
         warnings: found.warnings,
     })
-}
-
-/// Poles that another method begins with: 20 pairs.
-const START_ORDER: usize = 40;
-
-/// How a rational fit tells modes from other poles.
-fn rule(method: Method) -> String {
-    match method {
-        Method::Rational => "pole pairs are added while each lowers the misfit by more than noise would, somewhere in the band".to_string(),
-        _ => format!(
-            "{START_ORDER} poles, refined together to the least misfit; the weakest pair is taken out while it lowers the misfit by no more than noise would, somewhere in the band"
-        ),
-    }
 }
 
 fn from_responses(
@@ -290,30 +281,10 @@ fn from_responses(
     warnings.extend(doubts::of_kinds(&responses));
     warnings.extend(doubts::of_stated_kind(&responses, study.derivative));
     let start = Instant::now();
-    let mut method = method;
+    let by_hit = acquired.as_ref().map_or(&[][..], |a| &a.by_hit);
     let fit = match method {
         Method::Rational | Method::VectorFitting | Method::Aaa => {
-            match fitted(method, &responses, band_hz, study) {
-                Ok(fit) => Some(fit),
-                // Nobody asked for this method: another answers, and it is said why.
-                Err(error) if error.code == Code::NoConvergence && study.method.is_none() => {
-                    warnings.push(Warning {
-                        code: "not-poles",
-                        message: format!(
-                            "{}: {} answers instead",
-                            error.message,
-                            Method::Plscf.word()
-                        ),
-                        hint: Some(
-                            "take a narrower --band, or say how many modes there are (--order)"
-                                .into(),
-                        ),
-                    });
-                    method = Method::Plscf;
-                    None
-                }
-                Err(error) => return Err(error),
-            }
+            Some(fitted(method, &responses, by_hit, band_hz, study)?)
         }
         _ => None,
     };
@@ -321,21 +292,21 @@ fn from_responses(
         Some(fit) => {
             let decay = responses.window_decay;
             Modal {
-                modes: (fit.modes.iter())
-                    .map(|m| of_table(without_window(m, decay), &table))
+                modes: (fit.modes.iter().enumerate())
+                    .map(|(k, m)| {
+                        let mut mode = of_table(without_window(m, decay), &table)?;
+                        mode.departure = fit.departures.get(k).copied();
+                        Ok(mode)
+                    })
                     .collect::<Result<_, Error>>()?,
-                rule: rule(method),
+                rule: rule(method, fit.departs),
                 functions: transfer_functions(&responses, &partials(&fit))?,
                 fit_error: fit.fit_error.clone(),
                 warnings: fit.warnings.clone(),
                 evidence: Evidence::Rational(fit),
             }
         }
-        None => {
-            let independence = responses.line_independence.unwrap_or(1.0);
-            let stands_in = study.method.is_none().then_some(independence);
-            modal::identify(method, &responses, band_hz, study, stands_in)?
-        }
+        None => modal::identify(method, &responses, band_hz, study)?,
     };
     let mut found = found;
     if !doubts::is_answered(&responses, band_hz) {
@@ -360,6 +331,13 @@ fn from_responses(
         acquired.as_ref(),
         &as_measured,
     ));
+    let lines = &responses.frequency_hz;
+    let apart = lines.get(1).zip(lines.first()).map_or(0.0, |(b, a)| b - a);
+    let (mut modes, mut weak) = weak::apart(found.modes, apart);
+    if study.all {
+        modes.append(&mut weak);
+        modes.sort_by(|a, b| a.frequency_hz().total_cmp(&b.frequency_hz()));
+    }
     let (how, hits) = match acquired {
         Some(acquired) => (acquired.how, acquired.hits),
         None => {
@@ -388,7 +366,8 @@ fn from_responses(
         },
         band_hz,
         evidence: found.evidence,
-        modes: found.modes,
+        modes,
+        weak,
         harmonics: Vec::new(),
         functions: found.functions,
         fit_error: found.fit_error,
@@ -411,17 +390,6 @@ fn of_table(mode: IdentifiedMode, table: &[Vec<usize>]) -> Result<FoundMode, Err
     let mut found = FoundMode::from(mode);
     found.take_shape(ModeShape::of(&residues)?);
     Ok(found)
-}
-
-fn partials(fit: &RationalFit) -> Partials<'_> {
-    Partials {
-        poles: &fit.poles,
-        residues: &fit.residues,
-        residual_terms: &fit.residual_terms,
-        derivative: fit.derivative,
-        delay_s: &fit.delay_s,
-        fit_error: &fit.fit_error,
-    }
 }
 
 /// Of the responses in a file those that are asked for.
@@ -477,99 +445,4 @@ fn band(responses: &FrequencyResponses, study: &IdentifyStudy) -> Result<(f64, f
         return Ok((low, high));
     }
     Ok(responses.usable_hz.unwrap_or((first, last)))
-}
-
-/// A rational fit, from the poles of another method where that is asked for.
-fn fitted(
-    method: Method,
-    responses: &FrequencyResponses,
-    band: (f64, f64),
-    study: &IdentifyStudy,
-) -> Result<RationalFit, Error> {
-    let inside = |k: &usize| (band.0..=band.1).contains(&responses.frequency_hz[*k]);
-    let known: Vec<usize> = (0..responses.frequency_hz.len())
-        .filter(|&k| responses.is_known(k))
-        .filter(inside)
-        .collect();
-    let lines: Vec<f64> = known.iter().map(|&k| responses.frequency_hz[k]).collect();
-    let values: Vec<Vec<Complex>> = (responses.functions.iter())
-        .map(|f| known.iter().map(|&k| f.value[k]).collect())
-        .collect();
-    let variance: Option<Vec<Vec<f64>>> = (responses.functions.iter())
-        .map(|f| {
-            f.variance
-                .as_ref()
-                .map(|v| known.iter().map(|&k| v[k]).collect())
-        })
-        .collect();
-    let start = start(method, &lines, &values)?;
-    // Where nobody asked for this method, another answers rather.
-    let departs = study.method.is_some().then_some(0.0);
-    let fit = |derivative: u8, departure: Option<f64>| {
-        let options = RationalOptions {
-            band_hz: Some(band),
-            order: study.order,
-            allow_unstable: study.allow_unstable,
-            delay: study.delay,
-            departure,
-            ..RationalOptions::default()
-        };
-        let measured = Measured {
-            frequency_hz: &lines,
-            responses: &values,
-            variance: variance.as_deref(),
-            variance_trusted: false,
-            line_independence: responses.line_independence.unwrap_or(1.0),
-            derivative,
-        };
-        match &start {
-            Some(poles) => rational::fit_from(&measured, &options, poles),
-            None => rational::fit(&measured, &options),
-        }
-    };
-    let kinds: Vec<ResponseKind> = responses
-        .functions
-        .iter()
-        .map(|f| ResponseKind::of(f.input.as_ref().map_or("", |i| &i.unit), &f.output.unit))
-        .collect();
-    match (study.derivative, kinds.first()) {
-        (Some(times), _) => fit(times, departs),
-        (None, Some(ResponseKind::Compliance(times))) if kinds.iter().all(|k| k == &kinds[0]) => {
-            fit(*times, departs)
-        }
-        (None, Some(ResponseKind::Unknown)) => {
-            // Receptance and accelerance differ in what modes outside the band leave in it: the better of the two. What no poles
-            // explain of the one they explain no more of the other.
-            let plain = fit(0, departs)?;
-            match fit(2, departs.map(|_| plain.departure)) {
-                Ok(twice) if cost(&twice) < cost(&plain) => Ok(twice),
-                _ => Ok(plain),
-            }
-        }
-        _ => fit(0, departs),
-    }
-}
-
-/// The poles a method begins with: as many as the lines carry.
-fn start(
-    method: Method,
-    lines: &[f64],
-    values: &[Vec<Complex>],
-) -> Result<Option<Vec<Complex>>, Error> {
-    let order = START_ORDER.min(lines.len() / 4 * 2);
-    let options = Options::default();
-    let poles = match method {
-        Method::VectorFitting => {
-            vector_fit(lines, values, None, Start::Order(order), options)?.poles
-        }
-        Method::Aaa => aaa(lines, values, order, options)?.poles,
-        _ => return Ok(None),
-    };
-    Ok(Some(poles))
-}
-
-/// Likelihood and size of a fit in one number (Schwarz 1978). Each fit has a variance of its own, so that χ² alone compares nothing.
-fn cost(fit: &RationalFit) -> f64 {
-    let unknowns = fit.poles.len() * 2 * (1 + fit.residues.len());
-    2.0 * fit.surprise + unknowns as f64 * (fit.dof.max(2.0)).ln()
 }

@@ -24,6 +24,9 @@ pub mod found;
 /// Samples of the channels named, checked and decimated.
 pub mod record;
 
+/// Weak modes, and stable columns that are no modes.
+pub mod weak;
+
 /// Poles and residues as transfer functions.
 mod functions;
 
@@ -33,8 +36,17 @@ mod parts;
 /// Modes from responses to a measured input.
 mod modal;
 
+/// A rational fit of measured responses.
+mod rational;
+
 /// Modal masses from a driving point.
 pub mod scaling;
+
+/// Lines of running speed.
+mod running;
+
+/// The answer of a subspace identification.
+mod subspace;
 
 /// Modes from responses alone.
 mod operational;

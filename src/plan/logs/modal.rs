@@ -8,8 +8,8 @@ use super::functions::{Partials, transfer_functions, without_window};
 use super::method::Method;
 use super::parts;
 use super::study::IdentifyStudy;
+use super::weak::columns;
 use crate::base::error::{Error, Warning};
-use crate::base::words::counted;
 use crate::identify::modal::candidates::OrderPoles;
 use crate::identify::modal::lsfd::{self, ResidueFit};
 use crate::identify::modal::plscf::{PlscfOptions, plscf};
@@ -18,8 +18,6 @@ use crate::identify::modal::selection::{SelectionRule, select};
 use crate::identify::modal::stabilisation::{Tolerances, stabilisation};
 use crate::identify::modal::{lsce, rfp, single};
 use crate::identify::mode::IdentifiedMode;
-use crate::identify::rational::refined::refined;
-use crate::identify::rational::{Measured, RationalOptions};
 use crate::identify::transfer::function::TransferFunction;
 use crate::numeric::Complex;
 use crate::recording::quantity::ResponseKind;
@@ -47,16 +45,10 @@ const ORDER: usize = 60;
 /// Peaks below this share of the largest are not looked at one by one.
 const LEAST_PEAK: f64 = 0.05;
 
-/// Responses whose frequencies of a mode spread by more than this share of its half-power half-bandwidth disagree about it, and so many
-/// such modes are named.
-const DISAGREES: f64 = 0.1;
-const NAMED: usize = 3;
-
 /// Lines a circle is laid through, at least.
 const ARC_LINES: usize = 7;
 
-/// Identifies from lines inside the band. Where the method was not asked for but stands in for another, its poles are brought to their
-/// places one by one; `stands_in` is then the number of independent lines in a line.
+/// Identifies from lines inside the band.
 ///
 /// # Errors
 /// Those of the method; responses without information.
@@ -65,7 +57,6 @@ pub fn identify(
     responses: &FrequencyResponses,
     band_hz: (f64, f64),
     study: &IdentifyStudy,
-    stands_in: Option<f64>,
 ) -> Result<Modal, Error> {
     let is_line = |f: f64| f > 0.0 && (band_hz.0..=band_hz.1).contains(&f);
     let kept: Vec<usize> = (0..responses.frequency_hz.len())
@@ -122,10 +113,11 @@ pub fn identify(
         fit_error: Vec::new(),
         warnings: Vec::new(),
     };
-    if let Some(line_independence) = stands_in {
-        found.refine(&lines, &values, quantities[0], line_independence)?;
-    }
     found.add_residues(responses, &table, &measured, &quantities)?;
+    if let Evidence::Diagram(diagram) = &mut found.evidence {
+        let rule = SelectionRule::default();
+        diagram.omitted = columns(&diagram.poles, &found.modes, band_hz, &rule);
+    }
     Ok(found)
 }
 
@@ -295,71 +287,6 @@ fn separate_peaks(level: &[f64]) -> Vec<(usize, (usize, usize))> {
 }
 
 impl Modal {
-    /// Brings every pole to its place, those that most orders agree about first.
-    fn refine(
-        &mut self,
-        lines: &[f64],
-        values: &[Vec<Complex>],
-        quantity: Quantity,
-        line_independence: f64,
-    ) -> Result<(), Error> {
-        let presence = |m: &FoundMode| m.presence.unwrap_or(0.0);
-        self.modes
-            .sort_by(|a, b| presence(b).total_cmp(&presence(a)));
-        let poles: Vec<Complex> = self.modes.iter().map(|m| m.mode.pole).collect();
-        let measured = Measured {
-            frequency_hz: lines,
-            responses: values,
-            variance: None,
-            variance_trusted: false,
-            line_independence,
-            derivative: quantity.power() as u8,
-        };
-        let refined = refined(&measured, &RationalOptions::default(), &poles)?;
-        let mut disagree: Vec<(f64, String)> = Vec::new();
-        let (mut modes, mut omitted) = (Vec::new(), Vec::new());
-        for one in refined {
-            if let Some(reason) = one.objection {
-                omitted.push((one.mode.pole, reason));
-                continue;
-            }
-            let mut mode = self.modes[one.place].clone();
-            mode.mode.pole = one.mode.pole;
-            mode.mode.pole_covariance = one.mode.pole_covariance;
-            if let Some(spread) = one.spread {
-                let share = spread.frequency_spread_hz * TAU / mode.mode.pole.re.abs();
-                let (f, off) = (spread.frequency_hz, spread.frequency_spread_hz);
-                disagree.push((share, format!("{f:.2} Hz (by {off:.2e} Hz)")));
-            }
-            modes.push(mode);
-        }
-        modes.sort_by(|a, b| a.frequency_hz().total_cmp(&b.frequency_hz()));
-        self.modes = modes;
-        if let Evidence::Diagram(diagram) = &mut self.evidence {
-            diagram.omitted = omitted;
-        }
-        disagree.retain(|d| d.0 > DISAGREES);
-        if !disagree.is_empty() {
-            disagree.sort_by(|a, b| b.0.total_cmp(&a.0));
-            let worst: Vec<&str> = disagree.iter().take(NAMED).map(|d| d.1.as_str()).collect();
-            let message = format!(
-                "the responses disagree about {} beyond their noise, most about {}",
-                counted(disagree.len(), "mode"),
-                worst.join(", ")
-            );
-            self.warnings.push(Warning {
-                code: "responses-disagree",
-                message,
-                hint: Some(
-                    "sensors that load the structure, drift, or amplitudes that differ".into(),
-                ),
-            });
-        }
-        self.rule += "; each then fitted in a window of its own, response by response, and given by the mean over those that see it, \
-            two nearer than half a half-bandwidth being one";
-        Ok(())
-    }
-
     /// Shapes, transfer functions and misfit; the better of several quantities.
     fn add_residues(
         &mut self,

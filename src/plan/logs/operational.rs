@@ -2,23 +2,23 @@
 
 use std::f64::consts::TAU;
 
-use super::found::{Diagram, Evidence, FoundHarmonic, FoundMode, FromSignals, Peak, Peaks, apart};
+use super::found::{Evidence, FoundHarmonic, FoundMode, FromSignals, Peak, Peaks, apart};
 use super::method::Method;
-use super::modal::within;
 use super::record::Record;
+use super::running::{Orders, evenly_spaced, is_on, is_sine, of_harmonics, of_orders, of_series};
 use super::study::IdentifyStudy;
+use super::subspace::of_subspace;
 use crate::base::error::{Error, Warning};
-use crate::identify::modal::candidates::{CandidatePole, OrderPoles};
-use crate::identify::modal::stabilisation::{Tolerances, stabilisation};
 use crate::identify::mode::IdentifiedMode;
 use crate::identify::operational::channels::Channels;
 use crate::identify::operational::decomposition::{self, Decomposition, decompose};
-use crate::identify::operational::harmonics::{Harmonic, Running};
-use crate::identify::operational::selection::{OperationalMode, default_rule, physical};
-use crate::identify::operational::subspace::{self, Subspace, from_covariances, from_data};
+use crate::identify::operational::harmonics::Running;
+use crate::identify::operational::realisation::Weighting;
+use crate::identify::operational::sines::take_out_constant;
+use crate::identify::operational::subspace;
 use crate::identify::series::residuals::ljung_box;
 use crate::numeric::Complex;
-use crate::spectrum::tones::{self, Tone};
+use crate::spectrum::tones::Tone;
 
 /// Orders of the running speed that are looked for: 1 to this; meshes beyond are seen by their distribution.
 const ORDERS: usize = 10;
@@ -37,7 +37,7 @@ pub fn identify(
     study: &IdentifyStudy,
 ) -> Result<FromSignals, Error> {
     let mut samples = record.samples.clone();
-    let tones = tones::take_out(record.rate_hz, &mut samples)?;
+    let tones = take_out_constant(record.rate_hz, &mut samples)?;
     let samples: Vec<&[f64]> = samples.iter().map(Vec::as_slice).collect();
     let channels = Channels::new(&samples, record.rate_hz)?;
     let running = study.speed_hz.map(|speed_hz| Running {
@@ -59,16 +59,17 @@ pub fn identify(
         Method::Fdd | Method::Efdd => of_peaks(method, decompose(&channels, &settings)?, &orders),
         _ => {
             let settings = subspace::Settings {
-                lowest_hz: study.band_hz.map(|b| b.0).filter(|low| *low > 0.0),
-                ..subspace::Settings::default()
+                band_hz: study.band_hz,
+                weighting: match method {
+                    Method::SsiData => Weighting::Projection,
+                    _ => Weighting::Covariances,
+                },
+                running: running.clone(),
             };
-            let poles = match method {
-                Method::SsiData => from_data(&channels, &settings)?,
-                _ => from_covariances(&channels, &settings)?,
-            };
+            let poles = subspace::identify(&channels, &settings)?;
             // Behind the diagram only; a record too short for it still has poles.
             let level = decompose(&channels, &decomposition::Settings::default()).ok();
-            of_subspace(&channels, poles, &orders, level, band_hz)
+            of_subspace(poles, &orders, level, band_hz)
         }
     };
     found.warnings.extend(record.warnings.iter().cloned());
@@ -81,8 +82,14 @@ pub fn identify(
             "; sines are taken out before, and what is distributed like one is no mode".to_string()
         }
     };
-    let poles;
+    let evenly = evenly_spaced(&tones, &found.modes, orders.line_hz);
+    let on_series: Vec<FoundMode>;
+    (on_series, found.modes) =
+        (found.modes.into_iter()).partition(|m| !is_sine(m) && is_on(&evenly, m, orders.line_hz));
+    found.warnings.extend(of_series(&evenly));
+    let mut poles;
     (found.modes, poles) = apart(found.modes);
+    poles.extend(on_series.iter().map(FoundMode::listed_as_harmonic));
     let inside = |t: &&Tone| (band_hz.0..=band_hz.1).contains(&t.frequency_hz);
     let of_tone = |t: &Tone| FoundHarmonic {
         frequency_hz: t.frequency_hz,
@@ -106,7 +113,7 @@ pub fn identify(
             |a: &FoundMode, b: &FoundMode| a.frequency_hz().total_cmp(&b.frequency_hz());
         found.modes.sort_by(by_frequency);
     }
-    if is_white(&samples)? || is_nothing(&record.samples, &samples) {
+    if !found.modes.is_empty() && (is_nothing(&record.samples, &samples) || is_white(&samples)?) {
         found.modes.clear();
     }
     if found.modes.is_empty() {
@@ -122,71 +129,6 @@ pub fn identify(
     found.warnings.extend(of_harmonics(&found.harmonics));
     found.warnings.extend(of_orders(&found.modes));
     Ok(found)
-}
-
-/// What is known of the running speed once sines are taken out.
-struct Orders<'a> {
-    running: Option<&'a Running>,
-    tones: &'a [Tone],
-    /// Distance of the lines of the whole record, Hz.
-    line_hz: f64,
-}
-
-impl Orders<'_> {
-    /// The order that a mode lies on without being it, no longer said of it: a sine on that order was taken out, so that the speed was
-    /// constant, and what is left is much wider than a line.
-    fn beneath(&self, harmonic: &mut Harmonic, half_width_hz: f64) -> Option<f64> {
-        /// Lines of the record.
-        const STRUCTURE: f64 = 10.0;
-        let order = harmonic.order?;
-        let is_on_it = |t: &Tone| self.running.and_then(|r| r.order(t.frequency_hz)) == Some(order);
-        let is_structure = half_width_hz > STRUCTURE * self.line_hz;
-        match is_structure && self.tones.iter().any(is_on_it) {
-            true => harmonic.order.take(),
-            false => None,
-        }
-    }
-
-    /// Whether a sine within two lines was taken out.
-    fn is_beside_a_sine(&self, frequency_hz: f64, line_hz: f64) -> bool {
-        let near = |t: &Tone| (t.frequency_hz - frequency_hz).abs() < 2.0 * line_hz;
-        self.tones.iter().any(near)
-    }
-}
-
-/// Says which modes lie on orders of the running speed.
-fn of_orders(modes: &[FoundMode]) -> Option<Warning> {
-    let on = modes
-        .iter()
-        .filter_map(|m| m.on_order.map(|o| (m.frequency_hz(), o)));
-    let places: Vec<String> = on.map(|(f, o)| format!("{f:.4} Hz (order {o})")).collect();
-    (!places.is_empty()).then(|| Warning {
-        code: "mode-on-order",
-        message: format!(
-            "{}: on an order of the running speed, and a mode all the same: the sine there was taken out, and what is left is damped as a structure is",
-            places.join(", ")
-        ),
-        hint: Some("repeat at another speed: a mode stays where it is".to_string()),
-    })
-}
-
-/// Says that there are lines of running speed.
-pub fn of_harmonics(harmonics: &[FoundHarmonic]) -> Option<Warning> {
-    /// More are counted, not named.
-    const NAMED: usize = 6;
-    let named = harmonics.iter().take(NAMED);
-    let mut places: Vec<String> = named.map(|h| format!("{:.4} Hz", h.frequency_hz)).collect();
-    if harmonics.len() > NAMED {
-        places.push(format!("{} more", harmonics.len() - NAMED));
-    }
-    (!harmonics.is_empty()).then(|| Warning {
-        code: "harmonic",
-        message: format!(
-            "{}: like running speed, and listed apart from the modes",
-            places.join(", ")
-        ),
-        hint: Some("repeat at another speed: what moves with it is no mode".to_string()),
-    })
 }
 
 /// Whether sines are all there is, to the digits that logs are written with.
@@ -214,56 +156,6 @@ fn is_white(samples: &[&[f64]]) -> Result<bool, Error> {
         }
     }
     Ok(true)
-}
-
-fn of_subspace(
-    channels: &Channels,
-    poles: Subspace,
-    orders_known: &Orders,
-    level: Option<Decomposition>,
-    band_hz: (f64, f64),
-) -> FromSignals {
-    let rule = default_rule(&poles);
-    let chosen = physical(&poles, channels, &rule, orders_known.running);
-    let inside = |m: &OperationalMode| within(m.mode.pole, band_hz);
-    let modes = chosen.into_iter().filter(inside).map(|mut m| FoundMode {
-        presence: Some(m.presence),
-        scatter_hz: Some(m.scatter_hz),
-        on_order: orders_known.beneath(&mut m.harmonic, m.mode.pole.re.abs() / TAU),
-        harmonic: Some(m.harmonic),
-        ..FoundMode::from(m.mode)
-    });
-    let of_order = |o: &crate::identify::operational::realisation::OrderModes| {
-        let candidates = o.modes.iter().map(|m| CandidatePole {
-            pole: m.pole,
-            shape: m.shape.clone(),
-            participation: Vec::new(),
-        });
-        OrderPoles::new(o.order, candidates.collect())
-    };
-    let orders: Vec<OrderPoles> = poles.orders.iter().map(of_order).collect();
-    FromSignals {
-        modes: modes.collect(),
-        harmonics: Vec::new(),
-        rule: format!(
-            "{} block rows, orders 2 to {}: {}",
-            poles.block_rows,
-            orders.last().map_or(0, |o| o.order),
-            rule.sentence()
-        ),
-        evidence: Evidence::Diagram(Diagram {
-            poles: stabilisation(&orders, &Tolerances::default()),
-            level: level.map_or((Vec::new(), Vec::new()), largest_values),
-            omitted: Vec::new(),
-        }),
-        warnings: poles.warnings,
-    }
-}
-
-/// Lines and the largest singular value of each.
-fn largest_values(found: Decomposition) -> (Vec<f64>, Vec<f64>) {
-    let first = found.singular_values.iter().map(|v| v[0]).collect();
-    (found.frequency_hz, first)
 }
 
 /// The other singular values, the larger first.
@@ -329,7 +221,7 @@ fn of_peaks(method: Method, found: Decomposition, orders: &Orders) -> FromSignal
         evidence: Evidence::Peaks(Peaks {
             peaks,
             below: lower_values(&found),
-            level: largest_values(found),
+            level: found.largest_values(),
         }),
         warnings: Vec::new(),
     }

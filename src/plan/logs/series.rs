@@ -3,16 +3,15 @@
 use super::found::{Evidence, FoundMode, FromSignals, Orders, apart};
 use super::method::{self, Method};
 use super::modal::within;
-use super::operational;
 use super::record::Record;
+use super::running;
 use super::study::IdentifyStudy;
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
 use crate::identify::modal::selection::SelectionRule;
 use crate::identify::mode::IdentifiedMode;
 use crate::identify::operational::channels::Channels;
-use crate::identify::operational::harmonics::Bands;
-use crate::identify::operational::selection::{HALF_BANDS, LINES};
+use crate::identify::operational::harmonics::{Bands, HALF_BANDS, LINES};
 use crate::identify::series::autoregressive;
 use crate::identify::series::model::{Family, SeriesModel, Shares};
 use crate::identify::series::order::{self, Criterion};
@@ -97,7 +96,7 @@ pub fn identify(
         false => told_apart(&model, &record, band_hz)?,
     };
     let (modes, harmonics) = apart(modes);
-    warnings.extend(operational::of_harmonics(&harmonics));
+    warnings.extend(running::of_harmonics(&harmonics));
     let tests = tests(&model, &record)?;
     warnings.extend(
         tests

@@ -23,6 +23,8 @@ pub struct IdentifyStudy {
     pub allow_unstable: bool,
     /// How often the motion in every response was differentiated, where the units do not tell.
     pub derivative: Option<u8>,
+    /// List weak modes among the others.
+    pub all: bool,
     /// The method; by what is named where `None`.
     pub method: Option<Method>,
     /// Speed of what turns, Hz.

@@ -15,6 +15,16 @@ use crate::scene::measured::Chart;
 /// No reading of a gear is longer, m.
 const LONGEST: f64 = 1000.0;
 
+/// Names of a column that numbers the teeth.
+const TOOTH_NUMBERS: &[&str] = &[
+    "tooth",
+    "tooth no",
+    "tooth nr",
+    "tooth number",
+    "zahn",
+    "齿号",
+];
+
 /// Files already read, by path.
 #[derive(Default)]
 pub struct Files(Vec<(std::path::PathBuf, Raw)>);
@@ -111,6 +121,25 @@ impl Files {
             values,
             is_angle,
         })
+    }
+
+    /// The column that numbers the teeth of a chart's rows, where its file has one.
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    pub fn tooth_numbers(&mut self, chart: &Chart) -> Result<Option<Vec<f64>>, Errors> {
+        let raw = self.open(&chart.file).map_err(|e| said_in(e, chart))?;
+        let is_number = |c: &&RawChannel| {
+            let signs = |c: char| !c.is_alphanumeric();
+            let words: Vec<&str> = c.name.split(signs).filter(|w| !w.is_empty()).collect();
+            TOOTH_NUMBERS.contains(&words.join(" ").to_lowercase().as_str())
+        };
+        let Some(channel) = raw.groups.iter().flat_map(|g| &g.channels).find(is_number) else {
+            return Ok(None);
+        };
+        let mut numbers = vec![0.0; channel.samples.len()];
+        channel.samples.read(0, &mut numbers)?;
+        Ok(Some(numbers))
     }
 
     fn open(&mut self, path: &Path) -> Result<&Raw, Errors> {

@@ -227,6 +227,32 @@ impl Grader {
         }
     }
 
+    /// How many times a measured total is smaller than the finest grade allows, where no gear is made so well.
+    pub fn below_all_gears(&self, row: &Row) -> Option<f64> {
+        use Quantity::*;
+        /// Parts of the tolerance of the finest grade (0 of 1995, 1 of 2013), which is itself finer than gears are made: readings a
+        /// thousand times too small lie below it, those of a master gear do not.
+        const SMALLEST: f64 = 0.1;
+        let totals = [
+            CumulativePitch,
+            ProfileTotal,
+            HelixTotal,
+            Runout,
+            SingleFlankTotal,
+            DoubleFlankTotal,
+        ];
+        let value = row.estimate.value.abs();
+        if row.predicted || value == 0.0 || !totals.contains(&row.quantity) {
+            return None;
+        }
+        let finest = |edition: &Edition| {
+            let grade = *edition.grades(row.quantity).start();
+            edition.exact(row.quantity, &self.size, grade)
+        };
+        let finest = Edition::ALL.iter().find_map(finest)?;
+        (value < SMALLEST * finest).then_some(finest / value)
+    }
+
     /// Why a quantity that the edition asked grades has no limit here.
     pub fn outside(&self, quantity: Quantity) -> Option<String> {
         let edition = self.demand.as_ref()?.edition?;

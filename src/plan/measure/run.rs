@@ -114,6 +114,19 @@ fn warnings(grader: &Grader, rows: &[Row]) -> Vec<Warning> {
         }
     };
     for row in rows.iter().filter(|row| !row.predicted) {
+        if let Some(times) = grader.below_all_gears(row) {
+            let message = format!(
+                "{} {} is {:.3} µm, {times:.0} times less than the finest grade allows",
+                row.quantity.symbol(),
+                row.side.word(),
+                1e6 * row.estimate.value.abs()
+            );
+            add(
+                "readings-small",
+                message.replace("  ", " "),
+                "check the unit of the readings: mm written as µm are a thousand times too small",
+            );
+        }
         if let Some(why) = grader.outside(row.quantity) {
             let message = format!("{} has no limit: {why}", row.quantity.symbol());
             add(

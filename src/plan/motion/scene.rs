@@ -7,6 +7,7 @@ use crate::machine::kinematics::{Kinematics, mean_speeds};
 use crate::machine::linear::Linear;
 use crate::machine::operating::Operating;
 use crate::machine::parts::Machine;
+use crate::machine::spin::spinning;
 use crate::motion::assemble::assemble;
 use crate::motion::moving::Moving;
 use crate::motion::outputs::Outputs;
@@ -67,7 +68,7 @@ impl MotionScene {
         } = prepared;
         let speeds = match machine.speeds.is_empty() && study.speed.is_none() {
             true => None,
-            false => Some(mean_speeds(machine, kinematics, study.speed)?),
+            false => Some(spinning(machine, kinematics, study.speed)?),
         };
         let shifted;
         let machine = match study.speed {
@@ -77,7 +78,7 @@ impl MotionScene {
                 &shifted
             }
         };
-        let moving = assemble(machine, kinematics, begin.phase, speeds.as_deref())?;
+        let moving = assemble(machine, kinematics, begin, speeds.as_deref())?;
         let linear = Linear::new(machine, kinematics, &Operating::default())?;
         let mut start = start::state(&moving, &linear, speeds.as_deref(), begin.at, 0.0)?;
         let n = moving.train.n();

@@ -110,8 +110,8 @@ impl Seen {
 /// How a motion amplifies a change of its start.
 #[derive(Debug, Clone)]
 pub struct Sensitivity {
-    /// How many times as large the change becomes; absent where every digit shown holds and the method makes errors of its own, from which
-    /// a change so small is not told.
+    /// How many times as large the change becomes; absent where every digit shown holds and the method makes errors of its own, larger
+    /// than what such a change leaves.
     pub factor: Option<f64>,
     /// Both runs parted, so that the factor is a lower bound.
     pub parted: bool,

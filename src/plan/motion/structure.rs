@@ -86,7 +86,7 @@ pub fn curved(train: &Train) -> String {
     let names: Vec<&str> = train.bent().map(|b| b.name.as_str()).collect();
     match names.len() {
         0 if train.has_light() => "not exact: nodes without inertia stay".to_string(),
-        0 => "not exact: a load or motion is known by parabolas".to_string(),
+        0 => "not exact: a load or motion is known by parabolas, or swings for a while".to_string(),
         count => {
             let shown: Vec<String> = names.iter().take(NAMED).map(|n| format!("`{n}`")).collect();
             let more = match count.saturating_sub(NAMED) {

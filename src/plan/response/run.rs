@@ -9,19 +9,21 @@ use crate::base::error::{Error, Warning};
 use crate::base::stop::{Foreseen, Stop};
 use crate::base::units::duration;
 use crate::base::words::counted;
-use crate::machine::kinematics::mean_speeds;
+use crate::machine::spin::spinning;
 use crate::modes::basis;
 use crate::numeric::Complex;
+use crate::plan::linear_stability::UNSTABLE;
 use crate::plan::motion::scene::ALLOWED;
 use crate::plan::prepared::Prepared;
-use crate::plan::stages::{self, Verdict};
+use crate::plan::run::run as run_modes;
+use crate::plan::stages::{self, COMPLEX, Plan, Verdict};
 use crate::response::course::course;
 use crate::response::direct::Direct;
 use crate::response::frequency::{Effort, How, Solver};
 use crate::response::peaks::{self, Peak};
 use crate::response::ports::{Output, Port, Ports};
 use crate::response::system::{Setting, held_frequencies};
-use crate::scene::study::{ResponseKind, ResponseStudy};
+use crate::scene::study::{ModesStudy, ResponseKind, ResponseStudy};
 
 /// Frequency responses with their peaks.
 pub struct Answer {
@@ -109,7 +111,7 @@ pub fn refuse(prepared: &Prepared, study: &ResponseStudy) -> Result<(), Error> {
         ..
     } = prepared;
     if study.speed.is_some() {
-        mean_speeds(machine, kinematics, study.speed)?;
+        spinning(machine, kinematics, study.speed)?;
     }
     choice::refuse(prepared, study, &choice::choose(prepared, study))
 }
@@ -133,7 +135,7 @@ pub fn run(prepared: &Prepared, study: &ResponseStudy, drawn: bool) -> Result<An
         .for_each(|port| shown_as(port, study.shown));
     let speeds = study
         .speed
-        .map(|speed| mean_speeds(machine, kinematics, Some(speed)))
+        .map(|speed| spinning(machine, kinematics, Some(speed)))
         .transpose()?;
     let setting = prepared.setting(speeds.as_deref());
     let choice = choice::choose(prepared, study);
@@ -212,6 +214,7 @@ pub fn run(prepared: &Prepared, study: &ResponseStudy, drawn: bool) -> Result<An
         }
     }
     let mut warnings = prepared.warnings();
+    warnings.extend(unstable(prepared, study.speed)?);
     if !damped {
         warnings.push(Warning {
             code: "undamped",
@@ -232,6 +235,26 @@ pub fn run(prepared: &Prepared, study: &ResponseStudy, drawn: bool) -> Result<An
         choice,
         warnings,
     })
+}
+
+/// The warning of roots that grow, where anything could feed them.
+fn unstable(prepared: &Prepared, speed: Option<f64>) -> Result<Option<Warning>, Error> {
+    let (machine, linear) = (&prepared.machine, &prepared.linear);
+    let turns = speed.is_some_and(|speed| speed != 0.0) && !machine.spins.is_empty();
+    let fed = linear
+        .branches
+        .iter()
+        .any(|b| b.damping < 0.0 || b.loss_factor < 0.0 || b.force.is_some());
+    if !(turns || fed || !linear.is_sum_of_squares()) || linear.n > COMPLEX {
+        return Ok(None);
+    }
+    let study = ModesStudy {
+        damped: true,
+        speed: speed.filter(|_| turns),
+        ..ModesStudy::default()
+    };
+    let answer = run_modes(prepared, &study, &Plan::modes(prepared, &study))?;
+    Ok(answer.warnings.into_iter().find(|w| w.code == UNSTABLE))
 }
 
 fn too_long(foreseen: Foreseen, lines: usize) -> Error {

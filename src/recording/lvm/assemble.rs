@@ -8,8 +8,10 @@ use crate::base::units;
 use crate::numeric::Complex;
 use crate::recording::column::Column;
 use crate::recording::raw::{Clock, Group, Lines, Raw, RawChannel, Repair, Stamps, rate_of_step};
+use crate::recording::resolution::Resolution;
 use crate::recording::responses::Spectrum;
 use crate::recording::settings::Settings;
+use crate::recording::stated_rates::StatedRate;
 
 /// What LabVIEW's own names of transformed channels contain.
 const TRANSFORMED: &[&str] = &[
@@ -347,7 +349,10 @@ fn start_group(piece: &Piece, scale: f64) -> Group {
     Group {
         clock: Clock {
             stamps: None,
-            header_rate: rate.map(|rate| (rate, "Delta_X".to_string())),
+            stated_rates: (rate
+                .map(|rate| StatedRate::of_samples(rate, "Delta_X"))
+                .into_iter())
+            .collect(),
             unread_rate: None,
             header_samples: channel.and_then(|c| {
                 // A first packet longer than the whole file contradicts it; a shorter one does not.
@@ -367,7 +372,7 @@ fn stamps(seconds: &[f64], resolution_s: f64) -> Stamps {
         unit: "s".to_string(),
         first: String::new(),
         seconds: Column::from_slice(seconds),
-        resolution_s,
+        resolution: Resolution::fixed(resolution_s),
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::variables::Variable;
 use crate::recording::raw::rate_of_step;
+use crate::recording::stated_rates::StatedRate;
 
 /// Names of vectors of time.
 const TIME: &[&str] = &[
@@ -19,12 +20,14 @@ const TIME: &[&str] = &[
     "timesec",
 ];
 
+/// Name of a sample rate or of the speed of a shaft, Hz.
+const BARE_RATE: &str = "rate";
+
 /// Names of the sample rate, Hz.
 const RATE: &[&str] = &[
     "fs",
     "sr",
     "srate",
-    "rate",
     "fsamp",
     "fsample",
     "samplefreq",
@@ -66,20 +69,25 @@ fn is_named(word: &str, names: &[&str], ends: &[&str]) -> bool {
     names.contains(&word) || ends.iter().any(|end| word.ends_with(end))
 }
 
-/// The sample rate a scalar states, Hz.
-pub(super) fn rate(variable: &Variable) -> Option<f64> {
+/// The sample rate a scalar states.
+pub(super) fn rate(variable: &Variable) -> Option<StatedRate> {
     let (&[value], None) = (variable.re.as_slice(), &variable.im) else {
         return None;
     };
     let word = variable.word();
-    let rate = if is_named(&word, RATE, RATE_ENDS) {
+    let is_bare = word == BARE_RATE;
+    let hertz = if is_bare || is_named(&word, RATE, RATE_ENDS) {
         value
     } else if is_named(&word, STEP, STEP_ENDS) {
         rate_of_step(value)
     } else {
         return None;
     };
-    (rate.is_finite() && rate > 0.0).then_some(rate)
+    (hertz.is_finite() && hertz > 0.0).then(|| StatedRate {
+        hertz,
+        key: variable.name.clone(),
+        is_bare,
+    })
 }
 
 /// A real vector with a name of time.

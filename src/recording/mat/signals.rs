@@ -1,13 +1,15 @@
 //! Channels of a MATLAB file, grouped by their time vectors.
 
 use super::roles;
-use super::variables::Variable;
+use super::variables::{Variable, parent};
 use crate::base::error::{Error, Warning};
 use crate::base::kind::Kind;
 use crate::base::units;
 use crate::recording::column::Column;
 use crate::recording::raw::{Clock, Group, Raw, RawChannel, Stamps};
+use crate::recording::resolution::Resolution;
 use crate::recording::settings::Settings;
+use crate::recording::stated_rates::{StatedRate, agreed};
 
 /// Fewer numbers in a row are parameters, not signals.
 const SHORTEST: usize = 8;
@@ -18,28 +20,35 @@ pub(super) fn take(
     settings: &Settings,
     raw: &mut Raw,
 ) -> Result<(), Error> {
-    let rate = take_rate(numbers);
-    let times = take_times(numbers, settings, rate.is_some());
+    let rates = take_rates(numbers);
+    let times = take_times(numbers, settings, !rates.is_empty());
     if times.is_empty() {
         let length = numbers.iter().filter(|v| v.im.is_none());
         let length = length.map(Variable::length).max().unwrap_or(0);
         if length >= SHORTEST {
-            let clock = Clock {
-                header_rate: rate,
-                ..Clock::default()
-            };
-            push_group(numbers, length, None, clock, raw)?;
+            push_group(numbers, length, None, Clock::default(), raw)?;
+            for group in &mut raw.groups {
+                let mut parents: Vec<&str> =
+                    group.channels.iter().map(|c| parent(&c.name)).collect();
+                parents.dedup();
+                group.clock.stated_rates = match parents[..] {
+                    [own] => of_structure(&rates, own),
+                    _ => rates.clone(),
+                };
+            }
         }
         return Ok(());
     }
     for time in times {
-        let creep = rate.as_ref().and_then(|rate| creep(&time, rate.0));
-        if let (Some(creep), Some((hertz, name))) = (creep, &rate) {
+        let stated_rates = of_structure(&rates, time.parent());
+        let rate = agreed(&stated_rates, false).ok().flatten();
+        let creep = rate.and_then(|rate| creep(&time, rate.hertz));
+        if let (Some(creep), Some(rate)) = (creep, rate) {
             raw.warnings.push(Warning {
                 code: "time-rounded",
                 message: format!(
-                    "`{}` is in single precision and creeps by {creep:.1e} of a step: `{name}` is taken, {hertz} Hz",
-                    time.name
+                    "`{}` is in single precision and creeps by {creep:.1e} of a step: `{}` is taken, {} Hz",
+                    time.name, rate.key, rate.hertz
                 ),
                 hint: None,
             });
@@ -49,7 +58,7 @@ pub(super) fn take(
             None => Some(stamps(&time, settings)?),
         };
         let clock = Clock {
-            header_rate: rate.clone(),
+            stated_rates,
             stamps,
             ..Clock::default()
         };
@@ -60,11 +69,21 @@ pub(super) fn take(
     Ok(())
 }
 
-/// The scalar that states the sample rate.
-fn take_rate(numbers: &mut Vec<Variable>) -> Option<(f64, String)> {
-    let at = numbers.iter().position(|v| roles::rate(v).is_some())?;
-    let scalar = numbers.remove(at);
-    roles::rate(&scalar).map(|rate| (rate, scalar.name))
+/// The scalars that state a sample rate.
+fn take_rates(numbers: &mut Vec<Variable>) -> Vec<StatedRate> {
+    let rates = numbers.iter().filter_map(roles::rate).collect();
+    numbers.retain(|v| roles::rate(v).is_none());
+    rates
+}
+
+/// The rates stated within a structure; all of them where it states none.
+fn of_structure(rates: &[StatedRate], structure: &str) -> Vec<StatedRate> {
+    let own = |r: &&StatedRate| parent(&r.key) == structure;
+    let found: Vec<StatedRate> = rates.iter().filter(own).cloned().collect();
+    match found.is_empty() {
+        true => rates.to_vec(),
+        false => found,
+    }
 }
 
 /// The time vectors: the one that was asked for, else those named so, else the single one that rises by equal steps.
@@ -122,10 +141,10 @@ fn stamps(time: &Variable, settings: &Settings) -> Result<Stamps, Error> {
         unit: unit.to_string(),
         first: String::new(),
         seconds: Column::from_slice(&seconds),
-        resolution_s: match time.epsilon {
+        resolution: Resolution::fixed(match time.epsilon {
             1.0 => scale, // integers
             epsilon => epsilon * largest * scale,
-        },
+        }),
     })
 }
 

@@ -2,6 +2,11 @@
 
 use crate::base::mat5::read::{Array, Contents};
 
+/// What stands before the last dot of a name: fields of one structure share it.
+pub(super) fn parent(name: &str) -> &str {
+    name.rsplit_once('.').map_or("", |(parent, _)| parent)
+}
+
 /// Numbers with a name.
 #[derive(Debug)]
 pub(super) struct Variable {
@@ -20,9 +25,9 @@ pub(super) struct Variable {
 }
 
 impl Variable {
-    /// What stands before the last dot: fields of one structure share it.
+    /// The structure it is a field of.
     pub fn parent(&self) -> &str {
-        self.name.rsplit_once('.').map_or("", |(parent, _)| parent)
+        parent(&self.name)
     }
 
     /// The last part of the name, small letters and digits alone: `Time_Sample_Rate` is `timesamplerate`.

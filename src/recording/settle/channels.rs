@@ -7,6 +7,7 @@ use crate::recording::calibrate::{self, Calibration};
 use crate::recording::names;
 use crate::recording::raw::{Clock, Group, Raw, RawChannel};
 use crate::recording::settings::{ChannelSettings, Settings};
+use crate::recording::stated_rates::candidates;
 
 /// The group that holds the channels asked for, those in the order asked for.
 pub(super) fn choose(raw: &mut Raw, settings: &Settings) -> Result<Group, Error> {
@@ -127,7 +128,9 @@ fn no_samples(raw: &Raw) -> Error {
 
 /// Groups of one length, rate and beginning were sampled together, whatever the file makes of it.
 fn same_clock(one: &Group, two: &Group) -> bool {
-    let rate = |c: &Clock| c.header_rate.as_ref().map(|r| r.0);
+    fn rates(clock: &Clock) -> impl Iterator<Item = f64> {
+        candidates(&clock.stated_rates).map(|r| r.hertz)
+    }
     let first = |c: &Clock| {
         let written = c.stamps.as_ref().map(|s| s.first.clone());
         let number = written
@@ -142,7 +145,7 @@ fn same_clock(one: &Group, two: &Group) -> bool {
         Some((end[0], seconds.len() as f64))
     };
     one.rows() == two.rows()
-        && rate(&one.clock) == rate(&two.clock)
+        && rates(&one.clock).eq(rates(&two.clock))
         && ends(&one.clock) == ends(&two.clock)
         && first(&one.clock) == first(&two.clock)
         && one.clock.start == two.clock.start

@@ -12,11 +12,18 @@ use crate::recording::time_base::{Spacing, TimeBase};
 
 impl Settled {
     pub(super) fn say_gaps(&mut self, base: &TimeBase, settings: &Settings) {
-        if let Spacing::Rounded { resolution_s } = base.spacing {
-            let message = format!(
-                "time stamps are rounded to {}: samples are taken as evenly spaced",
-                crate::base::units::seconds(resolution_s)
-            );
+        if let Spacing::Rounded {
+            resolution_s,
+            digits,
+        } = base.spacing
+        {
+            let unit = crate::base::units::seconds(resolution_s);
+            let rounded = match digits {
+                Some(digits) => format!("{digits} significant digits, {unit} at the coarsest"),
+                None => unit,
+            };
+            let message =
+                format!("time stamps are rounded to {rounded}: samples are taken as evenly spaced");
             self.warnings.push(Warning {
                 code: "time-rounded",
                 message,

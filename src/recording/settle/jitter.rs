@@ -1,20 +1,17 @@
 //! Jittered rows resampled onto even steps.
 
-use super::{SAME_RATE, Settled};
+use super::Settled;
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
 use crate::recording::column::Column;
+use crate::recording::raw::Stamps;
 use crate::recording::resample::{self, Grid};
+use crate::recording::stated_rates::SAME_RATE;
 use crate::recording::time_base::{Spacing, TimeBase};
 
 impl Settled {
     /// Resamples jittered rows.
-    pub(super) fn even_out(
-        &mut self,
-        base: &TimeBase,
-        seconds: &Column,
-        resolution_s: f64,
-    ) -> Result<(), Error> {
+    pub(super) fn even_out(&mut self, base: &TimeBase, stamps: &Stamps) -> Result<(), Error> {
         let Spacing::Jittered {
             rms_s,
             most_s,
@@ -23,7 +20,8 @@ impl Settled {
         else {
             return Ok(());
         };
-        let rate = self.rate_hz;
+        let (rate, seconds) = (self.rate_hz, &stamps.seconds);
+        let resolution_s = stamps.resolution.at(0.0);
         let longest = base
             .stretches
             .iter()

@@ -22,9 +22,6 @@ mod rate;
 /// Samples handled at a time.
 const BLOCK: usize = 1 << 16;
 
-/// Rates that differ by more than this say different things.
-const SAME_RATE: f64 = 1e-3;
-
 /// Places closer to a whole step than this are on it.
 const WHOLE: f64 = 1e-3;
 
@@ -47,14 +44,17 @@ pub fn settle(raw: Raw, settings: &Settings) -> Result<Recording, Error> {
 fn settled(mut raw: Raw, settings: &Settings) -> Result<Recording, Error> {
     let group = channels::choose(&mut raw, settings)?;
     let calibrations = channels::calibrations(&group.channels, settings)?;
-    let base = match &group.clock.stamps {
-        // A stated rate needs no stamps, unless they are asked for.
-        Some(stamps) if !matches!(settings.rate, Some(RateSource::Hertz(_))) => {
-            Some(time_base::examine(&group.clock, stamps)?)
-        }
-        _ => None,
+    let stamps = group.clock.stamps.as_ref();
+    let examined = stamps.map(|stamps| time_base::examine(&group.clock, stamps));
+    // A stated rate needs no stamps: it is compared with those that can be read.
+    let is_stated = matches!(settings.rate, Some(RateSource::Hertz(_)));
+    let (base, compared) = match is_stated {
+        true => (None, examined.and_then(Result::ok)),
+        false => (examined.transpose()?, None),
     };
     let (rate_hz, rate_source) = rate::rate(&group, base.as_ref(), settings)?;
+    let compared = base.as_ref().or(compared.as_ref());
+    (raw.warnings).extend(rate::contradicted(&group, compared, rate_hz, settings));
     let rows = group.rows();
     let stated = group.clock.header_samples.filter(|&n| n > rows);
     if let Some(stated) = stated
@@ -88,7 +88,7 @@ fn settled(mut raw: Raw, settings: &Settings) -> Result<Recording, Error> {
     };
     if let (Some(base), Some(stamps)) = (&base, &group.clock.stamps) {
         settled.say_gaps(base, settings);
-        settled.even_out(base, &stamps.seconds, stamps.resolution_s)?;
+        settled.even_out(base, stamps)?;
     }
     let empty = settled.empty_channels()?;
     if let Some(at) = empty

@@ -1,22 +1,25 @@
-//! The sample rate: as stated, by the header, or by the time stamps.
+//! The sample rate: as stated by the user, by the file, or by the time stamps; what contradicts it.
 
-use super::SAME_RATE;
 use crate::base::code::Code;
-use crate::base::error::Error;
+use crate::base::error::{Error, Warning};
 use crate::recording::raw::Group;
 use crate::recording::settings::{RateSource, Settings};
+use crate::recording::stated_rates::{self, StatedRate, differ};
 use crate::recording::time_base::{Spacing, TimeBase};
 
 /// Rates that a recorder may have, Hz: a sample in thirty thousand years to one in the time light takes for a third of a millimetre.
 const RATES: std::ops::RangeInclusive<f64> = 1e-12..=1e12;
 
-/// The rate within [`RATES`], Hz, and where it comes from in words.
+/// Standard deviations of the rate by the stamps that another rate may be off.
+const DEVIATIONS: f64 = 3.0;
+
+/// The rate within [`RATES`], Hz, and where it comes from in words; `base` is the clock by the stamps, where it can be examined.
 pub(super) fn rate(
     group: &Group,
     base: Option<&TimeBase>,
     settings: &Settings,
 ) -> Result<(f64, String), Error> {
-    let (rate_hz, source) = said(group, base, settings)?;
+    let (rate_hz, source) = chosen(group, base, settings)?;
     if !RATES.contains(&rate_hz) {
         return Err(no_rate(rate_hz, &format!(" {source}")));
     }
@@ -24,12 +27,11 @@ pub(super) fn rate(
 }
 
 /// The rate, and where it comes from in words.
-fn said(
+fn chosen(
     group: &Group,
     base: Option<&TimeBase>,
     settings: &Settings,
 ) -> Result<(f64, String), Error> {
-    let header = group.clock.header_rate.as_ref();
     let by_stamps = |base: &TimeBase| {
         let rows = group.rows();
         let how = match base.spacing {
@@ -38,39 +40,96 @@ fn said(
         };
         (base.rate_hz, format!("{how} over {rows} stamps"))
     };
-    if let (Some(RateSource::Header), _, None) | (None, None, None) = (settings.rate, base, header)
-        && let Some(unread) = &group.clock.unread_rate
-    {
-        return Err(unread.clone());
-    }
-    match (settings.rate, base, header) {
-        (Some(RateSource::Hertz(rate)), _, _) => Ok((rate, "as stated".to_string())),
-        (Some(RateSource::Time), Some(base), _) => Ok(by_stamps(base)),
-        (Some(RateSource::Time), None, _) => {
+    match (settings.rate, base) {
+        (Some(RateSource::Hertz(rate)), _) => Ok((rate, "as stated".to_string())),
+        (Some(RateSource::Time), Some(base)) => Ok(by_stamps(base)),
+        (Some(RateSource::Time), None) => {
             let message = "the log has no time stamps to take the rate from";
             Err(Error::new(Code::RateUnknown, message).hint("state it: --rate HZ"))
         }
-        (Some(RateSource::Header), _, Some((rate, key))) => {
-            Ok((*rate, format!("as the header says ({key})")))
+        (None, Some(base)) => {
+            let rates = &group.clock.stated_rates;
+            let of_samples: Vec<&StatedRate> = rates.iter().filter(|r| !r.is_bare).collect();
+            let off = |r: &&StatedRate| differs_from_stamps(r.hertz, base);
+            match !of_samples.is_empty() && of_samples.iter().all(off) {
+                true => Err(disagree(group, base)),
+                false => Ok(by_stamps(base)),
+            }
         }
-        (Some(RateSource::Header), _, None) => {
-            let message = "the header of the log states no sample rate";
-            Err(Error::new(Code::RateUnknown, message)
-                .hint("--rate-from time, or state it: --rate HZ"))
-        }
-        (None, Some(base), Some((rate, key)))
-            if (rate / base.rate_hz - 1.0).abs() > SAME_RATE.max(3.0 * base.rate_std) =>
-        {
-            Err(disagree(group, base, *rate, key))
-        }
-        (None, Some(base), _) => Ok(by_stamps(base)),
-        (None, None, Some((rate, key))) => Ok((*rate, format!("as the header says ({key})"))),
-        (None, None, None) => {
-            let message = "the log has neither time stamps nor a sample rate in its header";
-            let hint = "state it: --rate HZ, or rate = \"… Hz\" in the sidecar";
-            Err(Error::new(Code::RateUnknown, message).hint(hint))
-        }
+        (Some(RateSource::Header), _) => by_header(group, true),
+        (None, None) => by_header(group, false),
     }
+}
+
+/// The rate that the file states; a bare `rate` where it is `named` by the user.
+fn by_header(group: &Group, named: bool) -> Result<(f64, String), Error> {
+    if let Some(rate) = stated_rates::agreed(&group.clock.stated_rates, named)? {
+        return Ok((rate.hertz, format!("as the header says ({})", rate.key)));
+    }
+    if let Some(unread) = &group.clock.unread_rate {
+        return Err(unread.clone());
+    }
+    let (message, hint) = match named {
+        true => (
+            "the header of the log states no sample rate",
+            "--rate-from time, or state it: --rate HZ",
+        ),
+        false => (
+            "the log has neither time stamps nor a sample rate in its header",
+            "state it: --rate HZ, or rate = \"… Hz\" in the sidecar",
+        ),
+    };
+    Err(Error::new(Code::RateUnknown, message).hint(hint))
+}
+
+fn differs_from_stamps(rate_hz: f64, base: &TimeBase) -> bool {
+    differ(rate_hz, base.rate_hz, DEVIATIONS * base.rate_std)
+}
+
+/// The warning of rates that contradict the one taken, unless the user chose between them (`--rate-from`).
+pub(super) fn contradicted(
+    group: &Group,
+    base: Option<&TimeBase>,
+    taken_hz: f64,
+    settings: &Settings,
+) -> Option<Warning> {
+    let is_stated = match settings.rate {
+        Some(RateSource::Time | RateSource::Header) => return None,
+        Some(RateSource::Hertz(_)) => true,
+        None => false,
+    };
+    let stated = group.clock.stated_rates.iter();
+    let mut others: Vec<String> = stated
+        .filter(|r| {
+            differ(
+                r.hertz,
+                taken_hz,
+                base.map_or(0.0, |b| DEVIATIONS * b.rate_std),
+            )
+        })
+        .map(|r| format!("`{}` says {} Hz", r.key, short(r.hertz)))
+        .collect();
+    if let Some(base) = base.filter(|base| differs_from_stamps(taken_hz, base)) {
+        others.push(format!("the time stamps say {} Hz", short(base.rate_hz)));
+    }
+    let hint = match is_stated {
+        true => "leave --rate out to take the rate of the log, or check the unit of its times",
+        false => "if the rate taken is wrong, state it: --rate HZ",
+    };
+    (!others.is_empty()).then(|| Warning {
+        code: "rate-disagrees",
+        message: format!(
+            "the rate taken is {} Hz, but {}",
+            short(taken_hz),
+            others.join(" and ")
+        ),
+        hint: Some(hint.to_string()),
+    })
+}
+
+/// A rate to a millionth of a hertz.
+fn short(rate_hz: f64) -> f64 {
+    (rate_hz * 1e6).round() / 1e6
 }
 
 /// The error of a rate that no recorder has.
@@ -84,15 +143,19 @@ fn no_rate(rate_hz: f64, source: &str) -> Error {
         .hint("look at the unit of the rate, or of the time stamps")
 }
 
-/// The three ways to the rate, shown side by side.
-fn disagree(group: &Group, base: &TimeBase, header: f64, key: &str) -> Error {
+/// The error of stamps that contradict every rate the file states.
+fn disagree(group: &Group, base: &TimeBase) -> Error {
     let rows = group.rows();
-    let stated = group.clock.header_samples.filter(|&n| n != rows);
-    let counts = stated.map_or(String::new(), |n| {
+    let samples = group.clock.header_samples.filter(|&n| n != rows);
+    let counts = samples.map_or(String::new(), |n| {
         format!("; the header speaks of {n} samples, the file holds {rows}")
     });
+    let stated: Vec<String> = stated_rates::candidates(&group.clock.stated_rates)
+        .map(|r| format!("the header ({}) says {} Hz", r.key, r.hertz))
+        .collect();
     let message = format!(
-        "the header ({key}) says {header} Hz, the time stamps say {:.6} Hz{counts}",
+        "{}, the time stamps say {:.6} Hz{counts}",
+        stated.join(", "),
         base.rate_hz
     );
     Error::new(Code::RateDisagrees, message)

@@ -5,6 +5,7 @@ use std::io::{Cursor, Read};
 use super::column::Column;
 use super::raw::{Clock, Group, Layout, Raw, RawChannel, Repair, Stamps};
 use super::settings::Settings;
+use super::stated_rates::agreed;
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors, Warning};
 use crate::base::place::Place;
@@ -79,7 +80,7 @@ pub fn read(path: &str, mut reader: impl Read, settings: &Settings) -> Result<Ra
         .collect();
     let said = preamble::read(&above, layout.marks);
     let rows = lines.get(layout.first..).unwrap_or(&[]);
-    let rate = said.rate.as_ref().map(|r| r.0);
+    let rate = agreed(&said.rates, false).ok().flatten().map(|r| r.hertz);
     let mut plan = columns::plan(&header, &layout.kinds, layout.marks, rows, rate, settings)?;
     let start = head
         .starts
@@ -91,7 +92,7 @@ pub fn read(path: &str, mut reader: impl Read, settings: &Settings) -> Result<Ra
     let ends = memchr::memchr2_iter(b'\n', b'\r', above);
     let pairs = memchr::memmem::find_iter(above, b"\r\n").count();
     let line = 1 + ends.count() - pairs;
-    let body = body::Reader::new(path, &mut plan, layout.marks, coding, line).run(
+    let body = body::Reader::new(path, &mut plan, layout.marks, coding, above, line).run(
         &head.bytes[start..],
         head.whole,
         &mut stream,
@@ -148,7 +149,7 @@ fn head(
         return Err(Error::new(Code::EmptyLog, format!("{path} {message}"))
             .hint("record again, or look whether the export was finished"));
     }
-    refuse_binary(path, &bytes)?;
+    refuse_binary(path, &bytes, whole)?;
     let mut starts = Vec::new();
     let mut at = 0;
     while let Some(length) = end_of_line(&bytes[at..]) {
@@ -217,12 +218,15 @@ fn split(text: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-fn refuse_binary(path: &str, bytes: &[u8]) -> Result<(), Error> {
+fn refuse_binary(path: &str, bytes: &[u8], is_whole: bool) -> Result<(), Error> {
     let strange = |b: &&u8| **b < 9 || (14..=31).contains(*b) && **b != 26;
-    let taste = &bytes[..bytes.len().min(TASTE)];
+    // NUL bytes at the end of a file are storage that was never written.
+    let end = bytes.iter().rposition(|b| *b != 0).map_or(0, |at| at + 1);
+    let text = if is_whole { &bytes[..end] } else { bytes };
+    let taste = &text[..text.len().min(TASTE)];
     let n = taste.iter().filter(strange).count();
-    // A stray control sign may stand in a note; one in two hundred does not.
-    if 200 * n <= taste.len() && !taste.contains(&0) {
+    // A stray control sign may stand in a note; one in two hundred does not. Lines with NUL bytes are refused where rows are read.
+    if 200 * n <= taste.len() && end > 0 {
         return Ok(());
     }
     let shown: Vec<String> = bytes.iter().take(16).map(|b| format!("{b:02x}")).collect();
@@ -484,6 +488,18 @@ fn assemble(
             ),
         );
     }
+    if let Some((line, text)) = &body.cut {
+        let text = crate::base::units::shortened(text.trim());
+        let message = format!("the last row, line {line}, breaks off and is left out: \"{text}\"");
+        note(raw, "row-incomplete", message);
+    }
+    if let Some((count, first)) = body.repeated {
+        let message = format!(
+            "{} of the header repeated between the rows passed over, the first line {first}: rows on either side are joined, and only time stamps tell what passed",
+            counted(count, "line")
+        );
+        note(raw, "header-repeated", message);
+    }
     if body.only_time > 0 {
         note(
             raw,
@@ -528,7 +544,7 @@ fn assemble(
                     unit: sink.unit.clone(),
                     first: reader.start.clone(),
                     seconds: filled.samples,
-                    resolution_s: reader.resolution_s(),
+                    resolution: reader.resolution(),
                 });
             }
             None => group
@@ -541,7 +557,7 @@ fn assemble(
         let start = group.clock.start.take();
         group.clock = Clock {
             stamps: group.clock.stamps.take(),
-            header_rate: said.rate.clone(),
+            stated_rates: said.rates.clone(),
             unread_rate: None,
             header_samples: said.samples,
             start: start.or_else(|| said.start.clone()),

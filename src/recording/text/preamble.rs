@@ -3,14 +3,15 @@
 use super::cells::{self, Cells, Marks};
 use crate::base::error::Warning;
 use crate::recording::names;
+use crate::recording::stated_rates::StatedRate;
 
 /// What the preamble says.
 #[derive(Debug, Default)]
 pub struct Preamble {
     /// Keys and values as written.
     pub facts: Vec<(String, String)>,
-    /// Sample rate, Hz, and the key that states it.
-    pub rate: Option<(f64, String)>,
+    /// Every sample rate that a line states.
+    pub rates: Vec<StatedRate>,
     /// A sample rate that is stated and cannot be read, where no other is.
     pub unread: Option<Unread>,
     /// Stated number of samples.
@@ -70,6 +71,9 @@ const RATES: &[&str] = &[
     "采样速率",
     "частота дискретизации",
 ];
+
+/// Key of a sample rate or of the speed of a shaft, folded.
+const BARE_RATE: &str = "rate";
 
 /// Keys of the time between samples, folded.
 const INTERVALS: &[&str] = &[
@@ -392,7 +396,7 @@ impl Preamble {
     fn learn(&mut self, line: usize, key: &str, value: &str, decimal: u8) {
         match rate_of(key, value, decimal) {
             Some(Ok(rate)) => self.note_rate(rate, key),
-            Some(Err(message)) if self.rate.is_none() && self.unread.is_none() => {
+            Some(Err(message)) if self.rates.is_empty() && self.unread.is_none() => {
                 self.unread = Some(Unread { line, message });
             }
             _ => {}
@@ -411,36 +415,24 @@ impl Preamble {
         }
     }
 
-    /// Keeps the first rate; another one that differs is a doubt, and so is one that is a thousand times another by its mark.
+    /// Keeps a rate; one that is a thousand times another by its mark gets a warning.
     fn note_rate(&mut self, rate: Rate, key: &str) {
-        // The same tolerance by which stamps and header are compared.
-        const SAME: f64 = 1e-3;
         let hertz = rate.hertz;
-        match &self.rate {
-            None => {
-                self.rate = Some((hertz, key.to_string()));
-                self.unread = None;
-                if let Some((digits, other)) = rate.doubt {
-                    self.warnings.push(Warning {
-                        code: "header-rate-mark",
-                        message: format!(
-                            "`{key}` states {digits}: its mark is taken for that of thousands, since it is not the decimal mark of the file, and the rate for {hertz} Hz, not {other} Hz"
-                        ),
-                        hint: Some(format!("say so if it is not: --rate \"{other} Hz\"")),
-                    });
-                }
-            }
-            Some((first, name)) if (first - hertz).abs() > SAME * first => {
-                self.warnings.push(Warning {
-                    code: "header-rates-differ",
-                    message: format!(
-                        "`{name}` states {first} Hz and `{key}` {hertz} Hz; `{name}` is taken"
-                    ),
-                    hint: Some("state the rate: --rate".into()),
-                });
-            }
-            Some(_) => {}
+        if let (Some((digits, other)), true) = (rate.doubt, self.rates.is_empty()) {
+            self.warnings.push(Warning {
+                code: "header-rate-mark",
+                message: format!(
+                    "`{key}` states {digits}: its mark is taken for that of thousands, since it is not the decimal mark of the file, and the rate for {hertz} Hz, not {other} Hz"
+                ),
+                hint: Some(format!("say so if it is not: --rate \"{other} Hz\"")),
+            });
         }
+        self.unread = None;
+        self.rates.push(StatedRate {
+            hertz,
+            key: key.to_string(),
+            is_bare: rate.is_bare,
+        });
     }
 }
 
@@ -449,6 +441,8 @@ struct Rate {
     hertz: f64,
     /// The digits as written, and the rate with their mark as the decimal one, where that may be meant.
     doubt: Option<(String, f64)>,
+    /// The key is [`BARE_RATE`], and no unit speaks of samples.
+    is_bare: bool,
 }
 
 /// The sample rate a key states, or why it cannot be read; nothing where the key is none of a rate, or no digit stands behind it.
@@ -499,8 +493,10 @@ fn read_rate(
         return Err(format!("`{key}` states {value}, which no sample rate is"));
     }
     let other = found.smaller.and_then(hertz);
+    let speaks_of_samples = !unit.is_empty() && !unit.to_lowercase().ends_with("hz");
     Ok(Rate {
         hertz: rate,
+        is_bare: folded(key).0.eq_ignore_ascii_case(BARE_RATE) && !speaks_of_samples,
         doubt: other.map(|other| (found.digits.to_string(), other)),
     })
 }
@@ -534,10 +530,10 @@ mod tests {
             ("fs 5000 Hz", 5000.0),
         ];
         for (line, rate) in cases {
-            let found = read(&[(1, line)], COMMA).rate;
-            let close = |r: f64| (r - rate).abs() < 1e-9 * rate;
+            let found = read(&[(1, line)], COMMA).rates;
+            let close = |r: &StatedRate| (r.hertz - rate).abs() < 1e-9 * rate;
             assert!(
-                found.clone().is_some_and(|f| close(f.0)),
+                found.iter().all(close) && found.len() == 1,
                 "{line}: {found:?}"
             );
         }
@@ -548,14 +544,11 @@ mod tests {
             "heart rate: 60",
         ] {
             assert_eq!(read(&[(1, line)], COMMA).unread, None, "{line}");
-            assert_eq!(read(&[(1, line)], COMMA).rate, None, "{line}");
+            assert_eq!(read(&[(1, line)], COMMA).rates, [], "{line}");
         }
-        assert_eq!(
-            read(&[(1, "fs: 100"), (2, "dt: 0.02")], COMMA)
-                .warnings
-                .len(),
-            1
-        );
+        let bare = |line| read(&[(1, line)], COMMA).rates[0].is_bare;
+        assert!(bare("rate: 25") && bare("Rate (Hz): 25"));
+        assert!(!bare("rate: 25 S/s") && !bare("sample rate: 25"));
     }
 
     /// Thousands by the file's decimal mark; a rate that may be a thousand times another is doubted.
@@ -587,8 +580,8 @@ mod tests {
             let line = format!("Sample rate: {text}");
             let found = read(&[(1, &line)], marks);
             let close = |r: f64| (r / rate - 1.0).abs() < 1e-12;
-            let is = found.rate.as_ref().is_some_and(|f| close(f.0));
-            assert!(is, "{text} {decimal}: {:?}", found.rate);
+            let is = found.rates.first().is_some_and(|r| close(r.hertz));
+            assert!(is, "{text} {decimal}: {:?}", found.rates);
             assert_eq!(!found.warnings.is_empty(), doubted, "{text} {decimal}");
         }
     }
@@ -613,7 +606,7 @@ mod tests {
         ] {
             let line = format!("Sample rate: {text}");
             let found = read(&[(7, &line)], COMMA);
-            assert_eq!(found.rate, None, "{text}");
+            assert_eq!(found.rates, [], "{text}");
             assert_eq!(found.unread.map(|u| u.line), Some(7), "{text}");
         }
     }

@@ -1,6 +1,7 @@
 //! Time stamps of rows: seconds and their parts, date and time, clock; to seconds since the first, exactly.
 
 use super::cells;
+use crate::recording::resolution::Resolution;
 
 /// A date and time as written.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -246,10 +247,10 @@ pub struct Reader {
     /// Days and seconds carried over midnight by a clock without date.
     wrapped: i64,
     last: i64,
-    /// One unit of the last digit, by plain numbers and by numbers with exponents, in their unit.
+    /// One unit of the finest digit, in the unit of the stamps.
     finest: f64,
-    coarsest: f64,
-    plain: bool,
+    /// The most significant digits of a number.
+    digits: u32,
     /// The first stamp as written.
     pub start: String,
 }
@@ -275,25 +276,23 @@ impl Reader {
             wrapped: 0,
             last: 0,
             finest: f64::INFINITY,
-            coarsest: 0.0,
-            plain: false,
+            digits: 0,
             start: String::new(),
         }
     }
 
-    /// One unit of the last digit written, s.
-    pub fn resolution_s(&self) -> f64 {
-        // Plain numbers may drop zeros at their end, so the finest digit counts; exponents carry a fixed number of digits.
-        let last = if self.plain {
-            self.finest
-        } else {
-            self.coarsest
+    /// What the last digit written is worth: numbers may drop zeros at their end, so the most digits of any count.
+    pub fn resolution(&self) -> Resolution {
+        let finest_s = match self.finest.is_finite() {
+            true => self.finest * self.unit_s,
+            false => 0.0,
         };
-        if last.is_finite() {
-            last * self.unit_s
-        } else {
-            0.0
-        }
+        let first = match self.first {
+            Some(First::Exact(digits, after)) => digits as f64 / power_of_ten(after),
+            Some(First::Float(first)) => first,
+            Some(First::Clock(..)) | None => return Resolution::fixed(finest_s),
+        };
+        Resolution::of_digits(finest_s, self.digits as i32, first, self.unit_s)
     }
 
     /// The day and the month of the first stamp may stand either way round, and no other one tells.
@@ -324,8 +323,9 @@ impl Reader {
         let Some((digits, after)) = exact(cell, self.decimal) else {
             return self.float(cell);
         };
-        self.plain = true;
         self.finest = self.finest.min(power_of_ten(-after));
+        let count = digits.unsigned_abs().checked_ilog10().map_or(0, |n| n + 1);
+        self.digits = self.digits.max(count);
         let since = match *self.first.get_or_insert(First::Exact(digits, after)) {
             First::Exact(first, first_after) => difference(digits, after, first, first_after),
             First::Float(first) => digits as f64 / power_of_ten(after) - first,
@@ -341,9 +341,11 @@ impl Reader {
             _ => return Err(Trouble::NotAStamp),
         };
         let last = last_digit(cell, self.decimal);
-        self.finest = self.finest.min(last);
+        // Zero has no significant digit, and its last one says nothing of those of others.
         if value != 0.0 {
-            self.coarsest = self.coarsest.max(last);
+            self.finest = self.finest.min(last);
+            let count = 1.0 + value.abs().log10().floor() - last.log10().round();
+            self.digits = self.digits.max(count.clamp(1.0, 18.0) as u32);
         }
         let since = match *self.first.get_or_insert(First::Float(value)) {
             First::Float(first) => value - first,
@@ -356,7 +358,6 @@ impl Reader {
     fn clock(&mut self, cell: &[u8]) -> Result<f64, Trouble> {
         let written = written(cell).ok_or(Trouble::NotAStamp)?;
         let nano = written.clock.unwrap_or(0);
-        self.plain = true;
         let digit = match written.clock {
             Some(_) => power_of_ten(-(written.digits as i32)),
             None => DAY_S as f64,
@@ -527,7 +528,7 @@ mod tests {
         seconds(Form::DateTime, 1.0, &[a, b])[1] / 86_400.0
     }
 
-    /// The last digit written is the resolution: the finest of plain numbers, the coarsest of those with exponents.
+    /// The last digit written is the resolution: the finest of numbers with as many decimals, else the last significant one.
     #[test]
     fn exact_resolution_from_the_digits() {
         let resolution = |form, cells: &[&str]| {
@@ -535,10 +536,12 @@ mod tests {
             cells
                 .iter()
                 .for_each(|c| assert!(reader.seconds(c.as_bytes()).is_ok()));
-            reader.resolution_s()
+            let resolution = reader.resolution();
+            let last = reader.seconds(cells[cells.len() - 1].as_bytes());
+            resolution.at(last.unwrap().unwrap())
         };
         assert_eq!(
-            resolution(Form::Decimal, &["0.0", "0.002352083", "0.5"]),
+            resolution(Form::Decimal, &["0.0", "0.002352083", "0.500000001"]),
             1e-9
         );
         assert_eq!(

@@ -10,8 +10,10 @@ use crate::base::units;
 use crate::numeric::Complex;
 use crate::recording::column::Column;
 use crate::recording::raw::{Clock, Group, Raw, RawChannel, Stamps, rate_of_step};
+use crate::recording::resolution::Resolution;
 use crate::recording::responses::{FrequencyResponse, FrequencyResponses, Spectrum, Terminal};
 use crate::recording::settings::Settings;
+use crate::recording::stated_rates::StatedRate;
 
 /// The increment in the header has six digits or more.
 const INCREMENT: f64 = 1e-5;
@@ -102,10 +104,10 @@ impl Context {
         let mut same = None;
         if header.is_even {
             let increment = header.step * scale;
-            clock.header_rate = Some(rate(&header, increment));
+            clock.stated_rates = vec![rate(&header, increment)];
             same = raw.groups.iter().position(|group| {
                 let channel = group.channels.first();
-                group.clock.header_rate == clock.header_rate
+                group.clock.stated_rates == clock.stated_rates
                     && group.clock.header_samples == clock.header_samples
                     && channel.is_some_and(|c| c.samples.len() == values.re.len())
             });
@@ -123,11 +125,12 @@ impl Context {
                 first: String::new(),
                 seconds: Column::from_slice(&seconds),
                 // Six digits in text, single precision in bytes.
-                resolution_s: if header.ordinate_kind.is_double && set.is_binary {
-                    f64::EPSILON * largest * scale
-                } else {
-                    10.0_f64.powf(largest.log10().floor() - 5.0) * scale
-                },
+                resolution: Resolution::fixed(
+                    match header.ordinate_kind.is_double && set.is_binary {
+                        true => f64::EPSILON * largest * scale,
+                        false => 10.0_f64.powf(largest.log10().floor() - 5.0) * scale,
+                    },
+                ),
             });
         }
         let channel = RawChannel {
@@ -201,7 +204,7 @@ impl Context {
 }
 
 /// The rate by the increment, Hz; by the line that states it with more digits where the two agree.
-fn rate(header: &Header, increment: f64) -> (f64, String) {
+fn rate(header: &Header, increment: f64) -> StatedRate {
     let (before, after) = codes::RATE_LINE;
     let stated = header.ids[3]
         .strip_prefix(before)
@@ -209,9 +212,9 @@ fn rate(header: &Header, increment: f64) -> (f64, String) {
     let stated: Option<f64> = stated.and_then(|rate| rate.parse().ok());
     match stated {
         Some(rate) if (rate * increment - 1.0).abs() < INCREMENT => {
-            (rate, "header line 4".to_string())
+            StatedRate::of_samples(rate, "header line 4")
         }
-        _ => (rate_of_step(increment), "abscissa increment".to_string()),
+        _ => StatedRate::of_samples(rate_of_step(increment), "abscissa increment"),
     }
 }
 

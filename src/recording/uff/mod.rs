@@ -83,6 +83,7 @@ pub fn read(path: &str, bytes: &[u8], settings: &Settings) -> Result<Raw, Errors
             Code::EmptyLog,
             format!("the UFF file holds no data set 58 with values; it holds {held}"),
         )
+        .hint("signals and frequency responses are in data sets 58: export these as well")
         .into());
     }
     assemble::assemble(reader.sets, is_si, settings, &mut raw)?;

@@ -110,8 +110,68 @@ impl Quadrature {
     pub fn curve(&self, lines_per_turn: usize) -> Result<AngleCurve, Error> {
         check_count(lines_per_turn, 1, "the number of lines a turn")?;
         let step = TAU / (4.0 * lines_per_turn as f64);
-        let angle = self.boundary.iter().map(|&c| step * c as f64).collect();
-        AngleCurve::new(self.time_s.clone(), angle)
+        let (time_s, angle) = self
+            .passages()
+            .into_iter()
+            .map(|(time, boundary)| (time, step * boundary as f64))
+            .unzip();
+        AngleCurve::new(time_s, angle)
+    }
+
+    /// When each boundary was passed for good. Boundaries passed back and forth by a count or two are noise at an edge: of the first it
+    /// is the last passage, before which the shaft was at rest, of the last the first one, of those between the middle. Events of a
+    /// shaft that turned back farther are returned as they are.
+    fn passages(&self) -> Vec<(f64, i64)> {
+        /// Counts back that are no noise.
+        const TURNED_BACK: i64 = 3;
+        struct Passage {
+            first: f64,
+            last: f64,
+            boundary: i64,
+            times: usize,
+        }
+        let mut all: Vec<Passage> = Vec::new();
+        let mut highest = i64::MIN;
+        for (&time, &boundary) in self.time_s.iter().zip(&self.boundary) {
+            highest = highest.max(boundary);
+            if highest - boundary >= TURNED_BACK {
+                return self
+                    .time_s
+                    .iter()
+                    .copied()
+                    .zip(self.boundary.iter().copied())
+                    .collect();
+            }
+            // Boundaries above this one were passed back.
+            while all.last().is_some_and(|p| p.boundary > boundary) {
+                all.pop();
+            }
+            match all.last_mut() {
+                Some(same) if same.boundary == boundary => {
+                    same.last = time;
+                    same.times += 1;
+                }
+                _ => all.push(Passage {
+                    first: time,
+                    last: time,
+                    boundary,
+                    times: 1,
+                }),
+            }
+        }
+        // Passed an even number of times, a boundary was not left behind.
+        all.retain(|p| p.times % 2 == 1);
+        let end = all.len().saturating_sub(1);
+        let time = |(at, p): (usize, &Passage)| match at {
+            0 => p.last,
+            at if at == end => p.first,
+            _ => 0.5 * (p.first + p.last),
+        };
+        let times: Vec<f64> = all.iter().enumerate().map(time).collect();
+        times
+            .into_iter()
+            .zip(all.iter().map(|p| p.boundary))
+            .collect()
     }
 }
 
@@ -136,6 +196,13 @@ mod tests {
             assert!((expected - *c as f64).abs() < 2e-3, "{expected} {c}");
         }
         assert!(found.curve(100).is_err()); // it turned back
+        // A single count back at a boundary is noise.
+        let noisy = Quadrature {
+            time_s: vec![0.0, 0.1, 0.2, 1.0, 2.0, 2.2, 2.4, 3.0, 3.1],
+            boundary: vec![1, 1, 1, 2, 3, 3, 3, 4, 4],
+            doubtful: 0,
+        };
+        assert_eq!(noisy.passages(), [(0.2, 1), (1.0, 2), (2.0, 3)]);
         let steady = |shift: f64| -> Vec<f64> {
             (0..2000)
                 .map(|j| (0.1 * f64::from(j) - TAU * shift).sin())

@@ -4,8 +4,9 @@ use std::f64::consts::TAU;
 
 use super::amplification::{EXPLICIT, amplification, polynomial};
 use crate::base::code::Code;
-use crate::base::error::Error;
+use crate::base::error::{Error, Warning};
 use crate::numeric::Complex;
+use crate::plan::linear_stability;
 use crate::plan::prepared::Prepared;
 use crate::plan::run;
 use crate::plan::stages::{DENSE, Plan};
@@ -25,6 +26,10 @@ pub struct Facts {
     pub slowest: f64,
     /// Explicit methods and the longest step with which no mode grows that should not, s.
     pub limits: Vec<(&'static str, f64)>,
+    /// The speed whose gyroscopic, centripetal and circulatory terms are counted, rad/s; absent where there are none, or no speed.
+    pub speed: Option<f64>,
+    /// Roots that grow, terms that were left out.
+    pub warnings: Vec<Warning>,
 }
 
 impl Facts {
@@ -49,11 +54,11 @@ impl Facts {
     }
 }
 
-/// Finds the linear facts.
+/// Finds the linear facts, at a speed of the first node of `[speed]`, rad/s, by default at that of the file.
 ///
 /// # Errors
 /// `Hopeless` where not all modes would be found; those of complex modes.
-pub fn facts(prepared: &Prepared) -> Result<Facts, Error> {
+pub fn facts(prepared: &Prepared, speed: Option<f64>) -> Result<Facts, Error> {
     let n = prepared.linear.n;
     if n > DENSE {
         let message = format!(
@@ -62,8 +67,12 @@ pub fn facts(prepared: &Prepared) -> Result<Facts, Error> {
         let hint = "reduce the model (`modes --reduce` shows what that costs); `simulate --step` tells how long a step may be";
         return Err(Error::new(Code::Hopeless, message).hint(hint));
     }
+    let machine = &prepared.machine;
+    let stated = machine.speeds.first().map(|s| s.1);
     let study = ModesStudy {
         damped: true,
+        // Where nothing tilts or stands in a frame that turns, the modes are those at rest.
+        speed: speed.or(stated).filter(|_| !machine.spins.is_empty()),
         ..ModesStudy::default()
     };
     let answer = run::run(prepared, &study, &Plan::modes(prepared, &study))?;
@@ -84,7 +93,12 @@ pub fn facts(prepared: &Prepared) -> Result<Facts, Error> {
     let abscissa = real.reduce(f64::max).unwrap_or(0.0);
     let of = |name: &'static str| Some((name, limit(&polynomial(name)?, &eigenvalues, fastest)));
     let limits = EXPLICIT.into_iter().filter_map(of).collect();
+    let own = [linear_stability::UNSTABLE, linear_stability::LEFT_OUT];
+    let mut warnings = answer.warnings;
+    warnings.retain(|w| own.contains(&w.code));
     Ok(Facts {
+        warnings,
+        speed: study.speed,
         stiffness_ratio: fastest / slowest,
         abscissa,
         fastest,

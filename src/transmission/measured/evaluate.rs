@@ -62,6 +62,8 @@ pub struct Measured {
     pub flanks: Vec<Flank>,
     /// Stretches in which the input turned one way.
     pub runs: Vec<Run>,
+    /// Rows at either end in which the input stood still, left out.
+    pub still: [usize; 2],
     /// How far the output is free between the flanks.
     pub play: Option<Play>,
     /// Steps that were taken out.
@@ -203,6 +205,7 @@ pub fn evaluate(rows: &dyn Rows, ask: &Ask) -> Result<Measured, Error> {
         ratio,
         flanks,
         runs,
+        still: looked.still,
         play,
         repaired: found,
         multiples,

@@ -17,6 +17,13 @@ const PACE: usize = 16;
 /// A shaft has turned back when it went so many steps of its encoder the other way, and so much of a turn.
 const BACK: (f64, f64) = (8.0, 1e-3);
 
+/// A shaft stands still while it stays within so many steps of its encoder, and so much of a turn: a reading at an edge goes a count
+/// back and forth.
+const STILL: (f64, f64) = (2.5, 1.25e-4);
+
+/// It stands still for at least so many rows, and this many times as long as it takes to turn as far at the mean pace.
+const RESTING: (usize, f64) = (16, 4.0);
+
 /// A stretch in which the input turns one way.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Run {
@@ -44,6 +51,8 @@ pub struct Survey {
     pub pace: f64,
     /// Rows, input and output angle, at even distances.
     pub points: Vec<(usize, f64, f64)>,
+    /// Rows at either end in which the input stands still; they belong to no run.
+    pub still: [usize; 2],
 }
 
 /// The ratio of a record.
@@ -67,7 +76,11 @@ pub fn survey(rows: &dyn Rows, scales: Scales) -> Result<Survey, Error> {
         runs: Vec::new(),
         pace: 0.0,
         points: Vec::with_capacity(POINTS + 1),
+        still: [0, 0],
     };
+    let still = (STILL.0 * scales.input.step).max(STILL.1 * TAU);
+    // Where the first run leaves its first angle, and where the last one comes to its last.
+    let mut left = (0, 0.0);
     // The farthest the run has come, and where it began.
     let mut run: Option<Turning> = None;
     let mut recent = [0.0; PACE];
@@ -85,13 +98,18 @@ pub fn survey(rows: &dyn Rows, scales: Scales) -> Result<Survey, Error> {
             }
             recent[slot] = angle;
             let turning = run.get_or_insert(Turning::at(row, angle));
-            if let Some(done) = turning.see(row, angle, back) {
+            if turning.forward.is_none() && (angle - turning.start.1).abs() <= still {
+                left = (row, angle);
+            }
+            if let Some(done) = turning.see(row, angle, back, still) {
                 found.runs.push(done);
             }
         }
     })?;
     if let Some(turning) = run {
+        let came = turning.came;
         found.runs.extend(turning.end(count));
+        found.trim(left, came, still);
     }
     if found.runs.is_empty() {
         let message = "the input does not turn";
@@ -105,6 +123,8 @@ pub fn survey(rows: &dyn Rows, scales: Scales) -> Result<Survey, Error> {
 struct Turning {
     start: (usize, f64),
     far: (usize, f64),
+    /// The last row that was farther than those before by more than a shaft moves that stands still.
+    came: (usize, f64),
     forward: Option<bool>,
 }
 
@@ -113,16 +133,18 @@ impl Turning {
         Turning {
             start: (row, angle),
             far: (row, angle),
+            came: (row, angle),
             forward: None,
         }
     }
 
     /// One more row; the run that it ends, if it does.
-    fn see(&mut self, row: usize, angle: f64, back: f64) -> Option<Run> {
+    fn see(&mut self, row: usize, angle: f64, back: f64, still: f64) -> Option<Run> {
         let Some(forward) = self.forward else {
             if (angle - self.start.1).abs() > back {
                 self.forward = Some(angle > self.start.1);
                 self.far = (row, angle);
+                self.came = self.far;
             }
             return None;
         };
@@ -131,6 +153,9 @@ impl Turning {
         } else {
             self.far.1 - angle
         };
+        if (angle - self.came.1).abs() > still && beyond > 0.0 {
+            self.came = (row, angle);
+        }
         if beyond > 0.0 {
             self.far = (row, angle);
         } else if -beyond > back {
@@ -138,6 +163,7 @@ impl Turning {
             *self = Turning {
                 start: self.far,
                 far: (row, angle),
+                came: (row, angle),
                 forward: Some(!forward),
             };
             return Some(done);
@@ -161,6 +187,29 @@ impl Turning {
 }
 
 impl Survey {
+    /// Takes rows off both ends in which the input stands still: up to where it `left` its first angle, from where it `came` to its
+    /// last.
+    fn trim(&mut self, left: (usize, f64), came: (usize, f64), still: f64) {
+        let rests = |run: &Run, rows: usize| {
+            let moving = run.rows.len().saturating_sub(rows) as f64;
+            rows >= RESTING.0 && rows as f64 > RESTING.1 * moving * still / run.reach()
+        };
+        if let Some(run) = self.runs.first_mut() {
+            let rows = left.0.saturating_sub(run.rows.start);
+            if rests(run, rows) {
+                (run.rows.start, run.input.0) = left;
+                self.still[0] = rows;
+            }
+        }
+        if let Some(run) = self.runs.last_mut() {
+            let rows = run.rows.end.saturating_sub(came.0 + 1);
+            if rests(run, rows) {
+                (run.rows.end, run.input.1) = (came.0 + 1, came.1);
+                self.still[1] = rows;
+            }
+        }
+    }
+
     /// Points inside a run.
     fn of(&self, run: &Run) -> impl Iterator<Item = &(usize, f64, f64)> {
         self.points.iter().filter(|p| run.rows.contains(&p.0))

@@ -12,6 +12,9 @@ use crate::plan::measure::columns::{Column, Files, Lever};
 use crate::plan::measure::grading::{Grader, Row, Side};
 use crate::scene::measured::{Chart, ChartKind, MeasuredGear};
 
+/// Readings in the order of their teeth.
+mod teeth;
+
 /// Pitch, run-out, base pitch.
 mod pitch;
 

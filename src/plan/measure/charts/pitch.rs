@@ -35,8 +35,9 @@ impl Evaluation<'_> {
             let Some(column) = self.one(chart, side, &lever)? else {
                 continue;
             };
-            let pitches = Pitches::new(&column.values, method, teeth, chart.std)
-                .map_err(|e| e.at(&chart.place))?;
+            let values = self.in_order_of_teeth(chart, column.values)?;
+            let pitches =
+                Pitches::new(&values, method, teeth, chart.std).map_err(|e| e.at(&chart.place))?;
             let span = |found: &Found| match found.end - found.first {
                 0 => "all alike".to_string(),
                 1 => format!("pitch {}", found.first + 1),
@@ -101,6 +102,7 @@ impl Evaluation<'_> {
 
     pub(super) fn runout(&mut self, chart: &Chart) -> Result<(), Errors> {
         let readings = self.only(chart, &Lever { radius: None })?;
+        let readings = self.in_order_of_teeth(chart, readings)?;
         let found = runout::from_ball(&readings, self.gear.gear.teeth as usize, chart.std)
             .map_err(|e| e.at(&chart.place))?;
         self.run_out(found, "by ball");

@@ -14,6 +14,9 @@ use crate::recording::settings::{RateSource, Settings};
 /// Units of time stamps.
 mod unit_of_time;
 
+/// Tables of responses without names.
+mod causal;
+
 /// What the head shows.
 mod shown;
 
@@ -84,7 +87,7 @@ pub fn plan(
         let message = format!("`{unit}` is no unit of time");
         return Err(Error::new(Code::WrongUnit, message).hint("it takes s, ms, µs, ns, min or h"));
     }
-    let columns = Columns::new(header, kinds, rows, marks);
+    let mut columns = Columns::new(header, kinds, rows, marks);
     // Empty columns without a name at the end are what a trailing delimiter leaves.
     let filled = |at: &usize| kinds[*at] != Kind::Empty;
     let required = (0..kinds.len()).rev().find(filled).map_or(0, |at| at + 1);
@@ -108,6 +111,19 @@ pub fn plan(
                 "two columns are named `{name}`: the first keeps the name, the second is called `{own}`"
             ),
             hint: Some("give every column a name of its own".into()),
+        });
+    }
+    if settings.time_column.is_none()
+        && settings.rate.is_none()
+        && columns.name_responses(rows, marks)
+    {
+        plan.warnings.push(Warning {
+            code: "frequency-guessed",
+            message: "no column has a name; by their numbers the first holds frequencies, taken in Hz, and the others are frequency responses".into(),
+            hint: Some(
+                "name the columns, such as frequency_Hz, H1_re, H1_im; or say which is the time: --time \"column 1\""
+                    .into(),
+            ),
         });
     }
     let clock = Clock::find(&columns, width, settings, &mut plan)?;

@@ -2,6 +2,7 @@
 
 use std::collections::HashSet;
 
+use super::causal::{self, Pair};
 use super::unit_of_time::seconds_of;
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -38,6 +39,8 @@ pub(super) struct Columns<'a> {
     pub(super) called: Vec<String>,
     /// Numbers of the first rows, by column; NaN for anything else.
     pub(super) sample: Vec<Vec<f64>>,
+    /// The columns have no names, and by their numbers they are a table of frequency responses.
+    are_responses: bool,
 }
 
 impl<'a> Columns<'a> {
@@ -51,8 +54,38 @@ impl<'a> Columns<'a> {
             header,
             kinds,
             called: apart(header, kinds.len()),
-            sample: sample(rows, marks, kinds.len()),
+            sample: sample(rows, marks, kinds.len(), LOOKED_AT),
+            are_responses: false,
         }
+    }
+
+    /// Names columns without names that by their numbers are frequency responses over even lines; whether they are.
+    pub(super) fn name_responses(&mut self, rows: &[&str], marks: Marks) -> bool {
+        /// Steps below this are those of a time: a recorder is faster than 20 samples a second, lines are hardly nearer, Hz or s.
+        const FINEST: f64 = 0.05;
+        let width = self.kinds.len();
+        let unnamed = self.header.written.iter().all(String::is_empty);
+        let numbers = (0..width).all(|c| self.is_number(c));
+        if !unnamed || !numbers || width < 3 || width.is_multiple_of(2) || !self.is_even(0) {
+            return false;
+        }
+        let first = &self.sample[0];
+        if first[0] < 0.0 || first[1] - first[0] < FINEST {
+            return false;
+        }
+        let all = sample(rows, marks, width, usize::MAX);
+        let pairs = all[1..].chunks_exact(2);
+        let found: Option<Vec<Pair>> = pairs.map(|p| causal::response(&p[0], &p[1])).collect();
+        let Some(found) = found else {
+            return false;
+        };
+        for (at, pair) in found.into_iter().enumerate() {
+            for (half, ending) in pair.endings().into_iter().enumerate() {
+                self.called[1 + 2 * at + half] = format!("H{}_{ending}", at + 1);
+            }
+        }
+        self.are_responses = true;
+        true
     }
 
     pub(super) fn is_named(&self, column: usize, table: &[&str]) -> bool {
@@ -121,13 +154,14 @@ pub(super) fn over_frequency(columns: &Columns<'_>, width: usize) -> bool {
     let pairs = || (1..width).all(|c| table::is_part(&columns.header.names[c]));
     let sure = named && width > 2 && pairs();
     let told = named || (unnamed && (hertz() || complex));
-    width > 1 && columns.is_number(0) && (sure || (told && columns.is_rising(0)))
+    let found = sure || columns.are_responses || (told && columns.is_rising(0));
+    width > 1 && columns.is_number(0) && found
 }
 
 /// Numbers of the first rows by column.
-fn sample(rows: &[&str], marks: Marks, width: usize) -> Vec<Vec<f64>> {
+fn sample(rows: &[&str], marks: Marks, width: usize, most: usize) -> Vec<Vec<f64>> {
     let mut sample = vec![Vec::new(); width];
-    for row in rows.iter().filter(|r| !r.trim().is_empty()).take(LOOKED_AT) {
+    for row in rows.iter().filter(|r| !r.trim().is_empty()).take(most) {
         let mut cells = Cells::new(row.as_bytes(), marks.delimiter);
         for column in &mut sample {
             let value = match cells

@@ -1,15 +1,21 @@
 //! The rows of numbers: a stream in blocks, cells parsed where they stand, no allocation per row.
 
+/// What is wrong with a row.
+mod faults;
+
+/// Lines that are no rows.
+mod no_row;
+
 use std::io::Read;
-use std::ops::Range;
+
+use faults::{Fault, MEND};
+use no_row::NoRow;
 
 use super::cells::{self, Cell, Marks};
 use super::columns::{Plan, Role};
 use super::encodings::Coding;
-use super::stamps::Trouble;
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::base::place::Place;
 use crate::recording::column::Column;
 use crate::recording::raw::Lines;
 
@@ -55,15 +61,10 @@ pub struct Body {
     pub only_time: usize,
     /// Lines after the rows: how many, the number and the text of the first.
     pub footer: Option<(usize, usize, String)>,
-}
-
-/// What is wrong with a row, and where.
-struct Fault {
-    code: Code,
-    message: String,
-    span: Range<usize>,
-    label: String,
-    hint: &'static str,
+    /// The last row, where it breaks off: its line and text.
+    pub cut: Option<(usize, String)>,
+    /// Lines between the rows that repeat one of the header: how many, and the first.
+    pub repeated: Option<(usize, usize)>,
 }
 
 /// What the rows are read with.
@@ -80,24 +81,26 @@ pub struct Reader<'p> {
     gaps: Vec<(usize, Cell)>,
     /// Sinks with grouped thousands in this row.
     groups: Vec<usize>,
-    /// A line that is no row: an error if a row follows, else the beginning of the footer.
-    doubt: Option<(Error, usize, usize, String)>,
+    /// A line that is no row: an error if a row follows.
+    no_row: Option<NoRow>,
+    /// The lines of words above the rows.
+    header: Vec<&'p [u8]>,
     line: usize,
 }
 
-const MEND: &str =
-    "mend the file, or say how it is laid out: --delimiter, --decimal, --header-lines";
-
 impl<'p> Reader<'p> {
-    /// A reader of rows, the first of which stands on `line`.
+    /// A reader of rows below the lines `above`, the first of which stands on `line`.
     pub fn new(
         path: &'p str,
         plan: &'p mut Plan,
         marks: Marks,
         coding: Coding,
+        above: &'p [u8],
         line: usize,
     ) -> Reader<'p> {
         let n = plan.sinks.len();
+        let lines = above.split(|b| matches!(b, b'\n' | b'\r'));
+        let words = |l: &&[u8]| l.iter().any(u8::is_ascii_alphabetic);
         Reader {
             path,
             plan,
@@ -111,7 +114,8 @@ impl<'p> Reader<'p> {
             batch_rows: 0,
             gaps: Vec::new(),
             groups: Vec::new(),
-            doubt: None,
+            no_row: None,
+            header: lines.map(<[u8]>::trim_ascii).filter(words).collect(),
             line,
         }
     }
@@ -189,60 +193,16 @@ impl<'p> Reader<'p> {
         self.groups.clear();
         match self.row(line) {
             Ok(()) => {
-                if let Some((error, ..)) = self.doubt.take() {
-                    return Err(error);
+                if let Some(before) = self.no_row.take() {
+                    return Err(before.error);
                 }
                 self.commit(number)
             }
             Err(fault) => {
                 self.batch.truncate(kept);
-                self.doubted(fault, line, number)
+                self.no_row(&fault, line, number)
             }
         }
-    }
-
-    /// A line that is no row: an error at once where it begins with a number, else perhaps the footer.
-    fn doubted(&mut self, fault: Fault, line: &[u8], number: usize) -> Result<(), Error> {
-        /// A summary below the rows has fewer lines of numbers than this.
-        const FOOTER: usize = 20;
-        if let Some((error, _, count, _)) = &mut self.doubt {
-            *count += 1;
-            let cells = cells::Cells::new(line, self.marks.delimiter);
-            let (mut all, mut numbers) = (0, 0);
-            for (_, cell) in cells {
-                all += 1;
-                numbers += usize::from(matches!(
-                    cells::read(cell, self.marks.decimal),
-                    Cell::Number(_)
-                ));
-            }
-            let is_row = all >= self.plan.required && 2 * numbers >= all;
-            return match is_row && *count > FOOTER {
-                true => Err(error.clone()),
-                false => Ok(()),
-            };
-        }
-        let bare = || {
-            let cells = cells::Cells::new(line, self.marks.delimiter);
-            cells.map(|(_, cell)| cells::bare(cell))
-        };
-        let begins = bare().find(|c| !c.is_empty());
-        let is_number = |c: &&[u8]| matches!(cells::read(c, self.marks.decimal), Cell::Number(_));
-        // A row whose stamp or frequency alone cannot be.
-        let is_row = bare().count() >= self.plan.required
-            && begins.is_some_and(|c| c[0].is_ascii_digit())
-            && bare().skip(1).any(|c| is_number(&c));
-        let text_first = begins.is_some_and(|cell| {
-            matches!(cells::read(cell, self.marks.decimal), Cell::Text)
-                && super::stamps::form(cell).is_none()
-        });
-        let error = self.error(&fault, line, number);
-        if !text_first || is_row || self.body.rows == 0 {
-            return Err(error);
-        }
-        let text = self.coding.text(&line[..line.len().min(200)]);
-        self.doubt = Some((error, number, 1, text));
-        Ok(())
     }
 
     /// Reads one row to the end of the batch.
@@ -379,87 +339,6 @@ impl<'p> Reader<'p> {
         Ok(())
     }
 
-    fn too_many(&self, line: &[u8], span: Range<usize>) -> Fault {
-        let cells = cells::Cells::new(line, self.marks.delimiter).count();
-        let width = self.plan.roles.len();
-        Fault {
-            code: Code::RaggedRow,
-            message: format!("the row has {cells} cells where the rows before it have {width}"),
-            span,
-            label: format!("beyond column {width}"),
-            hint: MEND,
-        }
-    }
-
-    fn no_number(&self, sink: usize, cell: &[u8], span: Range<usize>) -> Fault {
-        let name = &self.plan.sinks[sink].name;
-        let text = self.coding.text(cells::bare(cell));
-        let text = crate::base::units::shortened(&text);
-        Fault {
-            code: Code::NotANumber,
-            message: format!("\"{text}\" stands where a number of `{name}` is meant"),
-            span,
-            label: "not a number".into(),
-            hint: "mend the cell, leave it blank if the sample is missing, or keep only other channels",
-        }
-    }
-
-    fn no_stamp(&self, trouble: Trouble, sink: usize, cell: &[u8], span: Range<usize>) -> Fault {
-        let name = &self.plan.sinks[sink].name;
-        let text = self.coding.text(cells::bare(cell));
-        let text = crate::base::units::shortened(&text);
-        match trouble {
-            Trouble::NotAStamp => Fault {
-                code: Code::NotANumber,
-                message: format!("\"{text}\" stands where a time stamp of `{name}` is meant"),
-                span,
-                label: "not a time stamp".into(),
-                hint: "mend the cell, or say which column is the time",
-            },
-            Trouble::OtherOrder => Fault {
-                code: Code::BadTime,
-                message: format!(
-                    "\"{text}\" of `{name}` cannot have day and month in the order stated"
-                ),
-                span,
-                label: "no such month".into(),
-                hint: "leave --day-first and --month-first out, and `dates` in the sidecar, or mend the cell",
-            },
-            Trouble::DayOrMonth => Fault {
-                code: Code::BadTime,
-                message: format!(
-                    "\"{text}\" of `{name}` may have the day or the month first, and the dates do not tell"
-                ),
-                span,
-                label: "day or month".into(),
-                hint: "say which comes first: --day-first or --month-first, or `dates` in the sidecar",
-            },
-        }
-    }
-
-    fn error(&self, fault: &Fault, line: &[u8], number: usize) -> Error {
-        // Lines far too long to be shown are shown around the cell.
-        const SHOWN: usize = 2000;
-        let from = if line.len() <= SHOWN {
-            0
-        } else {
-            fault.span.start.saturating_sub(SHOWN / 2)
-        };
-        let to = line.len().min(from + SHOWN);
-        let clip = |at: usize| at.clamp(from, to);
-        let before = self.coding.text(&line[from..clip(fault.span.start)]);
-        let within = self
-            .coding
-            .text(&line[clip(fault.span.start)..clip(fault.span.end)]);
-        let after = self.coding.text(&line[clip(fault.span.end)..to]);
-        let span = before.len()..before.len() + within.len();
-        let place = Place::in_line(self.path, number, &format!("{before}{within}{after}"), span);
-        Error::new(fault.code, fault.message.clone())
-            .at(&place)
-            .label(fault.label.clone())
-            .hint(fault.hint)
-    }
-
     /// Counts the row that was just read.
     fn commit(&mut self, line: usize) -> Result<(), Error> {
         self.body.lines.note(self.body.rows, line);
@@ -502,10 +381,12 @@ impl<'p> Reader<'p> {
 
     fn finish(mut self) -> Result<Body, Error> {
         self.flush()?;
-        self.body.footer = self
-            .doubt
-            .take()
-            .map(|(_, line, count, text)| (count, line, text));
+        if let Some(last) = self.no_row.take() {
+            match last.is_cut {
+                true => self.body.cut = Some((last.line, last.text)),
+                false => self.body.footer = Some((last.count, last.line, last.text)),
+            }
+        }
         Ok(self.body)
     }
 }

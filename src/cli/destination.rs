@@ -1,0 +1,164 @@
+//! Where an output file goes: a regular file that is replaced whole, or a device or pipe that is written through.
+
+use std::fs::{File, OpenOptions};
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::base::code::Code;
+use crate::base::error::Error;
+
+/// Where the bytes of an output go.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Destination {
+    /// A regular file, or none yet, with all links resolved: replaced by a complete one.
+    File(PathBuf),
+    /// A device, a pipe, or an open file by its `/dev` or `/proc` name: written as it is.
+    Stream,
+}
+
+impl Destination {
+    /// The destination that a path names.
+    ///
+    /// # Errors
+    /// The path is empty, `-`, a folder, a link that does not resolve, a pipe without a reader or a read-only file, or its folder is
+    /// missing.
+    pub fn of(path: &Path) -> Result<Destination, Error> {
+        let name = path.display();
+        let usage = |message: String, hint: &str| Err(Error::new(Code::Usage, message).hint(hint));
+        if path.as_os_str() == "-" {
+            return usage(
+                "`-` names no file".into(),
+                "name a file; --json prints to standard output",
+            );
+        }
+        if path.as_os_str().is_empty() {
+            return usage("an output has an empty name".into(), "name a file");
+        }
+        if path.is_dir() || path.as_os_str().as_encoded_bytes().ends_with(b"/") {
+            return usage(format!("{name} is a folder"), "name a file in it");
+        }
+        let folder = folder(path);
+        if !folder.is_dir() {
+            let message = format!(
+                "{name} cannot be written: there is no folder {}",
+                folder.display()
+            );
+            return Err(Error::new(Code::OutputFailed, message).hint("make the folder first"));
+        }
+        match path.metadata() {
+            Err(e) if path.is_symlink() => {
+                let target = path.read_link().unwrap_or_default();
+                let message = format!(
+                    "{name} is a link to {}, which does not resolve: {e}",
+                    target.display()
+                );
+                Err(Error::new(Code::OutputFailed, message)
+                    .hint("remove the link, or create the file it leads to"))
+            }
+            Err(e) if e.kind() != io::ErrorKind::NotFound => Err(failed(path, &e)),
+            Ok(_) if is_open_file(path) => Ok(Destination::Stream),
+            Ok(found) if !found.is_file() && is_unread_pipe(path) => usage(
+                format!("{name} is a pipe, and would wait until somebody reads it"),
+                "name a file",
+            ),
+            Ok(found) if !found.is_file() => Ok(Destination::Stream),
+            Ok(found) if found.permissions().readonly() => usage(
+                format!("{name} is read-only and would be replaced"),
+                "name another file, or make this one writable",
+            ),
+            _ => resolved(path)
+                .map(Destination::File)
+                .map_err(|e| failed(path, &e)),
+        }
+    }
+}
+
+/// The folder a file is in.
+pub fn folder(path: &Path) -> &Path {
+    path.parent()
+        .filter(|p| !p.as_os_str().is_empty())
+        .unwrap_or(Path::new("."))
+}
+
+/// The path without links, whether the file exists yet or not.
+///
+/// # Errors
+/// Its folder does not exist.
+pub fn resolved(path: &Path) -> io::Result<PathBuf> {
+    let in_folder = || {
+        Ok(folder(path)
+            .canonicalize()?
+            .join(path.file_name().unwrap_or_default()))
+    };
+    path.canonicalize().or_else(|_| in_folder())
+}
+
+/// An output that could not be written.
+pub fn failed(path: &Path, error: &io::Error) -> Error {
+    let message = format!("{} could not be written: {error}", path.display());
+    Error::new(Code::OutputFailed, message).hint("name a file in a folder that can be written")
+}
+
+/// Links followed at most, as in Linux (path_resolution(7)).
+const LINKS: usize = 40;
+
+/// A name such as `/dev/stdout` or `/dev/fd/3`: a link of the system to a file that is open already.
+fn is_open_file(path: &Path) -> bool {
+    let mut path = path.to_path_buf();
+    for _ in 0..LINKS {
+        let (Ok(folder), Ok(target)) = (folder(&path).canonicalize(), path.read_link()) else {
+            return false;
+        };
+        if folder == Path::new("/dev") || folder.starts_with("/proc") {
+            return true;
+        }
+        path = folder.join(target);
+    }
+    false
+}
+
+/// Opens a device, a pipe or an open file for writing behind what it holds. Standard output and standard error keep their position.
+///
+/// # Errors
+/// It cannot be opened.
+#[cfg(unix)]
+pub fn open_stream(path: &Path) -> io::Result<File> {
+    use std::os::fd::AsFd;
+    use std::os::unix::fs::MetadataExt;
+    let wanted = path.metadata()?;
+    for own in [
+        io::stdout().as_fd().try_clone_to_owned(),
+        io::stderr().as_fd().try_clone_to_owned(),
+    ] {
+        let own = File::from(own?);
+        let found = own.metadata()?;
+        if (found.dev(), found.ino()) == (wanted.dev(), wanted.ino()) {
+            return Ok(own);
+        }
+    }
+    OpenOptions::new().append(true).open(path)
+}
+
+/// Opens a device or a pipe.
+///
+/// # Errors
+/// It cannot be opened.
+#[cfg(not(unix))]
+pub fn open_stream(path: &Path) -> io::Result<File> {
+    OpenOptions::new().append(true).open(path)
+}
+
+/// A pipe with a name of its own, not one that a shell has opened for its other end.
+#[cfg(unix)]
+fn is_unread_pipe(path: &Path) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    let is_pipe = path
+        .metadata()
+        .is_ok_and(|found| found.file_type().is_fifo());
+    is_pipe && !is_open_file(path)
+}
+
+#[cfg(not(unix))]
+fn is_unread_pipe(_: &Path) -> bool {
+    false
+}

@@ -1,0 +1,159 @@
+//! Every mode by each hit, or each response, alone: where their poles differ by more than they are uncertain, the mode is the mean of the
+//! population they come from, and as uncertain as their differences make it.
+
+use super::basis::Pole;
+use super::covariance::covariance;
+use super::departure::Departure;
+use super::projection::Stop;
+use super::random_effects::{Pooled, differ, differ_together, heterogeneity, pooled};
+use super::scatter::FEWEST_GROUPS;
+use super::windowed::{Band, NUMERATORS, Window, WindowFit};
+
+/// Half a window: lines, half-widths of the pole, of its neighbour, and of the pole again at most for that.
+const WINDOW: (f64, f64, f64, f64) = (8.0, 8.0, 8.0, 20.0);
+
+/// Rounds of fit and departure of each group.
+const ROUNDS: usize = 3;
+
+const STOP: Stop = Stop {
+    steps: 8,
+    fall: 0.0,
+    share: 1e-8,
+};
+
+/// A group has lost the mode where its pole is off by so many half-widths, so many times as wide or narrow, or less of its response.
+const LOST: (f64, f64, f64) = (2.0, 4.5, 0.02);
+
+/// What groups say of a mode.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct GroupMean {
+    /// Groups that see it.
+    pub count: usize,
+    /// Mean frequency and real part, where the groups differ about either: with variances for intervals of 1.96 standard deviations.
+    pub mean: Option<(Pooled, Pooled)>,
+}
+
+/// One group's pole with the variances of w and σ.
+struct Own {
+    pole: Pole,
+    variance: (f64, f64),
+}
+
+/// Means over the groups for every pole; nothing of those that fewer than three groups see.
+pub(super) fn means(
+    band: &Band,
+    groups: &[Vec<usize>],
+    by_hit: bool,
+    departures: &[Departure],
+    is_reported: &dyn Fn(&Pole) -> bool,
+) -> Vec<Option<GroupMean>> {
+    let poles = &band.modes.poles;
+    let own: Vec<Vec<Own>> = (0..poles.len())
+        .map(
+            |r| match is_reported(&poles[r]) && groups.len() >= FEWEST_GROUPS {
+                true => own_poles(band, groups, departures, r),
+                false => Vec::new(),
+            },
+        )
+        .collect();
+    let column = |own: &[Own], pick: &dyn Fn(&Own) -> (f64, f64)| -> (Vec<f64>, Vec<f64>) {
+        own.iter().map(pick).unzip()
+    };
+    let frequency = |o: &Own| (o.pole.w, o.variance.0);
+    let width = |o: &Own| (o.pole.sigma, o.variance.1);
+    let statistic = |own: &[Own]| {
+        let of = |pick: &dyn Fn(&Own) -> (f64, f64)| {
+            let (y, v) = column(own, pick);
+            heterogeneity(&y, &v)
+        };
+        [of(&frequency), of(&width)]
+    };
+    let seen = |own: &&Vec<Own>| own.len() >= FEWEST_GROUPS;
+    let (q, freedom) = own
+        .iter()
+        .filter(seen)
+        .fold((0.0, 0.0), |(q, freedom), own| {
+            let [a, b] = statistic(own);
+            (q + a + b, freedom + 2.0 * (own.len() as f64 - 1.0))
+        });
+    // Hits of one test share what makes them differ; responses need not.
+    let together = by_hit && differ_together(q, freedom);
+    own.iter()
+        .map(|own| {
+            if own.len() < FEWEST_GROUPS {
+                return None;
+            }
+            let free = own.len() as f64 - 1.0;
+            let differs = together || statistic(own).into_iter().any(|q| differ(q, free));
+            let of = |pick: &dyn Fn(&Own) -> (f64, f64)| {
+                let (y, v) = column(own, pick);
+                let found = pooled(&y, &v);
+                let least = 1.0 / v.iter().map(|v| 1.0 / v).sum::<f64>();
+                Pooled {
+                    variance: found.variance.max(least),
+                    ..found
+                }
+            };
+            Some(GroupMean {
+                count: own.len(),
+                mean: differs.then(|| (of(&frequency), of(&width))),
+            })
+        })
+        .collect()
+}
+
+fn own_poles(band: &Band, groups: &[Vec<usize>], departures: &[Departure], r: usize) -> Vec<Own> {
+    let (lines, poles) = (band.lines, &band.modes.poles);
+    let pole = poles[r];
+    let others = (0..poles.len()).filter(|&o| o != r);
+    let neighbour = others
+        .min_by(|&a, &b| {
+            let apart = |o: usize| (poles[o].w - pole.w).abs();
+            apart(a).total_cmp(&apart(b))
+        })
+        .map_or(0.0, |o| poles[o].sigma);
+    let half = (WINDOW.0 * lines.step)
+        .max(WINDOW.1 * pole.sigma)
+        .max((WINDOW.2 * neighbour).min(WINDOW.3 * pole.sigma));
+    let window = Window::new(band, pole.w, half, &|o| departures[o]);
+    let Some(at) = window.near.iter().position(|&o| o == r) else {
+        return Vec::new();
+    };
+    let start: Vec<Pole> = window.near.iter().map(|&o| poles[o]).collect();
+    let common = band.modes.of(&window.near);
+    let one = |group: &Vec<usize>| -> Option<Own> {
+        let mut departures: Vec<Departure> = (window.near.iter())
+            .map(|&o| Departure {
+                scatter: 0.0,
+                ..departures[o]
+            })
+            .collect();
+        let mut modes = common.clone();
+        let mut fit: Option<WindowFit> = None;
+        for _ in 0..ROUNDS {
+            let weights = window.weights(group, &window.variance(&modes, &departures));
+            let from = fit.as_ref().map_or(&start, |f| &f.fitted.model.poles);
+            let next = window.fit(group, &weights, from, STOP);
+            modes = next.modes(lines.h.len());
+            let residual = next.residual(lines.independence);
+            for (k, d) in departures.iter_mut().enumerate() {
+                d.share = window.misfit(group, &residual, &modes, k);
+                d.width = modes.poles[k].sigma;
+            }
+            fit = Some(next);
+        }
+        let fit = fit?;
+        let found = fit.fitted.model.poles[at];
+        let ratio = found.sigma / pole.sigma;
+        let stays = (found.w - pole.w).abs() < LOST.0 * pole.sigma
+            && (1.0 / LOST.1..=LOST.1).contains(&ratio)
+            && window.visibility(group, &modes, at) > LOST.2;
+        let certain = covariance(std::slice::from_ref(&fit.problem), &fit.fitted, NUMERATORS);
+        let [re, im, _] = certain.poles[at]?;
+        (stays && re.is_finite() && im.is_finite() && re > 0.0 && im > 0.0).then_some(Own {
+            pole: found,
+            variance: (im, re),
+        })
+    };
+    groups.iter().filter_map(one).collect()
+}

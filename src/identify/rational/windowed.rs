@@ -1,0 +1,254 @@
+//! Responses on the lines about a pole, with what the poles farther away have of them taken off: fitted again and again under other
+//! weights, by all responses or by some, without the rest of the band.
+
+use crate::numeric::{Complex, Matrix};
+
+use super::basis::{Pole, Problem, put};
+use super::departure::{Departure, Modes, misfit, variance};
+use super::lines::{Lines, Weights};
+use super::projection::{Fitted, Model, Stop, at, refine};
+
+/// Residues are free complex numbers.
+pub(super) const NUMERATORS: usize = 2;
+
+/// Background of a window by response: `1`, `j`, `t` and `jt` times `s^q`, t from −1 to 1 over the window.
+const BACKGROUND: usize = 4;
+
+/// A fit of the whole band, as far as windows need it.
+pub(super) struct Band<'a> {
+    /// Lines and responses.
+    pub lines: &'a Lines,
+    /// Variance of the noise alone.
+    pub noise: &'a [Vec<f64>],
+    /// Poles and what the responses have of them.
+    pub modes: Modes,
+    /// What the fit leaves of the scaled responses.
+    pub residual: Vec<Vec<Complex>>,
+}
+
+/// Lines about a pole.
+pub(super) struct Window<'a> {
+    lines: &'a Lines,
+    from: usize,
+    to: usize,
+    /// Places of the poles inside it.
+    pub near: Vec<usize>,
+    /// Variance by response and line of the window without the departures of the poles inside.
+    noise: Vec<Vec<f64>>,
+    /// Scaled responses without the poles farther away, by response and line of the window.
+    h: Vec<Vec<Complex>>,
+    fixed: Matrix,
+}
+
+/// A fit of a window under weights of its own.
+pub(super) struct WindowFit {
+    /// Poles and coefficients in the scaled responses taken part in the fit.
+    pub fitted: Fitted,
+    /// The problem it is of.
+    pub problem: Problem,
+    weights: Weights,
+    /// Which responses took part.
+    of: Vec<usize>,
+}
+
+impl<'a> Window<'a> {
+    /// The lines within `half` of a frequency, at least as many as the poles within need; `departure` is what the poles farther away
+    /// depart by.
+    pub fn new(
+        band: &'a Band,
+        centre: f64,
+        half: f64,
+        departure: &dyn Fn(usize) -> Departure,
+    ) -> Window<'a> {
+        let lines = band.lines;
+        let (x, step) = (&lines.x, lines.step);
+        let mut half = half;
+        loop {
+            let from = x.partition_point(|&v| v < centre - half);
+            let to = x.partition_point(|&v| v <= centre + half);
+            let inside = |p: &Pole| (p.w - centre).abs() <= half;
+            let poles = &band.modes.poles;
+            let near: Vec<usize> = (0..poles.len()).filter(|&r| inside(&poles[r])).collect();
+            let columns = (near.len() + 1) * NUMERATORS + BACKGROUND;
+            if 2 * to.saturating_sub(from) > columns + near.len() + 8 || to - from == x.len() {
+                return Window::of(band, from, to, near, departure);
+            }
+            half = (1.3 * half).max(half + step);
+        }
+    }
+
+    fn of(
+        band: &'a Band,
+        from: usize,
+        to: usize,
+        near: Vec<usize>,
+        departure: &dyn Fn(usize) -> Departure,
+    ) -> Window<'a> {
+        let lines = band.lines;
+        let m = to - from;
+        let far: Vec<Departure> = (0..band.modes.poles.len())
+            .map(|r| match near.contains(&r) {
+                true => Departure::NONE,
+                false => departure(r),
+            })
+            .collect();
+        let noise: Vec<Vec<f64>> = band.noise.iter().map(|v| v[from..to].to_vec()).collect();
+        let noise = variance(lines, from, &noise, &band.modes, &far);
+        let h = (0..lines.h.len())
+            .map(|i| {
+                (0..m)
+                    .map(|k| {
+                        let x = lines.x[from + k];
+                        let own: Complex = near.iter().map(|&r| band.modes.part(i, r, x).0).sum();
+                        band.residual[i][from + k] + own * lines.power(from + k)
+                    })
+                    .collect()
+            })
+            .collect();
+        let middle = 0.5 * (lines.x[from] + lines.x[to - 1]);
+        let reach = (0.5 * (lines.x[to - 1] - lines.x[from])).max(f64::MIN_POSITIVE);
+        let mut fixed = Matrix::zeros(2 * m, BACKGROUND);
+        for k in 0..m {
+            let t = (lines.x[from + k] - middle) / reach;
+            let (power, j) = (lines.power(from + k), Complex::new(0.0, 1.0));
+            for (at, z) in [power, power * j, power * t, power * j * t]
+                .into_iter()
+                .enumerate()
+            {
+                put(fixed.col_as_slice_mut(at), k, m, z);
+            }
+        }
+        Window {
+            lines,
+            from,
+            to,
+            near,
+            noise,
+            h,
+            fixed,
+        }
+    }
+
+    /// Frequencies of its lines.
+    pub fn x(&self) -> &[f64] {
+        &self.lines.x[self.from..self.to]
+    }
+
+    /// The variance under departures of some modes.
+    pub fn variance(&self, modes: &Modes, departures: &[Departure]) -> Vec<Vec<f64>> {
+        variance(self.lines, self.from, &self.noise, modes, departures)
+    }
+
+    /// What a fit by some responses leaves about a mode, as a share of its own value.
+    pub fn misfit(&self, of: &[usize], residual: &[Vec<Complex>], modes: &Modes, r: usize) -> f64 {
+        misfit(self.lines, self.from, of, residual, &self.noise, modes, r)
+    }
+
+    /// Share of the power of some responses that a mode has within its half-power band, and at least on the nearest lines.
+    pub fn visibility(&self, of: &[usize], modes: &Modes, r: usize) -> f64 {
+        let pole = &modes.poles[r];
+        let half = pole.sigma.max(self.lines.step);
+        let (mut own, mut all) = (0.0, 0.0);
+        for k in self.from..self.to {
+            let x = self.lines.x[k];
+            if (x - pole.w).abs() > half {
+                continue;
+            }
+            for &i in of {
+                own += modes.part(i, r, x).0.norm_sqr() * self.lines.power_size(k);
+                all += self.lines.h[i][k].norm_sqr();
+            }
+        }
+        if all > 0.0 { own / all } else { 0.0 }
+    }
+
+    /// A variance as weights, common to the lines of the responses named.
+    pub fn weights(&self, of: &[usize], variance: &[Vec<f64>]) -> Weights {
+        let own: Vec<Vec<f64>> = of.iter().map(|&i| variance[i].clone()).collect();
+        let own = Weights::mean(&own);
+        let mut by_response = vec![1.0; self.h.len()];
+        for (&i, v) in of.iter().zip(&own.by_response) {
+            by_response[i] = *v;
+        }
+        Weights { by_response, ..own }
+    }
+
+    /// Poles brought to their places by the responses named.
+    pub fn fit(&self, of: &[usize], weights: &Weights, poles: &[Pole], stop: Stop) -> WindowFit {
+        let m = self.to - self.from;
+        let unit: Vec<f64> = (weights.by_line.iter())
+            .map(|v| (2.0 * self.lines.independence / v).sqrt())
+            .collect();
+        let mut y = Matrix::zeros(2 * m, of.len());
+        for (at, &i) in of.iter().enumerate() {
+            let scale = 1.0 / weights.by_response[i].sqrt();
+            let column = y.col_as_slice_mut(at);
+            for k in 0..m {
+                put(column, k, m, self.h[i][k] * (unit[k] * scale));
+            }
+        }
+        let problem = Problem {
+            x: self.x().to_vec(),
+            factor: (0..m)
+                .map(|k| self.lines.power(self.from + k) * unit[k])
+                .collect(),
+            fixed: Matrix::from_fn(2 * m, BACKGROUND, |k, j| self.fixed[(k, j)] * unit[k % m]),
+            y,
+            first: of[0],
+            step: self.lines.step,
+            left_out: 0.0,
+        };
+        let model = Model {
+            poles: poles.to_vec(),
+            delays: Vec::new(),
+        };
+        let problems = std::slice::from_ref(&problem);
+        let fitted = refine(problems, at(problems, &model, NUMERATORS), NUMERATORS, stop);
+        WindowFit {
+            fitted,
+            problem,
+            weights: weights.clone(),
+            of: of.to_vec(),
+        }
+    }
+}
+
+impl WindowFit {
+    /// Its poles with what every response has of them: zero of those that took no part.
+    pub fn modes(&self, responses: usize) -> Modes {
+        let mut all = vec![vec![0.0; 2 * self.fitted.model.poles.len()]; responses];
+        for (at, &i) in self.of.iter().enumerate() {
+            all[i] = coefficients(&self.fitted, at, self.weights.by_response[i]);
+        }
+        Modes {
+            poles: self.fitted.model.poles.clone(),
+            coefficients: all,
+        }
+    }
+
+    /// What it leaves of the scaled responses that took part, by line.
+    pub fn residual(&self, independence: f64) -> Vec<Vec<Complex>> {
+        let m = self.problem.lines();
+        let e = &self.fitted.fits[0].e;
+        (self.of.iter().enumerate())
+            .map(|(at, &i)| {
+                let column = e.col_as_slice(at);
+                let unit = |k: usize| {
+                    (self.weights.by_response[i] * self.weights.by_line[k] / 2.0 / independence)
+                        .sqrt()
+                };
+                (0..m)
+                    .map(|k| Complex::new(column[k], column[m + k]) * unit(k))
+                    .collect()
+            })
+            .collect()
+    }
+}
+
+/// Coefficients of the poles in a scaled response, the column `at` of a fit.
+pub(super) fn coefficients(fitted: &Fitted, at: usize, by_response: f64) -> Vec<f64> {
+    let fit = &fitted.fits[0];
+    (0..NUMERATORS * fitted.model.poles.len())
+        .map(|j| fit.c[(j, at)] / fit.length[j] * by_response.sqrt())
+        .collect()
+}

@@ -1,0 +1,148 @@
+//! What an answer of the linear machine has to warn of: roots that grow, and terms of speeds or dampers that were left out.
+
+use std::f64::consts::TAU;
+
+use super::prepared::Prepared;
+use crate::base::error::Warning;
+use crate::machine::kinematics::mean_speeds;
+use crate::machine::spin::SpinTerms;
+use crate::modes::basis::{Basis, seen};
+use crate::modes::mode::modulus;
+use crate::numeric::Complex;
+use crate::scene::study::ModesStudy;
+
+/// Growth that counts as none, relative to |λ|: rounding of roots that neither grow nor decay.
+pub const NO_GROWTH: f64 = 1e-10;
+
+/// The code of roots that grow.
+pub const UNSTABLE: &str = "unstable";
+
+/// The code of terms that were left out.
+pub const LEFT_OUT: &str = "speed-terms";
+
+/// The root grows.
+pub fn grows(root: Complex) -> bool {
+    root.re > NO_GROWTH * modulus(root)
+}
+
+/// A warning that names the root that grows fastest, with its rate; none where all decay or stay.
+pub fn unstable(roots: impl Iterator<Item = Complex>) -> Option<Warning> {
+    let growing: Vec<Complex> = roots.filter(|&root| grows(root)).collect();
+    let fastest = growing.iter().max_by(|a, b| a.re.total_cmp(&b.re))?;
+    let what = match fastest.im == 0.0 {
+        true => "a root without oscillation".to_string(),
+        false => format!("the mode at {:.6} Hz", modulus(*fastest) / TAU),
+    };
+    let more = match growing.len() {
+        1 => String::new(),
+        n => format!(", {} more roots grow", n - 1),
+    };
+    let message = format!(
+        "unstable: {what} grows by {:.4} 1/s, twice as large every {:.4} s{more}",
+        fastest.re,
+        2f64.ln() / fastest.re
+    );
+    let hint = "steady answers are not reached; look for cross terms of bearings, negative stiffness or damping, or a speed beyond the stability limit";
+    Some(Warning {
+        code: UNSTABLE,
+        message,
+        hint: Some(hint.to_string()),
+    })
+}
+
+/// A warning of terms that the study leaves out: those of speeds without a speed, dampers that circulate or drive without damping.
+pub fn left_out(prepared: &Prepared, study: &ModesStudy, basis: Option<&Basis>) -> Vec<Warning> {
+    let mut all = Vec::new();
+    if study.speed.is_none() && study.campbell.is_none() {
+        all.extend(without_speed(prepared, basis));
+    }
+    if !study.damped {
+        all.extend(without_damping(prepared));
+    }
+    all
+}
+
+/// Speeds are shown to this share of an rpm.
+const SHOWN: f64 = 1e3;
+
+/// The speed at which the terms are weighed where the file states none, rad/s: 1 000 rpm.
+const USUAL: f64 = 1000.0 * TAU / 60.0;
+
+fn without_speed(prepared: &Prepared, basis: Option<&Basis>) -> Option<Warning> {
+    let (machine, linear) = (&prepared.machine, &prepared.linear);
+    if machine.spins.is_empty() {
+        return None;
+    }
+    let reference = machine.speeds.is_empty().then_some(USUAL);
+    let speeds = mean_speeds(machine, &prepared.kinematics, reference).ok()?;
+    let terms = SpinTerms::new(machine, linear, &speeds, false);
+    if terms.gyroscopic.is_empty() && terms.centripetal.is_empty() {
+        return None;
+    }
+    let at = machine.speeds.first().map_or_else(
+        || "at 1000 rpm of the first node that turns".to_string(),
+        |&(freedom, speed)| {
+            format!(
+                "at the {} rpm stated for {}",
+                (speed * 60.0 / TAU * SHOWN).round() / SHOWN,
+                machine.freedom_name(freedom)
+            )
+        },
+    );
+    let size = basis.map(|basis| largest_shift(&terms, basis));
+    if size.is_some_and(|size| size < NO_GROWTH) {
+        return None;
+    }
+    let size = size.map_or(String::new(), |size| {
+        format!(
+            " {at} they are up to {:.2} % of the terms of a mode",
+            100.0 * size
+        )
+    });
+    let message = format!(
+        "the machine is taken at rest, without gyroscopic, Coriolis and centripetal terms;{size}"
+    );
+    Some(Warning {
+        code: LEFT_OUT,
+        message: message.trim_end_matches(';').to_string(),
+        hint: Some("add --speed to count them".to_string()),
+    })
+}
+
+/// `(|G_j| + |K_j|/ω_j) / 2 ω_j` of the mode where it is largest: the share of its frequency that pairs of modes may shift by.
+fn largest_shift(terms: &SpinTerms, basis: &Basis) -> f64 {
+    let n = basis.omega.len();
+    let (mut turning, mut pulling) = (vec![0.0f64; n], vec![0.0f64; n]);
+    for (a, b, g) in &terms.gyroscopic {
+        let (a, b) = (seen(a, &basis.shapes), seen(b, &basis.shapes));
+        let length = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let (long_a, long_b) = (length(&a), length(&b));
+        for j in 0..n {
+            turning[j] += g.abs() * (a[j].abs() * long_b).max(b[j].abs() * long_a);
+        }
+    }
+    for (v, m) in &terms.centripetal {
+        for (j, x) in seen(v, &basis.shapes).into_iter().enumerate() {
+            pulling[j] += m * x * x;
+        }
+    }
+    let share = |j: usize| (turning[j] + pulling[j] / basis.omega[j]) / (2.0 * basis.omega[j]);
+    (basis.n_rigid..n).map(share).fold(0.0, f64::max)
+}
+
+fn without_damping(prepared: &Prepared) -> Option<Warning> {
+    let drives = |b: &&crate::machine::linear::LinearBranch| {
+        b.damping < 0.0 || (b.force.is_some() && b.damping != 0.0)
+    };
+    let lb = prepared.linear.branches.iter().find(drives)?;
+    let message = format!(
+        "damping is not counted, and that of {} ({:.4e} SI) acts across its own motion or feeds it",
+        prepared.machine.branch_name(lb.index),
+        lb.damping
+    );
+    Some(Warning {
+        code: LEFT_OUT,
+        message,
+        hint: Some("add --damped to count it".to_string()),
+    })
+}

@@ -1,0 +1,163 @@
+//! A rational fit of measured responses: the lines known, hit by hit where there are hits, of the kind that fits better where none is
+//! stated.
+
+use super::functions::Partials;
+use super::method::Method;
+use super::study::IdentifyStudy;
+use crate::base::error::Error;
+use crate::identify::rational::{self, Hits, Measured, RationalFit, RationalOptions};
+use crate::identify::starts::aaa::aaa;
+use crate::identify::starts::problem::Options;
+use crate::identify::starts::vector_fitting::{Start, vector_fit};
+use crate::numeric::Complex;
+use crate::recording::quantity::ResponseKind;
+use crate::recording::responses::FrequencyResponses;
+use crate::spectrum::impact::HitResponses;
+
+/// Poles that another method begins with: 20 pairs.
+const START_ORDER: usize = 40;
+
+/// How a rational fit tells modes from other poles.
+pub fn rule(method: Method, departs: bool) -> String {
+    match method {
+        Method::Rational if departs => "pole pairs are added while each lowers the misfit by more than noise and the departures of the modes from the model would; a pole next to another is kept only if one pole less would not do".to_string(),
+        Method::Rational => "pole pairs are added while each lowers the misfit by more than noise would, somewhere in the band".to_string(),
+        _ => format!(
+            "{START_ORDER} poles, refined together to the least misfit; the weakest pair is taken out while it lowers the misfit by no more than noise would, somewhere in the band"
+        ),
+    }
+}
+
+/// A fit as partial fractions.
+pub fn partials(fit: &RationalFit) -> Partials<'_> {
+    Partials {
+        poles: &fit.poles,
+        residues: &fit.residues,
+        residual_terms: &fit.residual_terms,
+        derivative: fit.derivative,
+        delay_s: &fit.delay_s,
+        fit_error: &fit.fit_error,
+    }
+}
+
+/// Power of a fourth difference of neighbouring lines over that of their noise, under the exponential window on the blocks:
+/// `Σ w² (2 sin πn/N)⁸ / Σ w²`, 70 without one.
+fn fourth(responses: &FrequencyResponses) -> f64 {
+    const SAMPLES: usize = 4096;
+    let lines = &responses.frequency_hz;
+    let apart = lines.get(1).zip(lines.first()).map_or(1.0, |(b, a)| b - a);
+    let fall = 2.0 * responses.window_decay / apart;
+    let (mut sum, mut total) = (0.0, 0.0);
+    for n in 0..SAMPLES {
+        let t = (n as f64 + 0.5) / SAMPLES as f64;
+        let weight = (-fall * t).exp();
+        sum += weight * (2.0 * (std::f64::consts::PI * t).sin()).powi(8);
+        total += weight;
+    }
+    sum / total
+}
+
+/// A rational fit, from the poles of another method where that is asked for.
+///
+/// # Errors
+/// Those of the fit.
+pub fn fitted(
+    method: Method,
+    responses: &FrequencyResponses,
+    by_hit: &[HitResponses],
+    band: (f64, f64),
+    study: &IdentifyStudy,
+) -> Result<RationalFit, Error> {
+    let inside = |k: &usize| (band.0..=band.1).contains(&responses.frequency_hz[*k]);
+    let known: Vec<usize> = (0..responses.frequency_hz.len())
+        .filter(|&k| responses.is_known(k))
+        .filter(inside)
+        .collect();
+    let lines: Vec<f64> = known.iter().map(|&k| responses.frequency_hz[k]).collect();
+    let values: Vec<Vec<Complex>> = (responses.functions.iter())
+        .map(|f| known.iter().map(|&k| f.value[k]).collect())
+        .collect();
+    let variance: Option<Vec<Vec<f64>>> = (responses.functions.iter())
+        .map(|f| {
+            f.variance
+                .as_ref()
+                .map(|v| known.iter().map(|&k| v[k]).collect())
+        })
+        .collect();
+    let start = start(method, &lines, &values)?;
+    let of_hit = |hit: &HitResponses| -> Vec<Vec<Complex>> {
+        let all = hit.value.iter();
+        all.map(|h| known.iter().map(|&k| h[k]).collect()).collect()
+    };
+    let by_hit: Vec<Vec<Vec<Complex>>> = by_hit.iter().map(of_hit).collect();
+    let hits = (by_hit.len() > 1).then_some(Hits {
+        responses: &by_hit,
+        fourth: fourth(responses),
+    });
+    let fit = |derivative: u8| {
+        let options = RationalOptions {
+            band_hz: Some(band),
+            order: study.order,
+            allow_unstable: study.allow_unstable,
+            delay: study.delay,
+            ..RationalOptions::default()
+        };
+        let measured = Measured {
+            frequency_hz: &lines,
+            responses: &values,
+            variance: variance.as_deref(),
+            variance_trusted: false,
+            line_independence: responses.line_independence.unwrap_or(1.0),
+            derivative,
+            hits,
+        };
+        match &start {
+            Some(poles) => rational::fit_from(&measured, &options, poles),
+            None => rational::fit(&measured, &options),
+        }
+    };
+    let kinds: Vec<ResponseKind> = responses
+        .functions
+        .iter()
+        .map(|f| ResponseKind::of(f.input.as_ref().map_or("", |i| &i.unit), &f.output.unit))
+        .collect();
+    match (study.derivative, kinds.first()) {
+        (Some(times), _) => fit(times),
+        (None, Some(ResponseKind::Compliance(times))) if kinds.iter().all(|k| k == &kinds[0]) => {
+            fit(*times)
+        }
+        (None, Some(ResponseKind::Unknown)) => {
+            // Receptance and accelerance differ in what modes outside the band leave in it: the better of the two.
+            let plain = fit(0)?;
+            match fit(2) {
+                Ok(twice) if cost(&twice) < cost(&plain) => Ok(twice),
+                _ => Ok(plain),
+            }
+        }
+        _ => fit(0),
+    }
+}
+
+/// The poles a method begins with: as many as the lines carry.
+fn start(
+    method: Method,
+    lines: &[f64],
+    values: &[Vec<Complex>],
+) -> Result<Option<Vec<Complex>>, Error> {
+    let order = START_ORDER.min(lines.len() / 4 * 2);
+    let options = Options::default();
+    let poles = match method {
+        Method::VectorFitting => {
+            vector_fit(lines, values, None, Start::Order(order), options)?.poles
+        }
+        Method::Aaa => aaa(lines, values, order, options)?.poles,
+        _ => return Ok(None),
+    };
+    Ok(Some(poles))
+}
+
+/// Likelihood and size of a fit in one number (Schwarz 1978). Each fit has a variance of its own, so that χ² alone compares nothing.
+fn cost(fit: &RationalFit) -> f64 {
+    let unknowns = fit.poles.len() * 2 * (1 + fit.residues.len());
+    2.0 * fit.surprise + unknowns as f64 * (fit.dof.max(2.0)).ln()
+}

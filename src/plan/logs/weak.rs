@@ -1,0 +1,158 @@
+//! Modes that are weak, by a stated rule, and stable columns of a diagram that are no modes, each with its reason.
+
+use std::f64::consts::TAU;
+
+use super::found::FoundMode;
+use crate::identify::modal::selection::SelectionRule;
+use crate::identify::modal::stabilisation::{DiagramPole, Stability};
+use crate::numeric::Complex;
+use crate::numeric::statistics::HALF_INTERVAL;
+
+/// A frequency less certain than this share of the half-power width makes a mode weak.
+const CERTAIN: f64 = 0.1;
+
+/// Below a line's width a mode is weak unless its damping is known to better than this share, as a standard deviation.
+const KNOWN_DAMPING: f64 = 0.1;
+
+/// The rule as a sentence.
+pub const RULE: &str = "weak: a standard deviation of frequency above a tenth of the half-power width, a damping interval that includes zero, or a half-power width below a line with a damping known to no better than 10 %";
+
+/// Why a mode is weak; `None` where it is not, or its method gives no uncertainty. `line_hz` is the distance of the lines.
+pub fn reason(mode: &FoundMode, line_hz: f64) -> Option<&'static str> {
+    let width = 2.0 * mode.mode.pole.re.abs() / TAU;
+    let (frequency, damping) = (mode.mode.frequency_std_hz()?, mode.mode.damping_std()?);
+    let ratio = mode.mode.damping_ratio();
+    if HALF_INTERVAL * damping >= ratio {
+        return Some("the interval of its damping includes zero");
+    }
+    if width < line_hz && damping > KNOWN_DAMPING * ratio {
+        return Some(
+            "its half-power width is below a line, and its damping is known to no better than 10 %",
+        );
+    }
+    (frequency > CERTAIN * width)
+        .then_some("its frequency is uncertain by more than a tenth of its half-power width")
+}
+
+/// Modes, and apart from them the weak ones with the reason.
+pub fn apart(all: Vec<FoundMode>, line_hz: f64) -> (Vec<FoundMode>, Vec<FoundMode>) {
+    let mut modes = Vec::new();
+    let mut weak = Vec::new();
+    for mut mode in all {
+        mode.weak = reason(&mode, line_hz);
+        match mode.weak {
+            Some(_) => weak.push(mode),
+            None => modes.push(mode),
+        }
+    }
+    (modes, weak)
+}
+
+/// Stable poles over rising orders this near to the next are one column, relative.
+const COLUMN: f64 = 0.005;
+
+/// Fewer orders make no column.
+const LEAST_ORDERS: usize = 3;
+
+/// Stable columns of a diagram without a mode, rad/s, and why.
+pub fn columns(
+    poles: &[DiagramPole],
+    modes: &[FoundMode],
+    band_hz: (f64, f64),
+    rule: &SelectionRule,
+) -> Vec<(Complex, &'static str)> {
+    let mut orders: Vec<usize> = poles.iter().map(|p| p.order).collect();
+    orders.dedup();
+    let mut stable: Vec<&DiagramPole> = (poles.iter())
+        .filter(|p| p.stability == Stability::Stable)
+        .collect();
+    stable.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
+    let next = |a: &&DiagramPole, b: &&DiagramPole| {
+        b.frequency_hz - a.frequency_hz < COLUMN * b.frequency_hz
+    };
+    let mut omitted = Vec::new();
+    for column in stable.chunk_by(next) {
+        let mut own: Vec<usize> = column.iter().map(|p| p.order).collect();
+        own.sort_unstable();
+        own.dedup();
+        let middle = column[column.len() / 2];
+        let (f, damping) = (middle.frequency_hz, middle.damping_ratio);
+        let ends = (
+            column[0].frequency_hz,
+            column[column.len() - 1].frequency_hz,
+        );
+        let is_held = |m: &FoundMode| (ends.0..=ends.1).contains(&m.frequency_hz());
+        if own.len() < LEAST_ORDERS || modes.iter().any(is_held) {
+            continue;
+        }
+        let half_width = |m: &FoundMode| m.mode.pole.re.abs() / TAU;
+        let is_beside =
+            |m: &FoundMode| (m.frequency_hz() - f).abs() < half_width(m).max(COLUMN * f);
+        let reason = if !(band_hz.0..=band_hz.1).contains(&f) {
+            "a stable column outside the band"
+        } else if !(0.0..=rule.most_damping).contains(&damping) {
+            "a stable column whose damping is negative or that of a background"
+        } else if modes.iter().any(is_beside) {
+            "a stable column within the half-power band of a mode, taken as that mode"
+        } else if (own.len() as f64) < rule.presence * orders.len() as f64 {
+            "a stable column over fewer than a third of the orders"
+        } else {
+            "a stable column whose poles differ from order to order by more than half a half-bandwidth"
+        };
+        let pole = Complex::new(-damping, (1.0 - damping * damping).max(0.0).sqrt()) * (TAU * f);
+        omitted.push((pole, reason));
+    }
+    omitted
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::identify::mode::IdentifiedMode;
+
+    fn mode(frequency_hz: f64, damping: f64, frequency_std: f64, damping_std: f64) -> FoundMode {
+        let w = TAU * frequency_hz;
+        FoundMode::from(IdentifiedMode {
+            pole: Complex::new(-damping * w, w),
+            pole_covariance: Some([
+                (damping_std * w).powi(2),
+                (TAU * frequency_std).powi(2),
+                0.0,
+            ]),
+            shape: Vec::new(),
+        })
+    }
+
+    /// 543.68 ± 0.11 Hz with a damping of 0.034 ± 0.027 %: half-power width 0.37 Hz, lines 0.5 Hz.
+    #[test]
+    fn law_weak_modes() {
+        let seen = mode(543.68, 0.00034, 0.056, 0.000138);
+        assert!(reason(&seen, 0.5).is_some_and(|r| r.contains("below a line")));
+        assert!(reason(&mode(500.0, 0.001, 0.01, 0.0006), 0.1).is_some_and(|r| r.contains("zero")));
+        assert!(reason(&mode(500.0, 0.001, 0.2, 0.0001), 0.1).is_some_and(|r| r.contains("tenth")));
+        assert!(reason(&mode(500.0, 0.001, 0.01, 0.00002), 2.0).is_none());
+    }
+
+    /// Nine stable poles at 120 Hz, where no mode is reported, have a reason; those of a mode have none.
+    #[test]
+    fn law_stable_columns_have_a_reason() {
+        let pole = |order: usize, f: f64| DiagramPole {
+            order,
+            frequency_hz: f,
+            damping_ratio: 0.01,
+            stability: Stability::Stable,
+        };
+        let mut poles: Vec<DiagramPole> = Vec::new();
+        for order in 1..=40 {
+            poles.push(pole(order, 80.0));
+            if order > 31 {
+                poles.push(pole(order, 120.0));
+            }
+        }
+        let modes = [mode(80.0, 0.01, 0.01, 1e-4)];
+        let found = columns(&poles, &modes, (1.0, 200.0), &SelectionRule::default());
+        assert_eq!(found.len(), 1);
+        assert!((found[0].0.norm() / TAU - 120.0).abs() < 1e-9);
+        assert!(found[0].1.contains("fewer than a third"));
+    }
+}
