@@ -70,7 +70,7 @@ fn recording(channels: &[(&str, &str, &[f64])]) -> Recording {
     let channel = |(name, unit, samples): &(&str, &str, &[f64])| Channel {
         name: (*name).to_string(),
         unit: (*unit).to_string(),
-        samples: Column::from_slice(samples),
+        samples: Column::from_slice(samples).into(),
         overload_level: None,
         overloads: 0,
     };
@@ -84,6 +84,7 @@ fn recording(channels: &[(&str, &str, &[f64])]) -> Recording {
         stretches: std::iter::once(0..samples).collect(),
         starts: vec![0.0],
         start: None,
+        files: Vec::new(),
         channels: channels.iter().map(channel).collect(),
         repairs: Vec::new(),
         warnings: Vec::new(),

@@ -593,7 +593,7 @@ fn recording(samples: usize) -> Recording {
     let channel = |name: &str, unit: &str, samples: Vec<f64>| Channel {
         name: name.to_string(),
         unit: unit.to_string(),
-        samples: Column::from_slice(&samples),
+        samples: Column::from_slice(&samples).into(),
         overload_level: None,
         overloads: 0,
     };
@@ -611,6 +611,7 @@ fn recording(samples: usize) -> Recording {
         stretches: std::iter::once(0..samples).collect(),
         starts: vec![0.0],
         start: None,
+        files: Vec::new(),
         channels: vec![
             channel("acceleration of housing, x", "m/s²", wild),
             channel("force", "N", tame),
@@ -682,7 +683,7 @@ fn law_uff_of_signals_reads_back() {
 #[test]
 fn exact_json_of_signals() {
     let mut recording = recording(3);
-    recording.channels[1].samples = Column::from_slice(&[0.1, f64::NAN, -2.0]);
+    recording.channels[1].samples = Column::from_slice(&[0.1, f64::NAN, -2.0]).into();
     let mut bytes = Vec::new();
     write::json::signals(&recording, &serde_json::json!({"version": "0"}), &mut bytes).unwrap();
     let document: Value = serde_json::from_slice(&bytes).unwrap();

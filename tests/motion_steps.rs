@@ -158,6 +158,7 @@ fn cubic() -> Train {
     let signal = Signal {
         knots: Vec::new(),
         harmonics: vec![part(-0.25, 1.0), part(0.25, 3.0)],
+        ..Signal::default()
     };
     train(
         &[1.0],
@@ -657,6 +658,7 @@ fn law_stick_slip() {
     pull.imposed = Some(Signal {
         knots: vec![Knot::straight(0.0, 0.0, 0.1)],
         harmonics: Vec::new(),
+        ..Signal::default()
     });
     let law = Law::Friction(Friction {
         sliding: 1.0,

@@ -580,7 +580,7 @@ fn exact_hits_and_faults() {
             Some(Fault::CutShort)
         ]
     );
-    assert!((found.hits[0].time_s - 2009.0 / 4000.0).abs() < 3e-4);
+    assert!((found.hits[0].sample as f64 / 4000.0 - 2009.0 / 4000.0).abs() < 3e-4);
     assert_eq!(found.estimate.window_decay, 0.0);
     let f = &found.estimate.functions[0];
     let peak = system.response(80.0, 0.0).norm();

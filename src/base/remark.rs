@@ -65,6 +65,21 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "Every date of the log can be read with the day first or with the month first. What passed since the first sample is the same either way; the date of the beginning is not known. Say which comes first: --day-first or --month-first, or `dates` in the sidecar.",
     ),
     (
+        "clipped",
+        Warning,
+        "A channel rested on its limit: samples there are not the motion. Where what lies between leaves enough, the clipped samples are left out and the record is cut there; otherwise modes and damping may be wrong by more than their intervals say, and spectra show too low levels and false multiples.",
+    ),
+    (
+        "mains",
+        Warning,
+        "A mode lies on a multiple of 50 or 60 Hz and is no wider than a spectral line: electric pick-up of the mains looks so. A record without excitation shows whether it stays.",
+    ),
+    (
+        "stuck",
+        Warning,
+        "A channel holds one value for a long time although it moves before or after: its sensor, cable or recorder failed. `identify` leaves that time out where another channel shows that the structure moved.",
+    ),
+    (
         "taken-as-spectrum",
         Warning,
         "A channel's name says that it is a spectrum, though the header says it is over time.",
@@ -119,6 +134,11 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "sidecar",
         Repair,
         "A file beside the log, with its name and .toml, was read: what it says of the log was applied. --no-sidecar passes it over.",
+    ),
+    (
+        "files-joined",
+        Repair,
+        "The files are records of one test. Each lies in stretches of its own, no average reaches from one to the next, and each hit counts once.",
     ),
     (
         "gap-split",

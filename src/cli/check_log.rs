@@ -10,8 +10,8 @@ use crate::base::code::Code;
 use crate::base::error::{Error, Errors, Warning};
 use crate::recording::raw::{Raw, Repair};
 use crate::recording::settings::{RateSource, Settings};
-use crate::recording::settle;
 use crate::recording::survey::{Survey, survey};
+use crate::recording::{faults, settle};
 use crate::report;
 use crate::scene;
 
@@ -61,12 +61,16 @@ pub fn check(path: &Path, args: &LogArgs, write: bool) -> Result<Understood, Err
             (found, None)
         }
         false => {
-            let recording = settle::settle(raw, &settings)?;
+            let mut recording = settle::settle(raw, &settings)?;
             let surveys = recording
                 .channels
                 .iter()
                 .map(|c| survey(&recording, c))
                 .collect::<Result<Vec<Survey>, Error>>()?;
+            let all: Vec<usize> = (0..recording.channels.len()).collect();
+            let stuck = faults::find_stuck(&recording, &all)?;
+            let stuck = stuck.stuck_warnings(&recording, false);
+            recording.warnings.extend(stuck);
             let found = Understood {
                 text: report::log_tables::survey(&recording, &surveys),
                 json: report::recording::json(&recording, &surveys),

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::args::{DelayWord, EstimatorWord, IdentifyArgs, KindWord, MapWord, MethodWord};
 use super::files::{self, Files};
-use super::{epilogue, output, progress};
+use super::{epilogue, logs, output, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::kind::Kind;
@@ -21,8 +21,8 @@ use crate::plan::logs::study::IdentifyStudy;
 use crate::recording::names;
 use crate::recording::raw::Repair;
 use crate::recording::responses::FrequencyResponses;
+use crate::recording::write;
 use crate::recording::write::uff::Form;
-use crate::recording::{settle, write};
 use crate::report;
 use crate::spectrum::frf::Estimator;
 use crate::spectrum::window::Window;
@@ -37,14 +37,20 @@ const MOST_MODES: usize = 500;
 pub fn run(args: &IdentifyArgs) -> Result<u8, Errors> {
     let mut study = study(args)?;
     let outputs = outputs(args)?;
-    let (mut settings, sidecar) = args.log.settings(&args.file)?;
-    let inputs: Vec<PathBuf> = sidecar.iter().cloned().chain([args.file.clone()]).collect();
-    let files = Files::new(&outputs, &inputs)?;
-    let mut raw = progress::open(&args.file, &settings, args.quiet)?;
+    let logs = logs::named(&args.files, &args.log)?;
+    let files = Files::new(&outputs, &logs::paths(&logs))?;
+    let mut raw = progress::open(&logs[0].path, &logs[0].settings, args.quiet)?;
     let responses = raw
         .responses
         .take()
         .filter(|r| raw.groups.is_empty() || are_meant(r, &study));
+    if responses.is_some() && logs.len() > 1 {
+        let message =
+            "the file holds frequency responses; only signals of several files are joined";
+        let hint = "identify files of responses one by one, or join their columns in one table";
+        let error = Error::new(Code::Conflict, message).hint(hint);
+        return Err(error.in_file(&logs[0].path.display().to_string()).into());
+    }
     let work = |source: Source, study: &IdentifyStudy| {
         progress::busy("identifying", args.quiet, || {
             identification::identify(source, study)
@@ -57,13 +63,14 @@ pub fn run(args: &IdentifyArgs) -> Result<u8, Errors> {
             (found, raw.repairs)
         }
         None => {
+            let mut only = Vec::new();
             // Without outputs all channels are settled, to be named in the error.
             if !study.outputs.is_empty() {
                 refuse_twice(&study)?;
-                settings.only = study.inputs.iter().chain(&study.outputs).cloned().collect();
+                only = study.inputs.iter().chain(&study.outputs).cloned().collect();
             }
-            let recording = settle::settle(raw, &settings)?;
-            if !settings.only.is_empty() {
+            let recording = logs::settled(&logs, raw, &only, args.quiet)?;
+            if !only.is_empty() {
                 // The sidecar may have given channels other names; they stand in the order asked for.
                 let names: Vec<String> =
                     recording.channels.iter().map(|c| c.name.clone()).collect();
@@ -305,19 +312,18 @@ fn pictures(path: &Path) -> [PathBuf; 4] {
 }
 
 /// What the method has to show.
-fn drawn(path: &Path, log: &Path, found: &Identification) -> Result<Vec<(PathBuf, String)>, Error> {
-    let name = log.file_name().unwrap_or_default().to_string_lossy();
+fn drawn(path: &Path, name: &str, found: &Identification) -> Result<Vec<(PathBuf, String)>, Error> {
     let [first, nyquist, poles, stabilisation] = pictures(path);
     let diagram =
-        report::identified::diagram(found, &name).map(|d| report::poles_picture::stabilisation(&d));
-    let Some(shown) = report::identified::curves(found, &name) else {
+        report::identified::diagram(found, name).map(|d| report::poles_picture::stabilisation(&d));
+    let Some(shown) = report::identified::curves(found, name) else {
         // Without responses the first picture is what the modes were chosen from.
         let course = found.course().map(|c| {
             report::mode_course::draw(c, &format!("{name}: modes in the course of the record"))
         });
         let picture = (course.or(diagram))
             .or_else(|| {
-                let shown = report::identified::decomposition(found, &name);
+                let shown = report::identified::decomposition(found, name);
                 shown.map(|s| report::decomposition_picture::draw(&s))
             })
             .unwrap_or_else(|| {
@@ -359,7 +365,7 @@ fn written(
         all.push((path.clone(), report::identified::csv(found).into_bytes()));
     }
     if let Some(path) = &args.svg {
-        let drawn = drawn(path, &args.file, found)?;
+        let drawn = drawn(path, &logs::title(&args.files), found)?;
         all.extend(
             drawn
                 .into_iter()
@@ -465,7 +471,8 @@ fn epilogue(found: &Identification, repairs: &[Repair], written: &[PathBuf]) -> 
     text += &epilogue::repairs(repairs);
     for hit in found.hits.iter().filter(|h| h.fault.is_some()) {
         let why = hit.fault.map_or("", |f| f.words());
-        text += &format!("hit at {:.4} s left out: {why}\n", hit.time_s);
+        let file = (hit.moment.file.as_ref()).map_or(String::new(), |f| format!(" of {f}"));
+        text += &format!("hit at {:.4} s{file} left out: {why}\n", hit.moment.time_s);
     }
     text += &epilogue::warnings(&found.warnings);
     text += &epilogue::written(written);

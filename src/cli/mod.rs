@@ -24,6 +24,9 @@ pub mod epilogue;
 /// How far long work is.
 pub mod progress;
 
+/// The logs of one test.
+pub mod logs;
+
 /// Flags as a study.
 pub mod study;
 

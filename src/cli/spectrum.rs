@@ -5,18 +5,20 @@ use std::path::PathBuf;
 
 use super::args::{DetrendWord, MotionWord, SpectrumArgs, SpectrumWord};
 use super::files::{self, Files};
-use super::{epilogue, identify, output, progress};
+use super::{epilogue, identify, logs, output, progress};
 use crate::base::code::Code;
-use crate::base::error::{Error, Errors};
+use crate::base::error::{Error, Errors, Warning};
 use crate::base::kind::Kind;
 use crate::base::units;
 use crate::plan::logs::expected;
 use crate::plan::logs::held;
+use crate::plan::logs::order_cuts;
 use crate::plan::logs::spectrum;
 use crate::plan::logs::spectrum_study::{Spectrum, SpectrumKind, SpectrumStudy};
 use crate::plan::prepared::Prepared;
+use crate::recording::names;
 use crate::recording::raw::{Raw, Repair};
-use crate::recording::{names, settle};
+use crate::recording::signals::Recording;
 use crate::report;
 use crate::scene;
 use crate::spectrum::integrate::Motion;
@@ -39,28 +41,34 @@ pub fn run(args: &SpectrumArgs) -> Result<u8, Errors> {
     {
         files::ends(path, &[end])?;
     }
-    let (mut settings, sidecar) = args.log.settings(&args.file)?;
-    let inputs: Vec<PathBuf> = sidecar
-        .iter()
-        .chain(&args.model)
-        .chain([&args.file])
-        .cloned()
-        .collect();
+    let logs = logs::named(&args.files, &args.log)?;
+    let mut inputs = logs::paths(&logs);
+    inputs.extend(args.model.clone());
     let files = Files::new(&outputs, &inputs)?;
     study.expected = expected_lines(args, &study)?;
-    settings.only = study.channels.iter().chain(&study.tacho).cloned().collect();
-    once(&settings.only)?;
-    let raw = progress::open(&args.file, &settings, args.quiet)?;
+    let only: Vec<String> = study.channels.iter().chain(&study.tacho).cloned().collect();
+    once(&only)?;
+    let mut settings = logs[0].settings.clone();
+    settings.only = only;
+    let raw = progress::open(&logs[0].path, &settings, args.quiet)?;
     for word in study.channels.iter_mut().chain(&mut study.tacho) {
         *word = full_name(&raw, word);
     }
-    settings.only = study.channels.iter().chain(&study.tacho).cloned().collect();
-    once(&settings.only)?;
+    let only: Vec<String> = study.channels.iter().chain(&study.tacho).cloned().collect();
+    once(&only)?;
     let (mut found, warnings, repairs) = if are_held(&raw, &study) {
+        if logs.len() > 1 {
+            let message = "the file holds spectra; only signals of several files are averaged";
+            let error = Error::new(Code::Conflict, message).hint("name one file of spectra");
+            return Err(error.in_file(&raw.path).into());
+        }
         let found = held::spectrum(&raw.spectra, &study).map_err(|e| e.in_file(&raw.path))?;
         (found, raw.warnings, raw.repairs)
     } else {
-        let recording = settle::settle(raw, &settings)?;
+        let recording = logs::settled(&logs, raw, &only, args.quiet)?;
+        if args.kind == SpectrumWord::OrderCut {
+            return cut(files, args, &recording, &study);
+        }
         let found = progress::busy("analysing", args.quiet, || {
             spectrum::spectrum(&recording, &study)
         })?;
@@ -75,7 +83,39 @@ pub fn run(args: &SpectrumArgs) -> Result<u8, Errors> {
     }
     output::print(&report::spectrum_table::spectrum(&found))?;
     if !args.quiet {
-        output::tell(&epilogue(&found, &repairs, &written));
+        output::tell(&epilogue(&repairs, &found.warnings, &written));
+    }
+    Ok(0)
+}
+
+/// Cuts orders and prints.
+fn cut(
+    mut files: Files,
+    args: &SpectrumArgs,
+    recording: &Recording,
+    study: &SpectrumStudy,
+) -> Result<u8, Errors> {
+    let mut found = progress::busy("cutting orders", args.quiet, || {
+        order_cuts::order_cuts(recording, study)
+    })?;
+    found
+        .warnings
+        .splice(0..0, recording.warnings.iter().cloned());
+    if let Some(path) = &args.csv {
+        files.write(path, report::order_cuts::csv(&found).as_bytes())?;
+    }
+    if let Some(path) = &args.svg {
+        let picture = report::order_cuts::picture(&found, &logs::title(&args.files));
+        files.write(path, picture.as_bytes())?;
+    }
+    let written = files.finish()?;
+    if args.json {
+        output::document(&report::order_cuts::json(&found, &recording.repairs))?;
+        return Ok(0);
+    }
+    output::print(&report::order_cuts_table::table(&found))?;
+    if !args.quiet {
+        output::tell(&epilogue(&recording.repairs, &found.warnings, &written));
     }
     Ok(0)
 }
@@ -168,12 +208,15 @@ fn study(args: &SpectrumArgs) -> Result<SpectrumStudy, Error> {
         speed,
         turns: args.turns,
         separate: args.separate,
+        cuts: cuts(args)?,
         expected: Vec::new(),
     })
 }
 
 fn kind(word: SpectrumWord) -> SpectrumKind {
     match word {
+        // An order cut is no spectrum and takes its own way.
+        SpectrumWord::OrderCut => SpectrumKind::default(),
         SpectrumWord::Psd => SpectrumKind::Density,
         SpectrumWord::Amplitude => SpectrumKind::Amplitude,
         SpectrumWord::Rms => SpectrumKind::Rms,
@@ -183,6 +226,22 @@ fn kind(word: SpectrumWord) -> SpectrumKind {
         SpectrumWord::Spectrogram => SpectrumKind::Spectrogram,
         SpectrumWord::Order => SpectrumKind::Order,
         SpectrumWord::Average => SpectrumKind::Average,
+    }
+}
+
+/// The orders to cut.
+fn cuts(args: &SpectrumArgs) -> Result<Vec<f64>, Error> {
+    if args.kind != SpectrumWord::OrderCut && !args.orders.is_empty() {
+        return Err(Error::new(Code::Usage, "--orders does nothing here")
+            .hint("it is for --kind order-cut"));
+    }
+    match args.orders.iter().find(|o| !(**o > 0.0 && o.is_finite())) {
+        Some(order) => Err(Error::new(
+            Code::OutOfRange,
+            format!("--orders takes cycles a turn above zero, not {order}"),
+        )
+        .hint("such as --orders 1,2,21.5")),
+        None => Ok(args.orders.clone()),
     }
 }
 
@@ -274,7 +333,7 @@ fn written(mut files: Files, args: &SpectrumArgs, found: &Spectrum) -> Result<Ve
         files.write(path, report::spectra::csv(found).as_bytes())?;
     }
     if let Some(path) = &args.svg {
-        let name = args.file.file_name().unwrap_or_default().to_string_lossy();
+        let name = logs::title(&args.files);
         let maps = report::spectra::maps(found, &name);
         let picture = match maps.is_empty() {
             true => report::lines_picture::lines(&report::spectra::curves(found, &name)),
@@ -286,10 +345,10 @@ fn written(mut files: Files, args: &SpectrumArgs, found: &Spectrum) -> Result<Ve
 }
 
 /// What was done to the data, doubts, what was written.
-fn epilogue(found: &Spectrum, repairs: &[Repair], written: &[PathBuf]) -> String {
+fn epilogue(repairs: &[Repair], warnings: &[Warning], written: &[PathBuf]) -> String {
     let mut text = String::from("\n");
     text += &epilogue::repairs(repairs);
-    text += &epilogue::warnings(&found.warnings);
+    text += &epilogue::warnings(warnings);
     text += &epilogue::written(written);
     text
 }

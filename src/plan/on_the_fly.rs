@@ -280,7 +280,7 @@ impl Rows {
             Channel {
                 name: ["input", "output"][at].to_string(),
                 unit: "rad".to_string(),
-                samples: Column::from_slice(&samples),
+                samples: Column::from_slice(&samples).into(),
                 overload_level: None,
                 overloads: 0,
             }
@@ -295,6 +295,7 @@ impl Rows {
             stretches: vec![0..self.angles.len()],
             starts: vec![0.0],
             start: None,
+            files: Vec::new(),
             channels: vec![channel(0), channel(1)],
             repairs: Vec::new(),
             warnings: Vec::new(),

@@ -112,10 +112,16 @@ impl Extremes {
 
 /// How many tops are clipped and at what level: at the extreme with more of them; nothing where none is.
 pub fn told(found: &Extremes) -> Option<(usize, f64)> {
+    let more = |a: (usize, f64), b: (usize, f64)| if a.0 > b.0 { a } else { b };
+    of_sides(found).into_iter().flatten().reduce(more)
+}
+
+/// The same of the low and of the high extreme.
+pub fn of_sides(found: &Extremes) -> [Option<(usize, f64)>; 2] {
     let [low, high] = &found.at;
     let share = |extreme: &Extreme| extreme.samples as f64 / found.count.max(1) as f64;
     if share(low) + share(high) > TWO_STATES {
-        return None;
+        return [None, None];
     }
     let tops = |extreme: &Extreme, next: &mut dyn Iterator<Item = &usize>| match () {
         () if share(extreme) > REST => 0,
@@ -124,8 +130,7 @@ pub fn told(found: &Extremes) -> Option<(usize, f64)> {
     };
     let low = (tops(low, &mut found.windows.iter()), found.range.0);
     let high = (tops(high, &mut found.windows.iter().rev()), found.range.1);
-    let most = if low.0 > high.0 { low } else { high };
-    (most.0 > 0).then_some(most)
+    [low, high].map(|side| Some(side).filter(|s| s.0 > 0))
 }
 
 #[cfg(test)]

@@ -63,8 +63,14 @@ pub mod calibrate;
 /// A log as written becomes a recording.
 pub mod settle;
 
+/// Several files of one test.
+pub mod join;
+
 /// Clipping told from samples.
 pub mod clipping;
+
+/// Where sensors clipped or were stuck.
+pub mod faults;
 
 /// What a channel looks like.
 pub mod survey;

@@ -1,5 +1,7 @@
 //! What a reader may be told instead of guessing: by flags, or by a sidecar file `[log]`.
 
+use std::path::PathBuf;
+
 use super::raw::Repair;
 
 /// Everything that may be said of a log. What is `None` is found from the file.
@@ -25,6 +27,8 @@ pub struct Settings {
     pub to_s: Option<f64>,
     /// The part used begins where a channel reaches a level.
     pub trigger: Option<Trigger>,
+    /// The logs of one test that these settings are for, where a sidecar lists them.
+    pub files: Vec<PathBuf>,
     /// What was read beside the log to say all this, said in every answer.
     pub notes: Vec<Repair>,
 }

@@ -1,13 +1,14 @@
 //! Channels with units on a uniform time base: what every analysis of a log starts from.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use super::column::Column;
 use super::raw::Repair;
 use crate::base::error::Warning;
 
 /// Channels on a uniform time base.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Recording {
     /// The file, as the user named it.
     pub path: String,
@@ -23,10 +24,12 @@ pub struct Recording {
     pub samples: usize,
     /// Stretches without a gap, in samples, rising; at least one.
     pub stretches: Vec<Range<usize>>,
-    /// Where each stretch begins, in steps of 1/rate from the log's first sample; whole but where a gap is not.
+    /// Where each stretch begins, in steps of 1/rate from the first sample of its file; whole but where a gap is not.
     pub starts: Vec<f64>,
     /// Date and time of the log's first sample as written.
     pub start: Option<String>,
+    /// The files that the samples come from, in their order; empty where they come from no file.
+    pub files: Vec<LogFile>,
     /// The channels.
     pub channels: Vec<Channel>,
     /// Everything done to the data.
@@ -35,15 +38,33 @@ pub struct Recording {
     pub warnings: Vec<Warning>,
 }
 
+/// A file and its samples within a recording.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LogFile {
+    /// The file, as the user named it.
+    pub path: String,
+    /// Its samples, among those of the recording.
+    pub samples: Range<usize>,
+}
+
+/// When a sample was taken.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Moment {
+    /// The file that holds it, where the recording comes from several.
+    pub file: Option<String>,
+    /// From the first sample of that file, gaps and what was left out before included, s.
+    pub time_s: f64,
+}
+
 /// One channel in the unit it is analysed in.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Channel {
     /// Its name.
     pub name: String,
     /// Its unit as shown; empty where unknown.
     pub unit: String,
-    /// Samples in that unit; finite inside every stretch.
-    pub samples: Column,
+    /// Samples in that unit; finite inside every stretch, shared by the parts of a recording.
+    pub samples: Arc<Column>,
     /// Samples at or beyond this size are overloads, where somebody said so.
     pub overload_level: Option<f64>,
     /// Cells that held an overload word.
@@ -59,6 +80,18 @@ impl Recording {
     /// When sample `at` of stretch `stretch` was taken, s from the log's first sample.
     pub fn time_s(&self, stretch: usize, at: usize) -> f64 {
         (self.starts[stretch] + at as f64) / self.rate_hz
+    }
+
+    /// When sample `at` of the recording was taken, in the time of its own file.
+    pub fn moment(&self, at: usize) -> Moment {
+        let before = self.stretches.partition_point(|s| s.start <= at);
+        let stretch = before.saturating_sub(1);
+        let start = self.stretches.get(stretch).map_or(0, |s| s.start);
+        let file = self.files.iter().find(|f| f.samples.contains(&at));
+        Moment {
+            file: (file.filter(|_| self.files.len() > 1)).map(|f| f.path.clone()),
+            time_s: self.time_s(stretch, at - start),
+        }
     }
 
     /// Time that the samples cover, without the gaps, s.

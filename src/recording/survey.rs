@@ -126,10 +126,11 @@ mod tests {
             stretches: vec![0..samples.len()],
             starts: vec![0.0],
             start: None,
+            files: Vec::new(),
             channels: vec![Channel {
                 name: "a".into(),
                 unit: "g".into(),
-                samples: Column::from_slice(samples),
+                samples: Column::from_slice(samples).into(),
                 overload_level: None,
                 overloads: 0,
             }],

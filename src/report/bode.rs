@@ -31,7 +31,9 @@ pub struct Curve {
 pub struct Bode {
     /// Above it.
     pub title: String,
-    /// Lines, Hz.
+    /// What it is over; frequency in Hz where empty.
+    pub across: &'static str,
+    /// Lines, in the unit of what it is over.
     pub frequency_hz: Vec<f64>,
     /// Responses; the first few are drawn.
     pub curves: Vec<Curve>,
@@ -54,6 +56,10 @@ const GAP: f64 = 16.0;
 pub fn bode(shown: &Bode) -> String {
     let curves = &shown.curves[..shown.curves.len().min(MOST)];
     let coherent = curves.iter().any(|c| c.coherence.is_some());
+    let axis = match shown.across {
+        "" => "frequency, Hz",
+        across => across,
+    };
     let top = 52.0;
     let heights = [TALL, LOW, if coherent { FLAT } else { 0.0 }];
     let mut at = top;
@@ -104,16 +110,11 @@ pub fn bode(shown: &Bode) -> String {
         frame(&magnitude, canvas, &unit, None);
         let phase = panel(panels[1], (-190.0, 190.0));
         phase.rule_y(canvas, &[-180.0, -90.0, 0.0, 90.0, 180.0]);
-        frame(
-            &phase,
-            canvas,
-            "phase, deg",
-            (!coherent).then_some("frequency, Hz"),
-        );
+        frame(&phase, canvas, "phase, deg", (!coherent).then_some(axis));
         let coherence = coherent.then(|| panel(panels[2], (0.0, 1.05)));
         if let Some(coherence) = &coherence {
             coherence.rule_y(canvas, &[0.0, 0.5, 1.0]);
-            frame(coherence, canvas, "coherence", Some("frequency, Hz"));
+            frame(coherence, canvas, "coherence", Some(axis));
         }
         for &f in shown.modes_hz.iter().filter(|f| (first..=last).contains(f)) {
             for panel in [&magnitude, &phase] {

@@ -33,7 +33,7 @@ pub fn json(found: &Identification, done: &[Repair]) -> Result<Value, Error> {
         .map(TransferFunction::to_json)
         .collect::<Result<Vec<Value>, Error>>()?;
     let fit = found.fit();
-    let hits = found.hits.iter().map(|h| json!({ "time_s": h.time_s, "peak": h.peak, "used": h.fault.is_none(), "fault": h.fault.map(|f| f.words()) }));
+    let hits = found.hits.iter().map(|h| json!({ "file": h.moment.file, "time_s": h.moment.time_s, "peak": h.peak, "used": h.fault.is_none(), "fault": h.fault.map(|f| f.words()) }));
     let omitted = found.omitted();
     let omitted = (omitted.iter())
         .map(|(pole, reason)| json!({ "pole_rad_s": complex(*pole), "reason": reason }));
@@ -258,6 +258,7 @@ pub fn curves(found: &Identification, title: &str) -> Option<Bode> {
     };
     Some(Bode {
         title: title.to_string(),
+        across: "",
         frequency_hz: lines.iter().map(at).collect(),
         curves: responses.functions.iter().enumerate().map(curve).collect(),
         modes_hz: found.modes.iter().map(FoundMode::frequency_hz).collect(),

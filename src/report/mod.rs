@@ -60,6 +60,9 @@ pub mod encoders_picture;
 /// CSV files.
 pub mod csv;
 
+/// Order cuts of measured run-ups.
+pub mod order_cuts;
+
 /// Motion in time.
 pub mod motion;
 
@@ -156,6 +159,10 @@ pub mod log_tables;
 /// Tables of spectra.
 #[cfg(feature = "cli")]
 pub mod spectrum_table;
+
+/// Order cuts as tables.
+#[cfg(feature = "cli")]
+pub mod order_cuts_table;
 
 /// Tables of encoder records.
 #[cfg(feature = "cli")]

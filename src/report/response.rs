@@ -160,6 +160,7 @@ pub fn pictures(title: &str, answer: &Answer) -> (String, String) {
     modes.dedup_by(|a, b| (*a - *b).abs() < 2e-3 * *a);
     let shown = Bode {
         title: title.to_string(),
+        across: "",
         frequency_hz: answer.drawn_hz.clone(),
         curves: drawn(answer).map(curve).collect(),
         modes_hz: modes,

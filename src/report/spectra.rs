@@ -7,6 +7,7 @@ use super::lines_picture::Lines;
 use super::map_picture::Map;
 use super::number::brief;
 use super::recording::repairs;
+use crate::plan::logs::order_cuts::rpm;
 use crate::plan::logs::spectrum_study::{Across, Curve, Line, Spectrum, SpectrumKind};
 use crate::recording::raw::Repair;
 
@@ -67,7 +68,11 @@ fn channel(curve: &Curve, place: &str) -> Value {
         all["rows"] = curve
             .rows
             .iter()
-            .map(|row| json!({ "time_s": row.time_s, "value": row.density }))
+            .enumerate()
+            .map(|(at, row)| {
+                let speed_rpm = curve.speed.get(at).map(|&s| rpm(s));
+                json!({ "time_s": row.time_s, "speed_rpm": speed_rpm, "value": row.density })
+            })
             .collect();
     }
     all
@@ -94,7 +99,9 @@ pub fn decibels(ratio: f64) -> f64 {
 /// One row a line, one column a channel; of spectrograms one row a time and line.
 pub fn csv(found: &Spectrum) -> String {
     let with_times = found.curves.iter().any(|c| !c.rows.is_empty());
+    let speed = found.curves.first().map_or(&[][..], |c| &c.speed);
     let mut text = String::from(if with_times { "time_s," } else { "" });
+    text += if speed.is_empty() { "" } else { "speed_rpm," };
     text += key(found.across);
     for curve in &found.curves {
         let head = match curve.unit.is_empty() {
@@ -104,9 +111,12 @@ pub fn csv(found: &Spectrum) -> String {
         text += &format!(",\"{}\"", head.replace('"', "\"\""));
     }
     text.push('\n');
-    let mut row = |time: Option<f64>, k: usize, values: &mut dyn Iterator<Item = f64>| {
-        if let Some(time) = time {
+    let mut row = |time: Option<(usize, f64)>, k: usize, values: &mut dyn Iterator<Item = f64>| {
+        if let Some((at, time)) = time {
             text += &format!("{time:?},");
+            text += &speed
+                .get(at)
+                .map_or(String::new(), |&s| format!("{:?},", rpm(s)));
         }
         text += &format!("{:?}", found.places[k]);
         values.for_each(|v| text += &format!(",{v:?}"));
@@ -117,7 +127,7 @@ pub fn csv(found: &Spectrum) -> String {
         for r in 0..rows {
             for k in 0..found.places.len() {
                 let mut values = found.curves.iter().map(|c| c.rows[r].density[k]);
-                row(Some(found.curves[0].rows[r].time_s), k, &mut values);
+                row(Some((r, found.curves[0].rows[r].time_s)), k, &mut values);
             }
         }
     } else {
@@ -130,16 +140,51 @@ pub fn csv(found: &Spectrum) -> String {
 
 /// Spectrograms as maps, one for each channel; none of other spectra.
 pub fn maps(found: &Spectrum, title: &str) -> Vec<Map> {
-    let map = |curve: &Curve| Map {
-        title: format!("{title}: {}", curve.channel),
-        level: format!("dB re 1 {}", curve.unit),
-        across: "time, s".to_string(),
-        times: curve.rows.iter().map(|row| row.time_s).collect(),
-        places: found.places.clone(),
-        rows: curve.rows.iter().map(|row| row.density.clone()).collect(),
+    let map = |curve: &Curve| {
+        let (across, times, rows) = match curve.speed.is_empty() {
+            true => (
+                "time, s",
+                curve.rows.iter().map(|row| row.time_s).collect(),
+                curve.rows.iter().map(|row| row.density.clone()).collect(),
+            ),
+            false => over_speed(curve),
+        };
+        Map {
+            title: format!("{title}: {}", curve.channel),
+            level: format!("dB re 1 {}", curve.unit),
+            across: across.to_string(),
+            times,
+            places: found.places.clone(),
+            rows,
+        }
     };
     let with_times = found.curves.iter().filter(|c| !c.rows.is_empty());
     with_times.map(map).collect()
+}
+
+/// Columns of a map over speed, at most.
+const SPEEDS: usize = 250;
+
+/// Rows of equal speed averaged, by rising speed in rpm.
+fn over_speed(curve: &Curve) -> (&'static str, Vec<f64>, Vec<Vec<f64>>) {
+    let ends =
+        (curve.speed.iter()).fold((f64::INFINITY, 0.0f64), |(l, h), &s| (l.min(s), h.max(s)));
+    let width = (ends.1 - ends.0) / SPEEDS.min(curve.rows.len()).max(1) as f64;
+    let bin = |speed: f64| ((speed - ends.0) / width.max(f64::MIN_POSITIVE)) as usize;
+    let mut order: Vec<usize> = (0..curve.rows.len()).collect();
+    order.sort_by(|&a, &b| curve.speed[a].total_cmp(&curve.speed[b]));
+    let (mut speeds, mut rows) = (Vec::new(), Vec::new());
+    for group in order.chunk_by(|&a, &b| bin(curve.speed[a]) == bin(curve.speed[b])) {
+        let share = 1.0 / group.len() as f64;
+        speeds.push(group.iter().map(|&at| share * rpm(curve.speed[at])).sum());
+        let mut mean = vec![0.0; curve.rows[group[0]].density.len()];
+        for &at in group {
+            let both = mean.iter_mut().zip(&curve.rows[at].density);
+            both.for_each(|(m, d)| *m += share * d);
+        }
+        rows.push(mean);
+    }
+    ("speed, rpm", speeds, rows)
 }
 
 /// Labels of one picture at most, the strongest lines first.

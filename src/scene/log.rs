@@ -10,7 +10,7 @@ use crate::base::kind::Kind;
 use crate::base::load;
 use crate::base::notes::{Notes, Range};
 use crate::base::place::{Place, Source};
-use crate::base::toml::{self, Value};
+use crate::base::toml::{self, Item, Value};
 use crate::recording::raw::Repair;
 use crate::recording::settings::{ChannelSettings, DialectSettings, Gaps, RateSource, Settings};
 
@@ -52,6 +52,26 @@ pub fn read_beside(log: &Path) -> Result<Option<Settings>, Errors> {
         message,
     });
     Ok(Some(settings))
+}
+
+/// The settings of a file that lists the logs of one test, their paths from its own folder; `None` where it is no such file.
+///
+/// # Errors
+/// Everything wrong in it.
+pub fn read_list(path: &Path) -> Result<Option<Settings>, Errors> {
+    if path.extension().is_none_or(|e| e != "toml") || !path.is_file() {
+        return Ok(None);
+    }
+    let source = load::load(path)?;
+    if toml::parse(&source).broken.is_none() && !is_sidecar(&source) {
+        return Ok(None);
+    }
+    let mut settings = read(&source)?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    for file in &mut settings.files {
+        *file = folder.join(&file);
+    }
+    Ok(Some(settings).filter(|s| !s.files.is_empty()))
 }
 
 /// Reads a sidecar.
@@ -123,8 +143,26 @@ fn log(f: &mut Fields) -> Settings {
         from_s: f.optional_quantity("after", Kind::Time, Range::NotNegative),
         to_s: f.optional_quantity("before", Kind::Time, Range::Positive),
         trigger: None,
+        files: files(f),
         notes: Vec::new(),
     }
+}
+
+/// The logs of one test, as written.
+fn files(f: &mut Fields) -> Vec<PathBuf> {
+    const TAKES: &str = "a list of files, such as [\"hit_1.csv\", \"hit_2.csv\"]";
+    let Some(item) = f.item("files", TAKES) else {
+        return Vec::new();
+    };
+    let path = |item: &Item| match &item.value {
+        Value::Text(text) if !text.is_empty() => Some(PathBuf::from(text)),
+        _ => None,
+    };
+    let all: Option<Vec<PathBuf>> = match &item.value {
+        Value::List(list) if !list.is_empty() => list.iter().map(path).collect(),
+        _ => None,
+    };
+    all.unwrap_or_else(|| f.wrong_type("files", item, TAKES).unwrap_or_default())
 }
 
 fn channel(f: &mut Fields) -> ChannelSettings {

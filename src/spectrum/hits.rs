@@ -47,8 +47,13 @@ pub fn median(samples: &[f64]) -> f64 {
     statistics::median(&mut picked).unwrap_or(0.0)
 }
 
-/// The pulses of a force.
+/// The pulses of a force to the side of its largest.
 pub fn pulses(force: &[f64]) -> Pulses {
+    pulses_to(force, false)
+}
+
+/// The pulses of a force, to `both` sides or to that of its largest.
+pub fn pulses_to(force: &[f64], both: bool) -> Pulses {
     let baseline = median(force);
     let step = force.len().div_ceil(PICKED).max(1);
     let picked = force.iter().step_by(step);
@@ -68,7 +73,10 @@ pub fn pulses(force: &[f64]) -> Pulses {
         threshold,
         pulses: Vec::new(),
     };
-    let is_above = |f: f64| (f - baseline) * largest.signum() > threshold;
+    let is_above = |f: f64| {
+        let over = (f - baseline) * largest.signum();
+        over > threshold || (both && -over > threshold)
+    };
     let mut at = 0;
     while let Some(start) = (at..force.len()).find(|&j| is_above(force[j])) {
         let end = (start..force.len())
@@ -127,8 +135,57 @@ pub fn is_impact(force: &[f64]) -> bool {
     };
     let inside: f64 = found.pulses.iter().map(to_its_side).sum();
     !found.pulses.is_empty()
+        && !found.pulses.iter().any(|p| is_level(p, force))
         && time as f64 <= SHARE_OF_TIME * force.len() as f64
         && inside >= SHARE_IN_PULSES * (energy(force) - noise)
+}
+
+/// A pulse at an end of the record is a level, held before a release or after a step, where half of its samples lie within a tenth of its
+/// height; of half a sine that is cut off at its top they are three in ten.
+fn is_level(pulse: &Pulse, force: &[f64]) -> bool {
+    const LEAST: usize = 16;
+    const NEAR: f64 = 0.1;
+    const SHARE: f64 = 0.5;
+    let at_end = pulse.above.start == 0 || pulse.above.end == force.len();
+    let near = |f: &&f64| (**f - force[pulse.peak]).abs() <= NEAR * pulse.height.abs();
+    let count = force[pulse.above.clone()].iter().filter(near).count();
+    at_end && count >= LEAST && count as f64 > SHARE * pulse.above.len() as f64
+}
+
+/// Steps of a force at most: what steps more often, such as a random binary signal, drives all the time.
+const MOST_STEPS: usize = 20;
+
+/// Of what a step goes up and down, this share is left when it is over; of a pulse nothing.
+const LEFT: f64 = 0.8;
+
+/// The change of each sample from the one before; 0 of the first.
+pub fn differences(samples: &[f64]) -> Vec<f64> {
+    let first = samples.iter().take(1).map(|_| 0.0);
+    first
+        .chain(samples.windows(2).map(|w| w[1] - w[0]))
+        .collect()
+}
+
+/// Whether a force steps from level to level, as on a release: nearly all the energy of its differences lies in few short pulses, and each
+/// leaves the force on another level.
+pub fn is_stepwise(force: &[f64]) -> bool {
+    let changes = differences(force);
+    let found = pulses_to(&changes, true);
+    let energy = |samples: &[f64]| samples.iter().map(|d| d * d).sum::<f64>();
+    let noise = changes.len() as f64 * found.noise * found.noise;
+    let time: usize = found.pulses.iter().map(|p| p.above.len()).sum();
+    let inside: f64 = (found.pulses.iter())
+        .map(|p| energy(&changes[p.above.clone()]))
+        .sum();
+    let stays = |p: &Pulse| {
+        let samples = &changes[p.above.clone()];
+        let both: f64 = samples.iter().map(|d| d.abs()).sum();
+        samples.iter().sum::<f64>().abs() >= LEFT * both
+    };
+    (1..=MOST_STEPS).contains(&found.pulses.len())
+        && time as f64 <= SHARE_OF_TIME * force.len() as f64
+        && inside >= SHARE_IN_PULSES * (energy(&changes) - noise)
+        && found.pulses.iter().all(stays)
 }
 
 /// A run of equal samples at the extreme counts as clipped from this length on.
@@ -232,6 +289,31 @@ mod tests {
             .collect();
         for force in [&sine, &random, &burst, &vec![0.0; 100], &Vec::new()] {
             assert!(!is_impact(force));
+        }
+    }
+
+    /// Steps up and down, and a release soon after the record begins; not hits, and hits no steps.
+    #[test]
+    fn law_what_is_a_step() {
+        let mut rng = fastrand::Rng::with_seed(2);
+        let mut noise = |size: f64| size * (rng.f64() - 0.5);
+        let levels = |from: usize, to: usize| {
+            let rise = move |j: usize| ((j as f64 - from as f64) / 6.0).clamp(0.0, 1.0);
+            let fall = move |j: usize| ((j as f64 - to as f64) / 6.0).clamp(0.0, 1.0);
+            (0..20_000).map(move |j| rise(j) - fall(j))
+        };
+        let plain: Vec<f64> = levels(5000, 12_000).collect();
+        let noisy: Vec<f64> = plain.iter().map(|f| 2.0 - f + noise(0.01)).collect();
+        let held: Vec<f64> = levels(0, 500).skip(6).collect();
+        let release: Vec<f64> = held.iter().map(|f| f + noise(0.01)).collect();
+        for force in [&plain, &noisy, &release] {
+            assert!(is_stepwise(force) && !is_impact(force));
+        }
+        let hits = blows(20_000, &[3000, 9000, 15_000], 20);
+        let random: Vec<f64> = (0..20_000).map(|_| noise(1.0)).collect();
+        let binary: Vec<f64> = (0..20_000).map(|j| f64::from((j / 50) % 3 % 2)).collect();
+        for force in [&hits, &random, &binary, &vec![0.0; 100], &Vec::new()] {
+            assert!(!is_stepwise(force));
         }
     }
 

@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 use std::ops::Range;
 
 use super::frf::{Estimate, Estimator, estimate, pairs};
-use super::hits::{Pulse, is_clipped, median, pulses};
+use super::hits::{Pulse, is_clipped, median, pulses_to};
 use super::spectra::{Cross, Spectra};
 use super::welch::{Welch, WelchOptions};
 use crate::base::code::Code;
@@ -27,6 +27,8 @@ pub struct ImpactOptions {
     pub force_share: Option<f64>,
     /// What an exponential window on force and responses falls to at the end of the block, 1 for none; `None`: as the responses want it.
     pub end: Option<f64>,
+    /// Pulses to both sides count, as of the differences of a force that steps.
+    pub both_sides: bool,
     /// Levels at which channels overload, force first; where `None` or missing, flat tops are looked for.
     pub overload: Vec<Option<f64>>,
 }
@@ -39,6 +41,7 @@ impl Default for ImpactOptions {
             double_within_s: 0.1,
             force_share: None,
             end: None,
+            both_sides: false,
             overload: Vec::new(),
         }
     }
@@ -84,8 +87,6 @@ impl Fault {
 pub struct Hit {
     /// Sample of its largest force.
     pub sample: usize,
-    /// Time of it from the first sample, s.
-    pub time_s: f64,
     /// Its largest force over the level between hits.
     pub peak: f64,
     /// Why it was set aside; `None` where it was used.
@@ -193,7 +194,6 @@ pub fn analyse(
     } = record.estimate(block, sigma)?;
     let hit = |cut: &Cut| Hit {
         sample: cut.pulse.peak,
-        time_s: cut.pulse.peak as f64 / rate_hz,
         peak: cut.pulse.height,
         fault: cut.fault,
     };
@@ -237,7 +237,7 @@ struct Record<'a> {
 impl Record<'_> {
     /// Adds the hits of a stretch.
     fn cut(&mut self, stretch: &Range<usize>, options: &ImpactOptions) {
-        let found = pulses(&self.channels[0][stretch.clone()]);
+        let found = pulses_to(&self.channels[0][stretch.clone()], options.both_sides);
         let level = |channel: &&[f64]| median(&channel[stretch.clone()]);
         let mut baseline: Vec<f64> = self.channels.iter().map(level).collect();
         baseline[0] = found.baseline;
@@ -319,10 +319,15 @@ impl Record<'_> {
             .collect();
         let mut free: Vec<usize> = self.sound().map(|cut| cut.limit - cut.start).collect();
         free.sort_unstable();
-        // So long that three quarters of the hits fill it.
-        let Some(&most) = free.get(free.len() / 4) else {
+        // So long that three quarters of the hits fill it at least, by the largest product of length and hits.
+        let worth = |&at: &usize| free[at] * (free.len() - at);
+        let Some(at) = (0..(free.len() / 4 + 1).min(free.len()))
+            .rev()
+            .max_by_key(worth)
+        else {
             return Err(self.none_left());
         };
+        let most = free[at];
         let mut decayed = 0;
         for cut in self.sound() {
             for channel in 1..self.channels.len() {

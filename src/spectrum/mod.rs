@@ -67,6 +67,9 @@ pub mod spectrogram;
 /// Between acceleration, velocity and displacement.
 pub mod integrate;
 
+/// Lines of the mains.
+pub mod mains;
+
 /// Naming measured lines by what was expected.
 pub mod label;
 

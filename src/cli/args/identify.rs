@@ -9,8 +9,10 @@ use super::log::LogArgs;
 /// Arguments of `identify`.
 #[derive(Debug, Args)]
 pub struct IdentifyArgs {
-    /// A log of signals, or a file of frequency responses; a file, no pipe
-    pub file: PathBuf,
+    /// A log of signals, or a file of frequency responses; several logs of one test, or a sidecar that lists them (`files`), are read
+    /// together, each hit and each record on its own; files, no pipes
+    #[arg(required = true, value_name = "FILE")]
+    pub files: Vec<PathBuf>,
     /// Channels that drive: the force; left out, modes are found from the responses alone
     #[arg(long, value_name = "CHANNELS", value_delimiter = ',')]
     pub input: Vec<String>,

@@ -8,6 +8,7 @@ use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::kind::Kind;
 use crate::base::units;
+use crate::base::words::counted;
 use crate::recording::settings::{ChannelSettings, Gaps, RateSource, Settings, Trigger};
 use crate::scene;
 
@@ -99,7 +100,26 @@ impl LogArgs {
             false => scene::log::read_beside(log)?,
         };
         let sidecar = found.is_some().then(|| scene::log::beside(log));
-        let mut settings = found.unwrap_or_default();
+        if let Some(listed) = found.as_ref().filter(|s| !s.files.is_empty()) {
+            let (log, sidecar) = (log.display(), scene::log::beside(log));
+            let message = format!(
+                "the sidecar of {log} lists {} of a test",
+                counted(listed.files.len(), "file")
+            );
+            let hint = format!(
+                "name the list in place of the log, {}, or pass --no-sidecar",
+                sidecar.display()
+            );
+            return Err(Error::new(Code::Conflict, message).hint(hint).into());
+        }
+        Ok((self.over(found.unwrap_or_default())?, sidecar))
+    }
+
+    /// The flags over settings from elsewhere.
+    ///
+    /// # Errors
+    /// Flags without sense.
+    pub fn over(&self, mut settings: Settings) -> Result<Settings, Errors> {
         if let Some(text) = &self.rate {
             let omega = units::parse_or_bare(text, Kind::Frequency, "Hz", "--rate")?;
             settings.rate = Some(RateSource::Hertz(omega / std::f64::consts::TAU));
@@ -138,7 +158,7 @@ impl LogArgs {
         }
         self.dialect(&mut settings)?;
         self.channels(&mut settings)?;
-        Ok((settings, sidecar))
+        Ok(settings)
     }
 
     fn dialect(&self, settings: &mut Settings) -> Result<(), Error> {

@@ -9,8 +9,10 @@ use super::log::LogArgs;
 /// Arguments of `spectrum`.
 #[derive(Debug, Args)]
 pub struct SpectrumArgs {
-    /// A log of signals, or a file of spectra; a file, no pipe
-    pub file: PathBuf,
+    /// A log of signals, or a file of spectra; several logs of one test, or a sidecar that lists them (`files`), are averaged together;
+    /// files, no pipes
+    #[arg(required = true, value_name = "FILE")]
+    pub files: Vec<PathBuf>,
     /// Channels analysed
     #[arg(long, value_name = "CHANNELS", value_delimiter = ',', required = true)]
     pub channel: Vec<String>,
@@ -41,7 +43,7 @@ pub struct SpectrumArgs {
     /// Only what does not repeat: tones are predicted and taken off first
     #[arg(long)]
     pub separate: bool,
-    /// The channel of a tacho, for orders
+    /// The channel of a tacho, for orders and for a map over speed
     #[arg(
         long,
         value_name = "CHANNEL",
@@ -61,7 +63,15 @@ pub struct SpectrumArgs {
     /// Steady speed of the shaft (rpm where bare)
     #[arg(long, value_name = "SPEED", help_heading = "The shaft")]
     pub speed: Option<String>,
-    /// Turns in a block of an order spectrum
+    /// Orders to cut (cycles a turn of the shaft), with --kind order-cut
+    #[arg(
+        long,
+        value_name = "ORDERS",
+        value_delimiter = ',',
+        help_heading = "The shaft"
+    )]
+    pub orders: Vec<f64>,
+    /// Turns in a block of an order spectrum or an order cut
     #[arg(long, value_name = "N", help_heading = "The shaft")]
     pub turns: Option<usize>,
     /// A machine whose shafts and meshes give lines their names
@@ -89,7 +99,7 @@ pub struct SpectrumArgs {
     /// Write the spectra, one column a channel
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub csv: Option<PathBuf>,
-    /// Draw the spectra with their lines named; spectrograms as a map over time and frequency
+    /// Draw the spectra with their lines named; spectrograms as a map over time (over speed with --tacho) and frequency
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub svg: Option<PathBuf>,
     /// One JSON document on standard output, nothing else there
@@ -115,12 +125,14 @@ pub enum SpectrumWord {
     Envelope,
     /// Real cepstrum
     Cepstrum,
-    /// Power spectral density by time
+    /// Power spectral density by time; by speed with --tacho
     Spectrogram,
     /// Amplitude over orders of a shaft
     Order,
     /// Mean over the turns of a shaft
     Average,
+    /// Amplitude and phase of --orders over the speed of a run-up
+    OrderCut,
 }
 
 /// Words for what is taken off a block.

@@ -129,7 +129,7 @@ fn windowed(samples: &[f64], turns: f64) -> Complex {
 mod tests {
     use super::*;
 
-    /// A resonance of a third of a line stays in the record in most cases, a sine of like size next to it does not.
+    /// A resonance as narrow as a line of the record stays in it in most cases (of 200 that pass for a sine 87 % wander), a sine does not.
     #[test]
     fn law_a_narrow_resonance_is_no_sine() {
         let (rate, n) = (200.0, 20_000);
@@ -137,7 +137,7 @@ mod tests {
         for seed in 0..8_u64 {
             let mut rng = fastrand::Rng::with_seed(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15));
             let mut noise = || (0..12).map(|_| rng.f64()).sum::<f64>() - 6.0;
-            let (w, decay) = (TAU * 31.3 / rate, TAU * 0.003 / rate);
+            let (w, decay) = (TAU * 31.3 / rate, TAU * 0.01 / rate);
             let (a, b) = (2.0 * (-decay).exp() * w.cos(), (-2.0 * decay).exp());
             let (mut x1, mut x2) = (0.0, 0.0);
             let mut y = Vec::with_capacity(n);

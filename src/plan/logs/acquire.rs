@@ -1,16 +1,17 @@
 //! Frequency responses from a recording: hits where the input is a hammer, dwells where it steps, local polynomials or averaged blocks
 //! where it does neither.
 
+use super::sound::{Sound, Use};
 use super::{blocks, dwells};
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
 use crate::base::words::counted;
 use crate::numeric::fft::quick_within;
 use crate::recording::responses::{FrequencyResponses, Terminal};
-use crate::recording::signals::{Channel, Recording};
+use crate::recording::signals::{Channel, Moment, Recording};
 use crate::spectrum::frf::{self, Estimate, Estimator};
 use crate::spectrum::hits;
-use crate::spectrum::impact::{self, Hit, HitResponses, ImpactOptions};
+use crate::spectrum::impact::{self, Fault, Hit, HitResponses, ImpactOptions};
 use crate::spectrum::local::{Local, least_half_width};
 use crate::spectrum::spectra::Spectra;
 use crate::spectrum::welch::{Welch, WelchOptions};
@@ -48,6 +49,17 @@ impl EstimateStudy {
     }
 }
 
+/// A hit of a recording.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FoundHit {
+    /// When it struck.
+    pub moment: Moment,
+    /// Its largest force over the level between hits.
+    pub peak: f64,
+    /// Why it was rejected; `None` where it was used.
+    pub fault: Option<Fault>,
+}
+
 /// Frequency responses and how they were had.
 #[derive(Debug)]
 pub struct Acquired {
@@ -56,7 +68,7 @@ pub struct Acquired {
     /// In words: `5 hits: 3 used, 1 clipped; H1, 3 averages, 0.25 Hz lines`.
     pub how: String,
     /// Hits, where the input is a hammer.
-    pub hits: Vec<Hit>,
+    pub hits: Vec<FoundHit>,
     /// The responses hit by hit, where there are several hits: outputs in the order of `responses`.
     pub by_hit: Vec<HitResponses>,
     /// Power spectral density of the first input by line, and of every channel, where blocks were averaged.
@@ -95,12 +107,13 @@ const FEWEST: usize = 4;
 /// # Errors
 /// Channels without signal or alike, a record too short.
 pub fn acquire(
-    recording: &Recording,
+    sound: &Sound,
     inputs: &[usize],
     outputs: &[usize],
     study: &EstimateStudy,
     look: Look,
 ) -> Result<Acquired, Error> {
+    let recording = &sound.recording;
     let chosen: Vec<usize> = inputs.iter().chain(outputs).copied().collect();
     let channels: Vec<&Channel> = chosen.iter().map(|&c| &recording.channels[c]).collect();
     let is_stepped = study
@@ -119,23 +132,46 @@ pub fn acquire(
         (None, None | Some(false), 1) => hits::is_impact(&beginning),
         _ => false,
     };
+    let is_step = study.impact.is_none()
+        && study.is_free()
+        && !is_hammer
+        && inputs.len() == 1
+        && is_stepped != Some(true)
+        && hits::is_stepwise(&beginning);
     let is_stepped = match (is_stepped, inputs.len()) {
         (Some(said), _) => said,
-        (None, 1) if !is_hammer && study.is_free() => {
+        (None, 1) if !is_hammer && !is_step && study.is_free() => {
             dwells::looks_stepped(&beginning, recording.rate_hz)
         }
         _ => false,
     };
+    let with = |mut acquired: Acquired, warnings: Vec<Warning>| {
+        acquired.warnings.splice(0..0, warnings);
+        acquired
+    };
     if is_stepped {
-        return stepped(recording, &channels, study);
+        let found = stepped(recording, &channels, study)?;
+        let warnings = [sound.stuck.clone(), sound.clipped_warnings()].concat();
+        return Ok(with(found, warnings));
     }
     match is_hammer {
         true if inputs.len() > 1 => {
             let message = "an impact test has one input, the force of the hammer";
             Err(Error::new(Code::Usage, message))
         }
-        true => struck(recording, &channels, study),
-        false => averaged(recording, &channels, inputs.len(), study, look),
+        true => Ok(with(
+            struck(recording, &channels, study, false)?,
+            sound.stuck.clone(),
+        )),
+        false if is_step => {
+            let warnings = [sound.stuck.clone(), sound.clipped_warnings()].concat();
+            Ok(with(struck(recording, &channels, study, true)?, warnings))
+        }
+        false => {
+            let (recording, warnings) = sound.unclipped(Use::Blocks);
+            let found = averaged(&recording, &channels, inputs.len(), study, look)?;
+            Ok(with(found, warnings))
+        }
     }
 }
 
@@ -155,10 +191,12 @@ fn beginning(recording: &Recording, channel: &Channel) -> Result<Vec<f64>, Error
     Ok(beginning)
 }
 
+/// Responses to hits, or to `steps`: with every channel replaced by its differences a step is a hit, and the responses stay what they are.
 fn struck(
     recording: &Recording,
     channels: &[&Channel],
     study: &EstimateStudy,
+    steps: bool,
 ) -> Result<Acquired, Error> {
     let (force_share, end) = match study.window {
         None => (None, None),
@@ -180,13 +218,27 @@ fn struck(
         return Err(Error::new(Code::Usage, message)
             .hint("leave --estimator out, or say --no-impact to average blocks"));
     }
-    let all = blocks::whole(recording, channels, "an impact test")?;
+    let mut all = blocks::whole(recording, channels, "an impact test")?;
+    if steps {
+        for samples in &mut all {
+            let stretches = recording.stretches.iter();
+            let changes = stretches.map(|s| (s.start, hits::differences(&samples[s.clone()])));
+            for (start, changes) in changes.collect::<Vec<_>>() {
+                samples[start..start + changes.len()].copy_from_slice(&changes);
+            }
+        }
+    }
     let responses: Vec<&[f64]> = all[1..].iter().map(Vec::as_slice).collect();
     let options = ImpactOptions {
         block: study
             .resolution_hz
             .map(|df| (recording.rate_hz / df).round() as usize),
-        overload: channels.iter().map(|c| c.overload_level).collect(),
+        overload: match steps {
+            // Levels of samples say nothing of their differences.
+            true => Vec::new(),
+            false => channels.iter().map(|c| c.overload_level).collect(),
+        },
+        both_sides: steps,
         force_share,
         end,
         ..ImpactOptions::default()
@@ -199,16 +251,13 @@ fn struck(
         &options,
     )?;
     let used = found.hits.iter().filter(|h| h.fault.is_none()).count();
-    let mut how = format!(
-        "{} {}: {used} used",
-        found.hits.len(),
-        if found.hits.len() == 1 { "hit" } else { "hits" }
-    );
+    let what = if steps { "step" } else { "hit" };
+    let mut how = format!("{}: {used} used", counted(found.hits.len(), what));
     for fault in [
-        impact::Fault::Overload,
-        impact::Fault::Double,
-        impact::Fault::CutShort,
-        impact::Fault::LateStart,
+        Fault::Overload,
+        Fault::Double,
+        Fault::CutShort,
+        Fault::LateStart,
     ] {
         let count = found.hits.iter().filter(|h| h.fault == Some(fault)).count();
         if count > 0 {
@@ -216,13 +265,19 @@ fn struck(
         }
     }
     how += &format!(
-        "; H1, blocks of {:.4} s, {:.4} Hz lines",
+        "; H1{}, blocks of {:.4} s, {:.4} Hz lines",
+        if steps { " of the differences" } else { "" },
         found.block as f64 / recording.rate_hz,
         recording.rate_hz / found.block as f64
     );
     if let Some(window) = study.window {
         how += &format!(", {} window as asked", window.name());
     }
+    let hit = |hit: &Hit| FoundHit {
+        moment: recording.moment(hit.sample),
+        peak: hit.peak,
+        fault: hit.fault,
+    };
     let usable_hz = driven_band(&found.force_power, &found.estimate.frequency_hz);
     // What the exponential window falls to makes neighbouring lines go together.
     let end = (-found.estimate.window_decay * found.block as f64 / recording.rate_hz).exp();
@@ -233,7 +288,7 @@ fn struck(
             ..found.estimate.responses(&terminals(channels))
         },
         how,
-        hits: found.hits,
+        hits: found.hits.iter().map(hit).collect(),
         by_hit: found.by_hit,
         spectra: None,
         nearest_hz: None,

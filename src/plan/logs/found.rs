@@ -1,5 +1,6 @@
 //! What an identification answers, whatever the method: modes, and what they rest on.
 
+use super::acquire::FoundHit;
 use super::method::Method;
 use crate::base::error::Warning;
 use crate::identify::modal::candidates::unit_largest;
@@ -16,7 +17,6 @@ use crate::identify::series::residuals::Test;
 use crate::identify::transfer::function::TransferFunction;
 use crate::numeric::Complex;
 use crate::recording::responses::{FrequencyResponses, Terminal};
-use crate::spectrum::impact::Hit;
 
 /// Modes and transfer functions, and how they were had.
 #[derive(Debug)]
@@ -30,7 +30,7 @@ pub struct Identification {
     /// How modes were told from other poles, one sentence.
     pub rule: String,
     /// Hits of an impact test.
-    pub hits: Vec<Hit>,
+    pub hits: Vec<FoundHit>,
     /// What shapes are over.
     pub outputs: Vec<Terminal>,
     /// What participation is over: the inputs, where there are several.

@@ -129,5 +129,6 @@ fn curve(held: &responses::Spectrum, kept: &[usize], study: &SpectrumStudy) -> C
         value,
         lines: found,
         rows: Vec::new(),
+        speed: Vec::new(),
     }
 }

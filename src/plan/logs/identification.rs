@@ -9,8 +9,9 @@ use super::functions::{transfer_functions, without_window};
 use super::method::{Method, Needs};
 use super::modal::{self, Modal};
 use super::rational::{fitted, partials, rule};
+use super::sound::{self, Sound, Use};
 use super::study::IdentifyStudy;
-use super::{course, operational, record, scaling, series, weak};
+use super::{course, mains, operational, record, scaling, series, weak};
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
 use crate::base::words::counted;
@@ -67,6 +68,7 @@ pub fn identify(source: Source, study: &IdentifyStudy) -> Result<Identification,
             let outputs = record::places(recording, &study.outputs)?;
             check_roles(method, &inputs, &outputs, recording)?;
             record::check(recording, &inputs, &outputs)?;
+            let sound = sound::without_faults(recording, &inputs, &outputs)?;
             if method.needs() != Needs::Responses {
                 if study.estimate != EstimateStudy::default() {
                     let message = format!(
@@ -76,9 +78,12 @@ pub fn identify(source: Source, study: &IdentifyStudy) -> Result<Identification,
                     return Err(Error::new(Code::Usage, message)
                         .hint("leave them out, or name what drives: --input"));
                 }
-                return from_signals(method, recording, &inputs, &outputs, study);
+                let recording = sound.unclipped(Use::Longest);
+                let mut found = from_signals(method, &recording.0, &inputs, &outputs, study)?;
+                found.warnings.splice(0..0, recording.1);
+                return Ok(found);
             }
-            looked(method, recording, &inputs, &outputs, study)
+            looked(method, &sound, &inputs, &outputs, study)
         }
     }
 }
@@ -90,7 +95,7 @@ const LINES_ASKED: f64 = 6.0;
 /// Responses and their modes: a first look, and a second with lines nearer to each other where a mode found is narrow.
 fn looked(
     method: Method,
-    recording: &Recording,
+    sound: &Sound,
     inputs: &[usize],
     outputs: &[usize],
     study: &IdentifyStudy,
@@ -102,14 +107,14 @@ fn looked(
     let mut trace = Vec::new();
     loop {
         let start = Instant::now();
-        let mut acquired = acquire::acquire(recording, inputs, outputs, &study.estimate, look)?;
+        let mut acquired = acquire::acquire(sound, inputs, outputs, &study.estimate, look)?;
         trace.push(("frequency responses", start.elapsed().as_secs_f64()));
         let nearest = acquired.nearest_hz;
         let lines = &acquired.responses.frequency_hz;
         let apart = lines.get(1).zip(lines.first()).map_or(0.0, |(b, a)| b - a);
         let responses = std::mem::take(&mut acquired.responses);
         let mut found = from_responses(method, responses, Some(acquired), trace.clone(), study)?;
-        if recording.stretches.len() > 1 {
+        if sound.recording.stretches.len() > 1 {
             for no_mode in found.warnings.iter_mut().filter(|w| w.code == "no-mode") {
                 let hint = "gaps cut the record into stretches: bridge short ones, --fill-gaps";
                 no_mode.hint = Some(match no_mode.hint.take() {
@@ -331,6 +336,7 @@ fn from_responses(
         acquired.as_ref(),
         &as_measured,
     ));
+    warnings.extend(mains::of_modes(&responses.frequency_hz, &as_measured));
     let lines = &responses.frequency_hz;
     let apart = lines.get(1).zip(lines.first()).map_or(0.0, |(b, a)| b - a);
     let (mut modes, mut weak) = weak::apart(found.modes, apart);

@@ -3,6 +3,9 @@
 /// Blocks of samples from a recording.
 pub mod blocks;
 
+/// The parts of a recording without faults of sensors.
+pub mod sound;
+
 /// Frequency responses from a stepped sine.
 mod dwells;
 
@@ -11,6 +14,9 @@ pub mod acquire;
 
 /// What the data cannot tell.
 pub mod doubts;
+
+/// Modes that may be lines of the mains.
+mod mains;
 
 /// The methods of identification.
 pub mod method;
@@ -71,6 +77,9 @@ pub mod steady;
 
 /// Spectra over the angle of a shaft.
 pub mod turning;
+
+/// Orders over the speed of a run-up.
+pub mod order_cuts;
 
 /// The run of a spectrum.
 pub mod spectrum;

@@ -6,7 +6,7 @@ use std::time::Instant;
 use super::spectrum_study::{
     Across, Curve, Found, Line, Spectrum, SpectrumKind, SpectrumStudy, channel,
 };
-use super::{blocks, steady, turning};
+use super::{blocks, sound, steady, turning};
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
 use crate::numeric::statistics::normal_quantile;
@@ -15,6 +15,7 @@ use crate::recording::signals::{Channel, Recording};
 use crate::spectrum::cepstrum::Cepstrum;
 use crate::spectrum::integrate::Motion;
 use crate::spectrum::label::{self, label};
+use crate::spectrum::mains;
 use crate::spectrum::peaks::{PeakOptions, peaks};
 use crate::spectrum::spectra::Spectra;
 use crate::spectrum::window::Window;
@@ -36,6 +37,10 @@ pub fn spectrum(recording: &Recording, study: &SpectrumStudy) -> Result<Spectrum
     check_band(recording, study)?;
     check_signal(recording, &channels, study.kind)?;
     let start = Instant::now();
+    let known: Vec<String> = recording.channels.iter().map(|c| c.name.clone()).collect();
+    let place = |c: &&Channel| known.iter().position(|name| *name == c.name);
+    let places: Vec<usize> = channels.iter().filter_map(place).collect();
+    let faults = sound::of_spectrum(recording, &places)?;
     let mut answer = match study.kind {
         SpectrumKind::Cepstrum => cepstrum(recording, &channels, study)?,
         SpectrumKind::Average => average(recording, &channels, study)?,
@@ -43,7 +48,13 @@ pub fn spectrum(recording: &Recording, study: &SpectrumStudy) -> Result<Spectrum
             let found = match study.kind {
                 SpectrumKind::Multitaper => steady::tapered(recording, &channels, study)?,
                 SpectrumKind::Envelope => steady::enveloped(recording, &channels, study)?,
-                SpectrumKind::Spectrogram => steady::by_time(recording, &channels, study)?,
+                SpectrumKind::Spectrogram => {
+                    let found = steady::by_time(recording, &channels, study)?;
+                    match study.tacho {
+                        Some(_) => turning::over_speed(found, recording, study)?,
+                        None => found,
+                    }
+                }
                 SpectrumKind::Order => turning::orders(recording, &channels, study)?,
                 _ => steady::averaged(recording, &channels, study)?,
             };
@@ -56,6 +67,7 @@ pub fn spectrum(recording: &Recording, study: &SpectrumStudy) -> Result<Spectrum
         SpectrumKind::Order => "order spectrum",
         _ => "spectrum",
     };
+    answer.warnings.splice(0..0, faults);
     answer.trace.push((stage, start.elapsed().as_secs_f64()));
     Ok(answer)
 }
@@ -204,6 +216,7 @@ fn shown(found: Found, channels: &[&Channel], study: &SpectrumStudy) -> Result<S
         across,
         spectra,
         mut rows,
+        speed,
         mut warnings,
     } = found;
     let band = match study.kind {
@@ -266,6 +279,9 @@ fn shown(found: Found, channels: &[&Channel], study: &SpectrumStudy) -> Result<S
             _ => spacing,
         };
         name(&mut lines, study, known);
+        if across == Across::Frequency {
+            name_mains(&mut lines, spacing);
+        }
         let mut of_channel = if rows.is_empty() {
             Vec::new()
         } else {
@@ -281,6 +297,7 @@ fn shown(found: Found, channels: &[&Channel], study: &SpectrumStudy) -> Result<S
             value: inside.iter().map(at).collect(),
             lines,
             rows: of_channel,
+            speed: speed.clone(),
         });
     }
     if curves
@@ -441,6 +458,16 @@ pub(super) fn name(lines: &mut [Line], study: &SpectrumStudy, spacing: f64) {
     }
 }
 
+/// Names the lines of the mains among those that stand clear.
+fn name_mains(lines: &mut [Line], spacing: f64) {
+    let mut clear: Vec<&mut Line> = lines.iter_mut().filter(|l| l.significant).collect();
+    let positions: Vec<f64> = clear.iter().map(|l| l.position).collect();
+    let names = mains::names(&positions, 0.5 * spacing);
+    for (line, name) in clear.iter_mut().zip(names) {
+        line.names.extend(name);
+    }
+}
+
 /// Real cepstra with their strongest family.
 fn cepstrum(
     recording: &Recording,
@@ -501,6 +528,7 @@ fn cepstrum(
                 }),
                 value: cepstrum.real,
                 rows: Vec::new(),
+                speed: Vec::new(),
             }
         })
         .collect();
@@ -548,6 +576,7 @@ fn average(
         value,
         lines: Vec::new(),
         rows: Vec::new(),
+        speed: Vec::new(),
     };
     let per_turn = found.angle_deg.len();
     Ok(Spectrum {

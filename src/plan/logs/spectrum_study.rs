@@ -61,8 +61,10 @@ pub struct SpectrumStudy {
     pub pulses: usize,
     /// A steady speed, rad/s.
     pub speed: Option<f64>,
-    /// Turns in a block of an order spectrum.
+    /// Turns in a block of an order spectrum or cut.
     pub turns: Option<usize>,
+    /// Orders to cut, cycles a turn.
+    pub cuts: Vec<f64>,
     /// Only what does not repeat is analysed.
     pub separate: bool,
     /// Lines that may be there, Hz; orders where the spectrum is one of orders.
@@ -126,6 +128,8 @@ pub struct Curve {
     pub lines: Vec<Line>,
     /// By time, for spectrograms; over the places of the answer.
     pub rows: Vec<Row>,
+    /// Speed of the shaft in the middle of each row, rad/s; empty without a shaft.
+    pub speed: Vec<f64>,
 }
 
 /// Spectra and how they were had.
@@ -165,6 +169,8 @@ pub struct Found {
     pub spectra: Spectra,
     /// By time, for spectrograms.
     pub rows: Vec<Vec<Row>>,
+    /// Speed of the shaft in the middle of each row, rad/s; empty without a shaft.
+    pub speed: Vec<f64>,
     /// Doubts.
     pub warnings: Vec<Warning>,
 }

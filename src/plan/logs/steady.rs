@@ -105,6 +105,7 @@ fn found(how: String, spectra: Spectra, warnings: Vec<Warning>) -> Found {
         across: Across::Frequency,
         spectra,
         rows: Vec::new(),
+        speed: Vec::new(),
         warnings,
     }
 }
@@ -439,10 +440,13 @@ pub fn check_flags(study: &SpectrumStudy) -> Result<(), Error> {
         return refuse("--separate", "every kind but spectrogram and average");
     }
     if study.turns.is_some() && study.kind != Order {
-        return refuse("--turns", "--kind order");
+        return refuse("--turns", "--kind order and order-cut");
     }
-    if study.tacho.is_some() && !matches!(study.kind, Order | Average) {
-        return refuse("--tacho", "--kind order and average");
+    if study.tacho.is_some() && !matches!(study.kind, Order | Average | Spectrogram) {
+        return refuse(
+            "--tacho",
+            "--kind order, order-cut, average and spectrogram",
+        );
     }
     Ok(())
 }

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::spectrum_study::{Across, Found, SpectrumStudy, channel};
-use super::steady::{longest_parts, of_random_part, random_part};
+use super::steady::{longest, longest_parts, of_random_part, random_part};
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
 use crate::base::words::counted;
@@ -16,6 +16,7 @@ use crate::spectrum::rotation::interpolation::PASS;
 use crate::spectrum::rotation::orders::order_spectrum;
 use crate::spectrum::rotation::tacho::{Slope, pulses};
 use crate::spectrum::spectra::Spectra;
+use crate::spectrum::spectrogram::Row;
 
 /// Instants at which the highest speed is looked for.
 const SPEEDS: usize = 1000;
@@ -33,15 +34,24 @@ const MOST_TURNS: usize = 64;
 const INDEPENDENT: f64 = 36.0 / 38.0;
 
 /// Signals over angle, and how in words.
-struct Turned {
-    signals: Vec<AngularSignal>,
+pub(super) struct Turned {
+    /// By channel.
+    pub signals: Vec<AngularSignal>,
+    /// The angle of the shaft.
+    pub curve: AngleCurve,
     /// The highest order that is kept whole at every speed.
-    highest: f64,
-    how: String,
-    warnings: Vec<Warning>,
+    pub highest: f64,
+    /// In words.
+    pub how: String,
+    /// Data-quality warnings.
+    pub warnings: Vec<Warning>,
 }
 
-fn turned(
+/// Channels over the angle of the shaft.
+///
+/// # Errors
+/// No tacho and no speed, a tacho without pulses, a shaft too fast for the rate.
+pub(super) fn turned(
     recording: &Recording,
     channels: &[&Channel],
     study: &SpectrumStudy,
@@ -93,13 +103,17 @@ fn turned(
     Ok(Turned {
         highest: by_angle.fold(by_rate, f64::min),
         signals,
+        curve,
         how: how + &part,
         warnings,
     })
 }
 
 /// The shaft's angle over the longest stretch.
-fn angle(
+///
+/// # Errors
+/// As for [`turned`].
+pub(super) fn angle(
     recording: &Recording,
     study: &SpectrumStudy,
     parts: &[Vec<f64>],
@@ -176,6 +190,7 @@ pub fn orders(
         highest,
         how,
         warnings,
+        ..
     } = turned(recording, channels, study)?;
     let whole = signals.iter().map(AngularSignal::turns).min().unwrap_or(0);
     let turns = study
@@ -209,8 +224,36 @@ pub fn orders(
         across: Across::Order,
         spectra,
         rows: Vec::new(),
+        speed: Vec::new(),
         warnings,
     })
+}
+
+/// Gives each row of a spectrogram the speed of the shaft in its middle; rows before the first pulse and after the last are dropped.
+///
+/// # Errors
+/// As for [`turned`].
+pub fn over_speed(
+    mut found: Found,
+    recording: &Recording,
+    study: &SpectrumStudy,
+) -> Result<Found, Error> {
+    let (curve, how) = angle(recording, study, &[], &mut found.warnings)?;
+    let start_s = longest(recording).start as f64 / recording.rate_hz;
+    let (from, to) = curve.times_s();
+    let is_known = |row: &Row| (from..=to).contains(&(row.time_s - start_s));
+    found.rows.iter_mut().for_each(|rows| rows.retain(is_known));
+    let times = found.rows.first().map_or(&[][..], Vec::as_slice);
+    if times.is_empty() {
+        let message = "no row of the spectrogram lies between the pulses of the tacho";
+        return Err(Error::new(Code::TooShort, message)
+            .hint("ask for shorter blocks by a coarser --resolution"));
+    }
+    found.speed = (times.iter())
+        .map(|row| curve.speed(row.time_s - start_s))
+        .collect();
+    found.how += &format!("; {how}");
+    Ok(found)
 }
 
 /// The mean over turns: angles in degrees, one turn of each channel.

@@ -8,7 +8,7 @@ use super::calibrate::Calibration;
 use super::column::Column;
 use super::raw::{Raw, RawChannel, Repair};
 use super::settings::{Gaps, RateSource, Settings};
-use super::signals::{Channel, Recording};
+use super::signals::{Channel, LogFile, Recording};
 use super::time_base::{self, TimeBase};
 use crate::base::error::{Error, Warning};
 use crate::base::place::Place;
@@ -194,7 +194,7 @@ impl Settled {
             channels.push(Channel {
                 name: calibration.name.clone(),
                 unit: calibration.unit.clone(),
-                samples,
+                samples: samples.into(),
                 overload_level: calibration.overload,
                 overloads,
             });
@@ -207,7 +207,7 @@ impl Settled {
         };
         let stretches: Vec<Range<usize>> = self.stretches.iter().map(packed).collect();
         Ok(Recording {
-            path: raw.path,
+            path: raw.path.clone(),
             dialect: raw.dialect,
             facts: raw.facts,
             rate_hz: self.rate_hz,
@@ -216,6 +216,10 @@ impl Settled {
             stretches,
             starts: self.stretches.iter().map(|s| s.start).collect(),
             start,
+            files: vec![LogFile {
+                path: raw.path.clone(),
+                samples: 0..at,
+            }],
             channels,
             repairs: self.repairs,
             warnings: self.warnings,
