@@ -126,6 +126,7 @@ fn refuses_files_that_are_no_test() {
 }
 
 /// Five files of a plate are five hits.
+/// Source: measured spruce plates of Data-driven-characterization-of-spruce-tonewood-plates (commit 897fe345).
 #[test]
 #[cfg_attr(
     not(recordings),

@@ -245,6 +245,7 @@ fn plate_modes(path: &str) -> Vec<(f64, f64)> {
 
 /// Five plates, five hits each, that place resonances differently: every peak is a mode, and one. The first three hits and the last two
 /// agree within their intervals.
+/// Source: measured spruce plates of Data-driven-characterization-of-spruce-tonewood-plates (commit 897fe345).
 #[test]
 #[ignore = "slow: fifteen identifications of measured logs (GEARDYN_RECORDINGS)"]
 fn ref_plates_of_five_hits() {
@@ -415,6 +416,7 @@ fn ref_bridge_from_responses_alone() {
 }
 
 /// One channel of a bridge: its four modes; others are possible, no answer is known of them.
+/// Source: measured test bridge of imcs-compsim/munich-bridge-data (commit f1057c12).
 #[test]
 #[cfg_attr(
     not(recordings),

@@ -90,6 +90,7 @@ fn at_speed(text: &str, damped: bool) -> Result<Vec<Mode>, String> {
 /// Against the same stage in the inertial frame, not linear, which says nothing of frames (tools/reference_turning_stage.py): its turn has
 /// zero twice for a root, and all frequencies agree to what the centrifugal stretch of the radius changes, 7e-5 of it. Centripetal terms
 /// without the preload they come with had made the turn grow by 44.3 1/s, and frequencies 1.6 % wrong.
+/// Source: a model of the stage in the inertial frame, SciPy (tools/reference_turning_stage.py).
 #[test]
 fn ref_stage_that_turns_in_the_inertial_frame() {
     let reference = support::reference("turning_stage");
@@ -111,6 +112,7 @@ fn ref_stage_that_turns_in_the_inertial_frame() {
 }
 
 /// In time the stage keeps its speed, as the inertial one does, and planets go outwards as far.
+/// Source: a model of the stage in the inertial frame, SciPy (tools/reference_turning_stage.py).
 #[test]
 fn ref_stage_that_turns_keeps_its_speed() {
     let reference = support::reference("turning_stage");
