@@ -70,6 +70,11 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "A channel rested on its limit: samples there are not the motion. Where what lies between leaves enough, the clipped samples are left out and the record is cut there; otherwise modes and damping may be wrong by more than their intervals say, and spectra show too low levels and false multiples.",
     ),
     (
+        "nonlinear",
+        Warning,
+        "The frequencies found from the hits of a test go with the size of the hits, more than chance explains: the structure is not linear at these levels. The message says by how much over the range of the hits. Hit alike, or state the level with the modes.",
+    ),
+    (
         "mains",
         Warning,
         "A mode lies on a multiple of 50 or 60 Hz and is no wider than a spectral line: electric pick-up of the mains looks so. A record without excitation shows whether it stays.",

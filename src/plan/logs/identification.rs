@@ -11,7 +11,7 @@ use super::modal::{self, Modal};
 use super::rational::{fitted, partials, rule};
 use super::sound::{self, Sound, Use};
 use super::study::IdentifyStudy;
-use super::{course, mains, operational, record, scaling, series, weak};
+use super::{course, linearity, mains, operational, record, scaling, series, weak};
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
 use crate::base::words::counted;
@@ -337,6 +337,12 @@ fn from_responses(
         &as_measured,
     ));
     warnings.extend(mains::of_modes(&responses.frequency_hz, &as_measured));
+    if let Some(acquired) = &acquired {
+        let input = responses.functions.first().and_then(|f| f.input.as_ref());
+        let unit = input.map_or("", |i| &i.unit);
+        let lines = &responses.frequency_hz;
+        warnings.extend(linearity::of_test(acquired, lines, &as_measured, unit));
+    }
     let lines = &responses.frequency_hz;
     let apart = lines.get(1).zip(lines.first()).map_or(0.0, |(b, a)| b - a);
     let (mut modes, mut weak) = weak::apart(found.modes, apart);

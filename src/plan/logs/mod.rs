@@ -18,6 +18,9 @@ pub mod doubts;
 /// Modes that may be lines of the mains.
 mod mains;
 
+/// Resonances that shift with the level of the hits.
+mod linearity;
+
 /// The methods of identification.
 pub mod method;
 

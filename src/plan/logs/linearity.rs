@@ -1,0 +1,227 @@
+//! Linearity by amplitude: whether hits of different level place a resonance differently.
+//!
+//! Near a pole p the response of hit g departs from the mean by `A δp_g/(jω − p)² + a/(jω − p) + b`, to first order, with the A of the mean;
+//! δp by least squares, its part along the other two terms taken off. The shifts are then compared with the levels of the hits.
+
+use std::f64::consts::TAU;
+
+use super::acquire::Acquired;
+use crate::base::error::Warning;
+use crate::identify::mode::IdentifiedMode;
+use crate::numeric::Complex;
+use crate::numeric::statistics::student_quantile;
+
+/// Lines within so many half-power half-widths of a mode tell its shift.
+const NEAR: f64 = 3.0;
+
+/// Fewer lines do not part a shift from a change of the residue.
+const LEAST_LINES: usize = 6;
+
+/// Hits of a test whose levels differ by less than this factor say nothing of linearity.
+const LEVELS: f64 = 1.2;
+
+/// Shifts are called dependent on the level where chance makes them so in one test of a hundred, over all its modes.
+const CHANCE: f64 = 0.01;
+
+/// The responses to one hit, or to a few of like level.
+struct Group<'a> {
+    /// Largest force, in its unit, without sign.
+    level: f64,
+    /// By response and line.
+    value: &'a [Vec<Complex>],
+}
+
+/// The check for the hits of a test; `modes` as measured, an exponential window on them.
+pub fn of_test(
+    acquired: &Acquired,
+    frequency_hz: &[f64],
+    modes: &[IdentifiedMode],
+    unit: &str,
+) -> Option<Warning> {
+    let level = |hits: &[usize]| {
+        let peaks = hits.iter().filter_map(|&at| acquired.hits.get(at));
+        peaks.map(|h| h.peak.abs()).sum::<f64>() / hits.len().max(1) as f64
+    };
+    let groups: Vec<Group> = (acquired.by_hit.iter())
+        .map(|g| Group {
+            level: level(&g.hits),
+            value: &g.value,
+        })
+        .collect();
+    of_hits(frequency_hz, &groups, modes, unit)
+}
+
+/// Says which resonances shift with the level, by how much over the range of levels, and over which range none does.
+fn of_hits(
+    frequency_hz: &[f64],
+    groups: &[Group],
+    modes: &[IdentifiedMode],
+    unit: &str,
+) -> Option<Warning> {
+    let levels: Vec<f64> = groups.iter().map(|g| g.level).collect();
+    let low = levels.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = levels.iter().copied().fold(0.0, f64::max);
+    if groups.len() < 3 || !(high >= LEVELS * low && low > 0.0) {
+        return None;
+    }
+    let freedoms = groups.len() as f64 - 2.0;
+    let sure = student_quantile(1.0 - 0.5 * CHANCE / modes.len().max(1) as f64, freedoms);
+    let interval = student_quantile(0.975, freedoms);
+    let shifted = |mode: &IdentifiedMode| {
+        let shifts = shifts(frequency_hz, groups, mode.pole)?;
+        let f = mode.frequency_hz();
+        let relative: Vec<f64> = shifts.iter().map(|dp| dp.im / TAU / f).collect();
+        let (slope, deviation) = line(&levels, &relative)?;
+        let (change, by) = (slope * (high - low), deviation * (high - low));
+        (slope.abs() > sure * deviation).then(|| {
+            format!(
+                "{f:.4} Hz {} by {:.3} ± {:.3} %",
+                if change < 0.0 { "falls" } else { "rises" },
+                100.0 * change.abs(),
+                100.0 * interval * by
+            )
+        })
+    };
+    let all: Vec<String> = modes.iter().filter_map(shifted).collect();
+    (!all.is_empty()).then(|| Warning {
+        code: "nonlinear",
+        message: format!(
+            "from hits of {low:.4} to {high:.4} {unit}: {}",
+            all.join(", ")
+        ),
+        hint: Some("the structure is not linear at these levels: hit alike, or state the level with the modes".into()),
+    })
+}
+
+/// The shift of a pole, rad/s, in each group; nothing where too few lines are near it.
+fn shifts(frequency_hz: &[f64], groups: &[Group], pole: Complex) -> Option<Vec<Complex>> {
+    let reach = NEAR * pole.re.abs();
+    let near = |k: &usize| (TAU * frequency_hz[*k] - pole.im).abs() <= reach;
+    let lines: Vec<usize> = (0..frequency_hz.len()).filter(near).collect();
+    if lines.len() < LEAST_LINES {
+        return None;
+    }
+    let one = Complex::new(1.0, 0.0);
+    let over = |k: &usize| one / (Complex::new(0.0, TAU * frequency_hz[*k]) - pole);
+    // Scaled to sizes about one.
+    let first: Vec<Complex> = lines.iter().map(|k| over(k) * pole.re.abs()).collect();
+    let mut basis = vec![vec![one; lines.len()], first.clone()];
+    orthonormal(&mut basis);
+    let mut second: Vec<Complex> = first.iter().map(|z| z * z).collect();
+    for b in &basis {
+        take_off(&mut second, b);
+    }
+    let size: f64 = second.iter().map(Complex::norm_sqr).sum();
+    let responses = groups.first()?.value.len();
+    let mut all = vec![Complex::new(0.0, 0.0); groups.len()];
+    let mut weight = 0.0;
+    for o in 0..responses {
+        let mean = |k: &usize| -> Complex {
+            groups.iter().map(|g| g.value[o][*k]).sum::<Complex>() / groups.len() as f64
+        };
+        let mean: Vec<Complex> = lines.iter().map(mean).collect();
+        // A of the mean: its part along 1/(jω − p) once a constant is taken off.
+        let (mut own, mut level) = (first.clone(), vec![vec![one; lines.len()]]);
+        orthonormal(&mut level);
+        take_off(&mut own, &level[0]);
+        let a = along(&own, &mean) / own.iter().map(Complex::norm_sqr).sum::<f64>();
+        weight += a.norm_sqr() * size;
+        for (shift, group) in all.iter_mut().zip(groups) {
+            let part: Vec<Complex> = (lines.iter().zip(&mean))
+                .map(|(k, m)| group.value[o][*k] - m)
+                .collect();
+            *shift += a.conj() * along(&second, &part);
+        }
+    }
+    // With first = |σ|/(jω − p), A δp/(jω − p)² is a (δp/|σ|) first².
+    let scale = pole.re.abs() / weight;
+    (weight > 0.0).then(|| all.iter().map(|s| s * scale).collect())
+}
+
+/// `⟨b, x⟩`, b conjugated.
+fn along(b: &[Complex], x: &[Complex]) -> Complex {
+    b.iter().zip(x).map(|(b, x)| b.conj() * x).sum()
+}
+
+/// Takes the part of `x` along a unit vector off.
+fn take_off(x: &mut [Complex], unit: &[Complex]) {
+    let part = along(unit, x);
+    x.iter_mut().zip(unit).for_each(|(x, b)| *x -= part * b);
+}
+
+/// Gram and Schmidt.
+fn orthonormal(basis: &mut [Vec<Complex>]) {
+    for k in 0..basis.len() {
+        let (done, rest) = basis.split_at_mut(k);
+        for b in done.iter() {
+            take_off(&mut rest[0], b);
+        }
+        let size = rest[0].iter().map(Complex::norm_sqr).sum::<f64>().sqrt();
+        rest[0].iter_mut().for_each(|z| *z /= size);
+    }
+}
+
+/// Slope of y over x and its standard deviation, by least squares; nothing where x does not change.
+fn line(x: &[f64], y: &[f64]) -> Option<(f64, f64)> {
+    let n = x.len() as f64;
+    let mean = |v: &[f64]| v.iter().sum::<f64>() / n;
+    let (mx, my) = (mean(x), mean(y));
+    let xx: f64 = x.iter().map(|x| (x - mx).powi(2)).sum();
+    let xy: f64 = x.iter().zip(y).map(|(x, y)| (x - mx) * (y - my)).sum();
+    let slope = xy / xx;
+    let left: f64 = (x.iter().zip(y))
+        .map(|(x, y)| (y - my - slope * (x - mx)).powi(2))
+        .sum();
+    (xx > 0.0).then(|| (slope, (left / (n - 2.0) / xx).sqrt()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One mode whose frequency falls by 0.1 % from 100 to 200 N, a tenth of that by chance: the shift to a few per cent; with chance
+    /// alone, or hits of one level, nothing.
+    #[test]
+    fn exact_shift_with_level() {
+        let lines: Vec<f64> = (0..400).map(|k| 80.0 + 0.1 * f64::from(k)).collect();
+        let (f, damping) = (100.0, 0.01);
+        let groups = |fall: f64, range: f64| -> Vec<(f64, Vec<Vec<Complex>>)> {
+            let mut random = fastrand::Rng::with_seed(4);
+            let one = |g: usize| {
+                let share = g as f64 / 7.0;
+                let chance = 1e-4 * (random.f64() - 0.5);
+                let omega = TAU * f * (1.0 - fall * share + chance);
+                let pole = Complex::new(-damping * omega, omega);
+                let gain = Complex::new(3.0 + 0.1 * share, 1.0);
+                let value = |&f: &f64| gain / (Complex::new(0.0, TAU * f) - pole) + 0.01;
+                (
+                    100.0 * (1.0 + range * share),
+                    vec![lines.iter().map(value).collect()],
+                )
+            };
+            (0..8).map(one).collect()
+        };
+        let mode = IdentifiedMode {
+            pole: Complex::new(-damping * TAU * f, TAU * f),
+            pole_covariance: None,
+            shape: Vec::new(),
+        };
+        let said = |fall: f64, range: f64| {
+            let all = groups(fall, range);
+            let views: Vec<Group> = all
+                .iter()
+                .map(|(level, value)| Group {
+                    level: *level,
+                    value,
+                })
+                .collect();
+            of_hits(&lines, &views, std::slice::from_ref(&mode), "N")
+        };
+        let message = said(1e-3, 1.0).unwrap().message;
+        assert!(message.contains("100.0000 to 200.0000 N"), "{message}");
+        let percent = message.split("falls by ").nth(1).unwrap();
+        let percent: f64 = percent.split(' ').next().unwrap().parse().unwrap();
+        assert!((percent - 0.1).abs() < 0.01, "{message}");
+        assert!(said(0.0, 1.0).is_none() && said(1e-3, 0.1).is_none());
+    }
+}
