@@ -352,3 +352,27 @@ fn survives_a_header_repeated_between_the_rows() {
     );
     assert!(open::from_bytes("log.csv", other.as_bytes(), &Settings::default()).is_err());
 }
+
+/// The six responses of a measured beam without their line of names are the same responses.
+#[test]
+#[cfg_attr(
+    not(recordings),
+    ignore = "set GEARDYN_RECORDINGS to the folder of measured logs"
+)]
+fn ref_beam_responses_without_names() {
+    let folder = std::env::var("GEARDYN_RECORDINGS").unwrap();
+    let path = std::path::Path::new(&folder).join("sdypy_ema_beam/sdypy_beam_frf_resp1.csv");
+    let text = std::fs::read_to_string(path).unwrap();
+    let read = |text: &str| {
+        let raw = open::from_bytes("beam.csv", text.as_bytes(), &Settings::default()).unwrap();
+        raw.responses.unwrap()
+    };
+    let named = read(&text);
+    let bare = read(text.split_once('\n').unwrap().1);
+    assert_eq!(named.frequency_hz, bare.frequency_hz);
+    let values = |f: &geardyn::recording::responses::FrequencyResponses| -> Vec<_> {
+        f.functions.iter().map(|f| f.value.clone()).collect()
+    };
+    assert_eq!(values(&named), values(&bare));
+    assert_eq!(named.functions.len(), 6);
+}
