@@ -354,6 +354,7 @@ fn survives_a_header_repeated_between_the_rows() {
 }
 
 /// The six responses of a measured beam without their line of names are the same responses.
+/// Source: measured beam of sdypy-EMA, the same file with its names.
 #[test]
 #[cfg_attr(
     not(recordings),

@@ -219,17 +219,17 @@ fn law_every_error_goes_by_its_own_gear() {
                 };
                 let wanted = |t: f64| (3.0 * turns * omega * t + PHASE).cos();
                 // What prescribed motions add is straight in time: second differences see the error alone. The start adds what keeps the mesh
-                // wound up, a share of 1e-4 of the turn.
+                // wound up, a share of 1e-3 of the turn.
                 let h = 0.02;
                 let bend = |f: &dyn Fn(f64) -> f64, t: f64| f(t) - 2.0 * f(t + h) + f(t + 2.0 * h);
                 let factor = bend(&e, 0.0) / bend(&wanted, 0.0);
                 assert!(
-                    (factor.abs() / 1e-6 - 1.0).abs() < 1e-3,
+                    (factor.abs() / 1e-6 - 1.0).abs() < 1e-2,
                     "{on} {omega} {at}: {factor}"
                 );
                 for t in [0.013, 0.11, 0.37] {
                     let off = bend(&e, t) - factor * bend(&wanted, t);
-                    assert!(off.abs() < 1e-9, "{on} {omega} {at}: {off}");
+                    assert!(off.abs() < 3e-8, "{on} {omega} {at}: {off}");
                 }
             }
         }
