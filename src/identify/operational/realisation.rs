@@ -6,7 +6,7 @@
 //! solve and one eigenproblem.
 //!
 //! The projection of the future of all responses on the past of the references (Van Overschee & De Moor, Subspace Identification for
-//! Linear Systems (1996), §3.3) has the left vectors of `H L⁻ᵀ`, `L Lᵀ` the covariance of that past: the same covariances tell it.
+//! Linear Systems (1996), §3.3) has the left vectors of `H W`, `W Wᵀ` the inverse covariance of that past: the same covariances tell it.
 
 use super::covariances::Covariances;
 use crate::base::error::Error;
@@ -102,10 +102,11 @@ impl Subspaces {
     }
 }
 
-/// `L⁻ᵀ` of the covariance `L Lᵀ` of the references at `columns` consecutive samples, the latest first.
+/// `W` with `W Wᵀ = P⁻¹`, P the covariance of the references at `columns` consecutive samples, the latest first.
 fn inverse_factor(covariances: &Covariances, columns: usize) -> Result<Matrix, Error> {
-    /// Share of the mean variance added to the diagonal: signals of few sines leave the covariance singular.
-    const RIDGE: f64 = 1e-9;
+    /// Eigenvalues of P below this share of the largest are raised to it: a decimated signal has no power near half its rate, and what the
+    /// estimate holds there may be negative.
+    const LEAST: f64 = 1e-4;
     let nr = covariances.references.len();
     let at = |lag: usize, a: usize, b: usize| covariances.at(lag, covariances.references[a], b);
     let size = columns * nr;
@@ -113,18 +114,16 @@ fn inverse_factor(covariances: &Covariances, columns: usize) -> Result<Matrix, E
         // column i holds reference i % nr at i / nr samples before
         let (later, earlier) = if i / nr <= j / nr { (i, j) } else { (j, i) };
         let lag = earlier / nr - later / nr;
-        let ridge = if i == j { RIDGE } else { 0.0 };
-        let value = match lag {
+        match lag {
             0 => 0.5 * (at(0, later % nr, earlier % nr) + at(0, earlier % nr, later % nr)),
             _ => at(lag, later % nr, earlier % nr),
-        };
-        value + ridge
+        }
     });
-    let factor = definite::cholesky(&past)?;
-    Ok(definite::solve_lower_transposed(
-        &factor,
-        &Matrix::identity(size, size),
-    ))
+    let found = definite::symmetric(&past)?;
+    let least = LEAST * found.values.last().copied().unwrap_or(0.0).max(0.0);
+    Ok(Matrix::from_fn(size, size, |i, j| {
+        found.vectors[(i, j)] / found.values[j].max(least).sqrt()
+    }))
 }
 
 /// The products every order is cut from.

@@ -253,7 +253,7 @@ fn refusal(estimate: &Estimate, others: &[IdentifiedMode]) -> Option<&'static st
         && parts < WITH_SHAPE.0
         && !others.iter().any(|m| is_echo(mode, m));
     match () {
-        () if !(total < SURE.min(zeta) || total < RESOLVED * zeta || has_shape) => {
+        () if !(total < SURE.min(zeta) || parts < RESOLVED * zeta || has_shape) => {
             Some("its frequency moves by its bandwidth when a part of the record is left out")
         }
         () if total >= MOST_STD => Some("its frequency is not known to 2 %"),
