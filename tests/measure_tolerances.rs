@@ -250,7 +250,7 @@ fn exact_notation() {
         ("", "notation"),
         ("Dc", "notation"),
         ("7 Dx", "notation"),
-        ("-7", "grade 7"),
+        ("-7", "notation"),
         ("13", "above"),
         ("7.5", "notation"),
     ] {

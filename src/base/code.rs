@@ -59,7 +59,7 @@ codes! {
     NotANumber "not-a-number" 2 "A cell of a channel holds text. Blank cells, NaN and overload words are understood as missing samples; anything else is not guessed at."
     BadTime "bad-time" 2 "The time stamps repeat, run backward or leap beyond all recorders, so that the order of the samples is in doubt; or they are so uneven that lost samples cannot be told from late stamps, or that the samples cannot be brought to even steps within 10 %. Sort or cut the log at the line named, log with even steps, or leave the stamps aside: --time none --rate HZ."
     RateUnknown "rate-unknown" 2 "Neither time stamps nor the header give the sample rate, or the header states it in a way that cannot be read with certainty: with a unit that is none of a rate, a tail, or numbers that may be one or several. State it: --rate 5000, or `rate` in the sidecar."
-    RateDisagrees "rate-disagrees" 2 "The sample rates that the file states, or those and the rate of its time stamps, differ by more than 0.1 %. State the right one: --rate-from time, --rate-from header, or --rate."
+    RateDisagrees "rate-disagrees" 2 "The sample rates that the file states, or those and the rate of its time stamps, differ by more than 0.1 %; or the files of one test have rates that differ by more than 0.01 %. State the right one: --rate-from time, --rate-from header, or --rate."
     NoChannel "no-channel" 2 "The log has no channel of that name. `geardyn check LOG` lists the channels."
     NoSignal "no-signal" 2 "The channel holds nothing to analyse: all zero, constant, or no number at all."
     TooShort "too-short" 2 "The record has fewer samples than the analysis needs."

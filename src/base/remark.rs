@@ -72,7 +72,7 @@ pub const ALL: &[(&str, Sort, &str)] = &[
     (
         "nonlinear",
         Warning,
-        "The frequencies found from the hits of a test go with the size of the hits, more than chance explains: the structure is not linear at these levels. The message says by how much over the range of the hits. Hit alike, or state the level with the modes.",
+        "The frequencies found from the hits of a test depend significantly on the hit amplitude: the structure is not linear at these levels. The message gives the change over the range of the hits. Use hits of equal amplitude, or state the amplitude with the modes.",
     ),
     (
         "mains",
@@ -334,14 +334,9 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "The criterion still falls at the highest order that was tried: the search ended, not the evidence. State a higher --order, or narrow the band.",
     ),
     (
-        "not-a-pole",
-        Warning,
-        "A resonance lacks the skirts of a pole: leakage, or a structure whose frequency depends on amplitude.",
-    ),
-    (
         "departs",
         Warning,
-        "Common poles do not explain the responses to within their noise, however many. Each value was taken to be off by a share of its size as well, by which the poles found do explain them: the responses disagree about the modes (sensors that load the structure, drift), leak, or the structure is not linear.",
+        "Noise alone does not explain the responses. Poles were identified with a variance that includes the departure of each mode from the linear model, and the intervals include it. Usual causes: sensor mass, mounting, leakage, dependence on amplitude or temperature.",
     ),
     (
         "driving-point",
@@ -354,19 +349,9 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "Units that are not those of force and motion give no modal masses.",
     ),
     (
-        "not-poles",
-        Warning,
-        "The responses are not those of a few poles: the usual method found no number of poles that suffices, and another answers.",
-    ),
-    (
         "misfit",
         Warning,
         "The misfit is larger than the variance explains. Standard deviations were widened to it.",
-    ),
-    (
-        "responses-disagree",
-        Warning,
-        "The responses disagree about a mode beyond their noise: sensors that load the structure, drift, or amplitudes that differ.",
     ),
     (
         "zero-response",

@@ -58,7 +58,7 @@ impl Destination {
             Err(e) if e.kind() != io::ErrorKind::NotFound => Err(failed(path, &e)),
             Ok(_) if is_open_file(path) => Ok(Destination::Stream),
             Ok(found) if !found.is_file() && is_unread_pipe(path) => usage(
-                format!("{name} is a pipe, and would wait until somebody reads it"),
+                format!("{name} is a named pipe; writing to it would block without a reader"),
                 "name a file",
             ),
             Ok(found) if !found.is_file() => Ok(Destination::Stream),

@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use super::prepared::Prepared;
 use crate::base::error::Warning;
+use crate::base::words::counted;
 use crate::machine::kinematics::mean_speeds;
 use crate::machine::spin::SpinTerms;
 use crate::modes::basis::{Basis, seen};
@@ -35,7 +36,7 @@ pub fn unstable(roots: impl Iterator<Item = Complex>) -> Option<Warning> {
     };
     let more = match growing.len() {
         1 => String::new(),
-        n => format!(", {} more roots grow", n - 1),
+        n => format!("; {} growing", counted(n - 1, "other root")),
     };
     let message = format!(
         "unstable: {what} grows by {:.4} 1/s, twice as large every {:.4} s{more}",

@@ -130,8 +130,7 @@ fn unpredictable(sensitivity: &Sensitivity) -> Option<Warning> {
     Some(Warning {
         code: "not-predictable",
         message: format!(
-            "two runs from starts that differ by {:.0e} of the deflections part; not predictable beyond t = {}: what is kept and drawn of the history after it is one of many",
-            sensitivity.change,
+            "not predictable beyond t = {}: a second run from a slightly changed start diverges there; the history after it is one of many possible",
             seconds(until)
         ),
         hint: Some(
@@ -146,7 +145,7 @@ fn not_compared(error: &Error) -> Warning {
     Warning {
         code: "not-compared",
         message: format!(
-            "the sensitivity to the start was not measured, so it is not known which digits hold: {}",
+            "the sensitivity to the start was not measured, so the number of significant digits is unknown: {}",
             error.message
         ),
         hint: error.hint.clone(),

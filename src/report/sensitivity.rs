@@ -69,7 +69,7 @@ fn cells(s: &Statistics) -> Vec<String> {
 pub fn effort(sensitivity: &Sensitivity) -> String {
     let found = match sensitivity.factor {
         Some(_) => factor(sensitivity),
-        None => "the digits shown hold".to_string(),
+        None => "all digits shown are significant".to_string(),
     };
     format!(
         "compared with a start changed by {:.0e} of the deflections: {found}, {} s\n",

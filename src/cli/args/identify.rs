@@ -71,7 +71,7 @@ pub struct IdentifyArgs {
     /// Poles may be unstable
     #[arg(long)]
     pub allow_unstable: bool,
-    /// Show weak modes among the others, not apart
+    /// List weak modes in the main table
     #[arg(long)]
     pub all: bool,
     /// What the responses are, where their units do not tell

@@ -65,7 +65,7 @@ pub struct SimulateArgs {
     /// How long the work may take, such as 5h; 1h where left out. What would take longer is refused with the estimate
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     pub allow: Option<String>,
-    /// No second run from a changed start: sensitivity, and which digits hold, are not measured
+    /// Skip the second run that measures the sensitivity to initial conditions and the significant digits
     #[arg(long)]
     pub no_sensitivity: bool,
     /// Found while it runs.

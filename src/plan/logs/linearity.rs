@@ -89,7 +89,7 @@ fn of_hits(
             "from hits of {low:.4} to {high:.4} {unit}: {}",
             all.join(", ")
         ),
-        hint: Some("the structure is not linear at these levels: hit alike, or state the level with the modes".into()),
+        hint: Some("the structure is not linear at these levels: use hits of equal amplitude, or state the amplitude with the modes".into()),
     })
 }
 

@@ -113,7 +113,7 @@ mod tests {
     fn mode(frequency_hz: f64, damping: f64, frequency_std: f64, damping_std: f64) -> FoundMode {
         let w = TAU * frequency_hz;
         FoundMode::from(IdentifiedMode {
-            pole: Complex::new(-damping * w, w),
+            pole: Complex::new(-damping, (1.0 - damping * damping).sqrt()) * w,
             pole_covariance: Some([
                 (damping_std * w).powi(2),
                 (TAU * frequency_std).powi(2),
