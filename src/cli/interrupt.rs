@@ -30,20 +30,20 @@ fn state() -> MutexGuard<'static, Run> {
 }
 
 /// Listens for interrupts. The first one raises [`stop`] where the command uses it; without it, and at the second one, temporary
-/// files are removed, `report` prints the error unless an answer has begun, and the process exits with [`INTERRUPTED`]. A signal
-/// that the caller of the process has ignored (`nohup`, background jobs of a script) stays ignored.
+/// files are removed, `report` prints the error unless an answer has begun, and the process exits with [`INTERRUPTED`]. The first
+/// one after an answer has begun lets it end, whatever came before. A signal that the caller of the process has ignored (`nohup`,
+/// background jobs of a script) stays ignored.
 pub fn listen(report: impl Fn() + Send + 'static) {
-    let mut first = true;
+    let (mut first, mut first_of_answer) = (true, true);
     on_signal(move || {
         let mut run = state();
-        if std::mem::replace(&mut first, false) {
-            if run.answering {
-                return;
-            }
-            if let Some(stop) = &run.stop {
-                stop.raise();
-                return;
-            }
+        let first = std::mem::replace(&mut first, false);
+        if run.answering && std::mem::replace(&mut first_of_answer, false) {
+            return;
+        }
+        if let Some(stop) = run.stop.as_ref().filter(|_| first) {
+            stop.raise();
+            return;
         }
         for path in run.temporaries.drain(..) {
             let _ = std::fs::remove_file(path);
