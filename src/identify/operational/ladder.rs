@@ -19,7 +19,7 @@ const LAST_LOW: f64 = 0.02;
 /// Periods of the lowest frequency in the record, at least.
 const PERIODS: f64 = 30.0;
 
-/// Samples of a rung, at least, where the rate was halved for it.
+/// Rungs of fewer samples are not halved again.
 const HALVED: usize = 6000;
 
 /// Samples for each block row, at least.
@@ -68,7 +68,7 @@ pub fn ladder(
     loop {
         let factor = 1 << all.len();
         let (rate, count) = (rate_hz / factor as f64, samples / factor);
-        let is_last = count / 2 < HALVED;
+        let is_last = count < HALVED;
         let block_rows = match is_last {
             true => LAST_ROWS.min(count / FOR_A_ROW),
             false => ROWS,
