@@ -143,8 +143,8 @@ def main():
     lam = lam[np.argsort(np.abs(lam))]
     stretch = np.hypot(q[9], q[10]) - RC
     out = {
-        "script": "tools/reference_turning_stage.py",
-        "versions": {"python": sys.version.split()[0], "numpy": np.__version__, "scipy": scipy.__version__, "sympy": sp.__version__},
+        "made_by": f"tools/reference_turning_stage.py, Python {sys.version.split()[0]}, NumPy {np.__version__}, "
+        f"SciPy {scipy.__version__}, SymPy {sp.__version__}",
         "machine": "models/lin_parker_n3.toml, carrier free",
         "rpm": RPM,
         "held_speed": drift,
