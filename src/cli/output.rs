@@ -29,7 +29,7 @@ pub fn print(text: &str) -> Result<(), Error> {
 /// Prints the one JSON document of a command; an interrupt lets it end.
 ///
 /// # Errors
-/// As for [`print`].
+/// As for [`print()`].
 pub fn document(document: &Value) -> Result<(), Error> {
     interrupt::answering();
     print(&format!("{document:#}\n"))

@@ -125,7 +125,7 @@ pub fn text(moved: &Moved) -> String {
     let sensitivity = moved.sensitivity.as_ref();
     let mut text = report::motion_table::readings(&moved.scene, &moved.motion, sensitivity);
     if let Some(sensitivity) = sensitivity {
-        text += &report::sensitivity::text(&moved.scene, sensitivity);
+        text += &report::sensitivity_table::text(&moved.scene, sensitivity);
     }
     text += &report::on_the_fly_table::text(&moved.scene, &moved.found);
     if let Some(at) = moved.step_at.filter(|_| !moved.motion.time.is_empty()) {
@@ -156,7 +156,7 @@ pub fn epilogue(moved: &Moved) -> String {
     text += &epilogue::steps(&moved.plan);
     text += &report::motion_table::effort(&moved.motion);
     if let Some(sensitivity) = &moved.sensitivity {
-        text += &report::sensitivity::effort(sensitivity);
+        text += &report::sensitivity_table::effort(sensitivity);
     }
     if let Some(balance) = &moved.motion.balance {
         text += &report::motion_table::balance(balance);

@@ -62,7 +62,7 @@ impl Friction {
     }
 
     /// The law with its step spread over the creep speed, `tanh(δ̇/creep)`, for methods without events; and its derivative. A force
-    /// that falls at once falls over [`FALL`] creep speeds here, so that the pair still holds up to its breakaway force.
+    /// that falls at once falls over ten creep speeds here, so that the pair still holds up to its breakaway force.
     pub fn smoothed(&self, rate: f64) -> (f64, f64) {
         let over = match self.stribeck > 0.0 {
             true => self.stribeck,

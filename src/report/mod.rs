@@ -116,6 +116,10 @@ pub mod motion_table;
 /// Sensitivity to the start.
 pub mod sensitivity;
 
+/// Its table.
+#[cfg(feature = "cli")]
+pub mod sensitivity_table;
+
 /// Tables of steady answers.
 #[cfg(feature = "cli")]
 pub mod response_table;

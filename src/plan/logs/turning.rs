@@ -112,7 +112,7 @@ pub(super) fn turned(
 /// The shaft's angle over the longest stretch.
 ///
 /// # Errors
-/// As for [`turned`].
+/// As for `turned`.
 pub(super) fn angle(
     recording: &Recording,
     study: &SpectrumStudy,
@@ -232,7 +232,7 @@ pub fn orders(
 /// Gives each row of a spectrogram the speed of the shaft in its middle; rows before the first pulse and after the last are dropped.
 ///
 /// # Errors
-/// As for [`turned`].
+/// As for `turned`.
 pub fn over_speed(
     mut found: Found,
     recording: &Recording,
