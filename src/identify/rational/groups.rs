@@ -7,10 +7,7 @@ use super::departure::Departure;
 use super::projection::Stop;
 use super::random_effects::{Pooled, differ, differ_together, heterogeneity, pooled};
 use super::scatter::FEWEST_GROUPS;
-use super::windowed::{Band, NUMERATORS, Window, WindowFit};
-
-/// Half a window: lines, half-widths of the pole, of its neighbour, and of the pole again at most for that.
-const WINDOW: (f64, f64, f64, f64) = (8.0, 8.0, 8.0, 20.0);
+use super::windowed::{Band, NUMERATORS, Window, WindowFit, half_window};
 
 /// Rounds of fit and departure of each group.
 const ROUNDS: usize = 3;
@@ -112,9 +109,7 @@ fn own_poles(band: &Band, groups: &[Vec<usize>], departures: &[Departure], r: us
             apart(a).total_cmp(&apart(b))
         })
         .map_or(0.0, |o| poles[o].sigma);
-    let half = (WINDOW.0 * lines.step)
-        .max(WINDOW.1 * pole.sigma)
-        .max((WINDOW.2 * neighbour).min(WINDOW.3 * pole.sigma));
+    let half = half_window(lines.step, pole.sigma, neighbour);
     let window = Window::new(band, pole.w, half, &|o| departures[o]);
     let Some(at) = window.near.iter().position(|&o| o == r) else {
         return Vec::new();

@@ -5,7 +5,7 @@ use super::basis::Pole;
 use super::departure::Departure;
 use super::projection::Stop;
 use super::scatter::{FEWEST_GROUPS, scatter};
-use super::windowed::{Band, NUMERATORS, Window, WindowFit};
+use super::windowed::{Band, NUMERATORS, Window, WindowFit, half_window};
 
 /// Share of its own value by which a mode is taken to be off its model while poles are sought and judged: a pole then has to explain
 /// some 5 to 9 % of the response about it. With 0.01 all modes of a measured beam stayed double.
@@ -18,9 +18,6 @@ const DEPARTURE_OF_ONE: f64 = 0.15;
 /// A pole is judged if another lies within so many half-widths or two lines; hits may take its place within so many.
 const NEAR: f64 = 4.0;
 const NEAR_BY_HIT: f64 = 3.0;
-
-/// Half a window: lines, half-widths of the pole, of its neighbour, and of the pole again at most for that.
-const WINDOW: (f64, f64, f64, f64) = (8.0, 8.0, 8.0, 20.0);
 
 /// A broad neighbour counts as no wider than so many times the pole.
 const BROADER: f64 = 5.0;
@@ -107,9 +104,7 @@ impl Judge<'_> {
         if near > NEAR {
             return None;
         }
-        let half = (WINDOW.0 * step)
-            .max(WINDOW.1 * pole.sigma)
-            .max((WINDOW.2 * poles[nearest].sigma).min(WINDOW.3 * pole.sigma));
+        let half = half_window(step, pole.sigma, poles[nearest].sigma);
         let share = |r: usize| {
             let other = &poles[r];
             let apart = (other.w - pole.w).abs();

@@ -8,6 +8,16 @@ use super::departure::{Departure, Modes, misfit, variance};
 use super::lines::{Lines, Weights};
 use super::projection::{Fitted, Model, Stop, at, refine};
 
+/// Half a window: lines, half-widths of the pole, of its neighbour, and of the pole again at most for that.
+const WINDOW: (f64, f64, f64, f64) = (8.0, 8.0, 8.0, 20.0);
+
+/// Half the width of the window about a pole, from the line spacing and the decay rates of the pole and its nearest neighbour, rad/s.
+pub fn half_window(step: f64, sigma: f64, neighbour: f64) -> f64 {
+    (WINDOW.0 * step)
+        .max(WINDOW.1 * sigma)
+        .max((WINDOW.2 * neighbour).min(WINDOW.3 * sigma))
+}
+
 /// Residues are free complex numbers.
 pub(super) const NUMERATORS: usize = 2;
 
