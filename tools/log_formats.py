@@ -1,4 +1,4 @@
-"""Small logs written by scipy and pyuff, for tests/log_formats.rs.
+"""Small logs written by scipy and pyuff, for tests/signal/log_formats.rs.
 
 Run: python3 tools/log_formats.py > data/reference/log_formats.json
 Files are hexadecimal; beside each stand the numbers it was written from, as text, since not every reader of JSON rounds

@@ -1,4 +1,4 @@
-"""Three discs run up at a prescribed speed, a clutch across their ends, for tests/clutch.rs.
+"""Three discs run up at a prescribed speed, a clutch across their ends, for tests/machine/clutch.rs.
 
 Discs of 5, 11 and 22 kg m2 on shafts of 100 and 200 kN m/rad; the first goes from rest to 50 rpm within 1 s. A clutch between
 the first and the last is pressed from 0.5 s to 0.8 s, up to 400 N m sliding and 480 N m sticking, Stribeck speed 2 rpm.

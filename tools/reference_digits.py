@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Roots of machines that are no sums of squares: oil films, negative stiffness, gyroscopic moments, for tests/digits_trusted.rs.
+"""Roots of machines that are no sums of squares: oil films, negative stiffness, gyroscopic moments, for tests/machine/digits_trusted.rs.
 
 Writes data/reference/digits.json, each case with its model. Run from the root: python3 tools/reference_digits.py
 """

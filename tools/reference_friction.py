@@ -1,4 +1,4 @@
-"""Motion of gears whose teeth rub, written pair by pair, for tests/friction.rs.
+"""Motion of gears whose teeth rub, written pair by pair, for tests/machine/friction.rs.
 
 Two gears on parallel axes, z = 20 and 60, module 2 mm, 20 deg, tips one module above the pitch circles. Positive turns of
 the two are opposite in a running pair: delta = rb1 theta1 + rb2 theta2. Pairs that touch at once share the force evenly; each

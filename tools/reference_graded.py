@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Reference frequencies of graded machines, by mpmath, for tests/numeric_graded.rs.
+"""Reference frequencies of graded machines, by mpmath, for tests/machine/numeric_graded.rs.
 
 Writes data/reference/graded.json (undamped, with and without massless nodes) and data/reference/damped.json.
 Run from the root of the repository: python3 tools/reference_graded.py

@@ -1,4 +1,4 @@
-"""Two discs with a shaft and a hardening coupling in series, the node between without inertia, for tests/light_nodes.rs.
+"""Two discs with a shaft and a hardening coupling in series, the node between without inertia, for tests/machine/light_nodes.rs.
 
 Discs of 1 and 0.5 kg m2; shaft 400 N m/rad, coupling 30 N m (delta/0.1)^3, dampers of 0.4 N m s/rad along both; 20 N m cos(2 pi 0.8 t)
 on the first disc, 6 N m on the node, rising from 0.3 s to 0.8 s. The node is taken out by hand: its balance of torques is solved for

@@ -1,4 +1,4 @@
-"""Crossings and veerings of models/overhung_rotor.toml, assembled anew: the numbers of `ref_numpy_overhung_rotor` in tests/campbell.rs.
+"""Crossings and veerings of models/overhung_rotor.toml, assembled anew: the numbers of `ref_numpy_overhung_rotor` in tests/machine/campbell.rs.
 
 The rotor is the same along x and y, so r = x + iy and β = dr/dz suffice: one real 6 × 6 problem −ω² M + ω G + K whose
 positive roots whirl forward and whose negative ones backward. Run with numpy 2.4 and scipy: python tools/reference_overhung.py

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Frequencies of larger shipped models by an assembly of its own, for tests/published_cases.rs.
+"""Frequencies of larger shipped models by an assembly of its own, for tests/machine/published_cases.rs.
 
 Writes data/reference/y2250.json, helical_lateral.json and overhung_rotor.json. Run from the root: python3 tools/reference_y2250.py
 """

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Reference answers for tests/rotation.rs by NumPy and SciPy.
+"""Reference answers for tests/signal/rotation.rs by NumPy and SciPy.
 
 Writes data/reference/rotation.json: one short signal and, of it, the analytic signal, the real cepstrum, a spectrogram, and a decimation by five
 with a Kaiser filter; a clamped cubic spline; the Kaiser window's shape and Bessel's function.

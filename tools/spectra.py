@@ -1,4 +1,4 @@
-"""Spectra of a short signal by scipy: data/reference/spectra.json, read by tests/spectra.rs.
+"""Spectra of a short signal by scipy: data/reference/spectra.json, read by tests/signal/spectra.rs.
 
 The signal is made of integers, so that both programs hold the same: x_j = ((a j² + b j) mod m)/m − ½ summed with the channel
 before it, delayed by three samples. Run with numpy 2 and scipy 1: python tools/spectra.py

@@ -47,7 +47,7 @@ impl Basis {
 }
 
 /// Digits of the factored form: the worst relative error over chains, trees and loops with stiffness spread 1e14 and inertia
-/// spread 1e12 in tests/numeric_graded.rs is below 1e-14, of assembled machines in tests/graded_machines.rs below 1e-13.
+/// spread 1e12 in tests/machine/numeric_graded.rs is below 1e-14, of assembled machines in tests/machine/graded_machines.rs below 1e-13.
 const FACTORED_DIGITS: f64 = 13.0;
 
 /// Solves for every mode.

@@ -28,7 +28,7 @@ pub fn expm(a: &Matrix) -> Result<Matrix, Error> {
 }
 
 /// Norms up to which degrees 7 and 9 are exact to rounding. Degrees 3 and 5 would be too, by norm; but entries of a short
-/// step far below the norm, of two masses apart from each other, then have 8 digits only (`tests/state_space.rs`).
+/// step far below the norm, of two masses apart from each other, then have 8 digits only (`tests/machine/state_space.rs`).
 const SMALL: [(f64, &[f64]); 2] = [
     (
         9.504178996162932e-1,

@@ -4,7 +4,7 @@
 //! `ω² x = Aᵀ A x`. Forming `K = AᵀA` loses all digits of ω below √ε times the largest. Instead `A = L D U` with
 //! complete pivoting, `L D = Q R`, and one-sided Jacobi on the rows of `R U`: Demmel, Gu, Eisenstat, Slapničar,
 //! Veselić & Drmač, Linear Algebra Appl. 299 (1999), pp. 21–80, Algorithm 3.1. Measured at a spread of 1e14 in
-//! stiffness and 1e12 in inertia: 2e-15 relative (`tests/numeric_graded.rs`).
+//! stiffness and 1e12 in inertia: 2e-15 relative (`tests/machine/numeric_graded.rs`).
 
 use crate::base::code::Code;
 use crate::base::error::Error;

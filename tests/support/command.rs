@@ -1,10 +1,5 @@
 //! The command as a test calls it: from the project's folder, without colours.
 #![allow(dead_code, reason = "each test file uses its part")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::panic,
-    reason = "a helper of tests may fail as a test does"
-)]
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

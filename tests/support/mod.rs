@@ -1,10 +1,5 @@
 //! What the tests of whole machines share: from text to an answer, random machines, comparisons.
 #![allow(dead_code, reason = "each test file uses its part")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::panic,
-    reason = "a helper of tests may fail as a test does"
-)]
 
 use std::path::Path;
 
@@ -16,11 +11,21 @@ use geardyn::scene::model::Model;
 use geardyn::scene::study::ModesStudy;
 use serde_json::Value;
 
+/// The command as a test calls it.
+#[cfg(feature = "cli")]
+pub mod command;
+
 /// Machines from a seed.
 pub mod machines;
 
 /// Machines in motion, written by hand.
 pub mod moving;
+
+/// Normal random numbers.
+pub mod noise;
+
+/// Arrays in NumPy's format.
+pub mod npy;
 
 /// Figures of the verification manual.
 pub mod verification;

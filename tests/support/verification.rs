@@ -1,13 +1,8 @@
 //! Figures of the verification manual, asserted where they are measured.
 //!
-//! `tests/verification/<binary>.txt` holds one line for each figure that `docs/verification.md` prints. A run compares each figure with
-//! its line; `GEARDYN_RENEW=1` writes the lines of the tests that run. `tests/verification.rs` makes the page of them.
+//! `tests/verification/<file>.txt` holds one line for each figure that `docs/verification.md` prints. A run compares each figure with
+//! its line; `GEARDYN_RENEW=1` writes the lines of the tests that run. `tests/house/verification.rs` makes the page of them.
 #![allow(dead_code, reason = "each test file uses its part")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::panic,
-    reason = "a helper of tests may fail as a test does"
-)]
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -43,15 +38,15 @@ pub struct Figure {
 /// Figures by test.
 pub type Figures = BTreeMap<String, Vec<Figure>>;
 
-/// The figures of a test binary.
-pub fn read(binary: &str) -> Figures {
+/// The figures of a test file.
+pub fn read(test_file: &str) -> Figures {
     let mut figures = Figures::new();
-    let text = std::fs::read_to_string(file(binary)).unwrap_or_default();
+    let text = std::fs::read_to_string(file(test_file)).unwrap_or_default();
     for line in text.lines() {
         let [test, kind, what, reference, computed, difference] =
             line.split('\t').collect::<Vec<_>>()[..]
         else {
-            panic!("{}: {line}", file(binary).display());
+            panic!("{}: {line}", file(test_file).display());
         };
         figures.entry(test.into()).or_default().push(Figure {
             kind: kind.into(),
@@ -64,36 +59,34 @@ pub fn read(binary: &str) -> Figures {
     figures
 }
 
-pub fn write(binary: &str, figures: &Figures) {
+pub fn write(test_file: &str, figures: &Figures) {
     let lines = figures.iter().flat_map(|(test, list)| {
         list.iter().map(move |f| {
             let columns = [test, &f.kind, &f.what, &f.reference, &f.computed];
             columns.map(String::as_str).join("\t") + "\t" + &f.difference + "\n"
         })
     });
-    std::fs::write(file(binary), lines.collect::<String>()).unwrap();
+    std::fs::write(file(test_file), lines.collect::<String>()).unwrap();
 }
 
-fn file(binary: &str) -> PathBuf {
+fn file(test_file: &str) -> PathBuf {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/verification");
-    folder.join(format!("{binary}.txt"))
+    folder.join(format!("{test_file}.txt"))
 }
 
 pub fn renewing() -> bool {
     std::env::var_os("GEARDYN_RENEW").is_some()
 }
 
+/// The figures of the files whose tests run.
+#[derive(Default)]
 struct Book {
-    figures: Figures,
-    /// Tests whose lines this run has written.
+    figures: BTreeMap<String, Figures>,
+    /// Tests whose lines this run has written, as `file::test`.
     renewed: BTreeSet<String>,
 }
 
-static BOOK: LazyLock<Mutex<Book>> = LazyLock::new(|| {
-    let figures = read(env!("CARGO_CRATE_NAME"));
-    let renewed = BTreeSet::new();
-    Mutex::new(Book { figures, renewed })
-});
+static BOOK: LazyLock<Mutex<Book>> = LazyLock::new(Mutex::default);
 
 /// A bound that holds on other machines too.
 fn bound(error: f64, tolerance: f64) -> f64 {
@@ -126,33 +119,39 @@ fn short(size: f64) -> String {
 /// one of the same name.
 fn record(figure: Figure, holds: impl Fn(&Figure) -> bool, larger: impl Fn(&Figure) -> bool) {
     let thread = std::thread::current();
-    let test = thread.name().unwrap_or("main").to_string();
+    // A test thread is named `file::test`.
+    let path = thread.name().unwrap_or("main").to_string();
+    let (file, test) = path.split_once("::").unwrap_or(("", &path));
     let evidence = ["ref_", "exact_", "order_"];
     let is_case = evidence.iter().any(|prefix| test.starts_with(prefix));
-    if test == "main" || (figure.kind == "difference" && !is_case) {
+    if file.is_empty() || (figure.kind == "difference" && !is_case) {
         return;
     }
-    let binary = env!("CARGO_CRATE_NAME");
     let mut book = BOOK.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    let is_first = renewing() && book.renewed.insert(path.clone());
+    let figures = book.figures.entry(file.into());
+    let figures = figures.or_insert_with(|| read(file));
     if renewing() {
-        if book.renewed.insert(test.clone()) {
-            book.figures.remove(&test);
+        if is_first {
+            figures.remove(test);
         }
-        let list = book.figures.entry(test).or_default();
+        let list = figures.entry(test.into()).or_default();
         match list.iter_mut().find(|f| f.what == figure.what) {
             Some(line) if larger(line) => *line = figure,
             Some(_) => return,
             None => list.push(figure),
         }
-        write(binary, &book.figures);
+        write(file, figures);
         return;
     }
-    let line = book.figures.get(&test).and_then(|list| {
+    let line = figures.get(test).and_then(|list| {
         let mut same = list.iter().filter(|f| f.what == figure.what);
         same.next().cloned()
     });
     drop(book);
-    let renew = format!("run: GEARDYN_RENEW=1 cargo test --test {binary} --test verification");
+    let renew = format!(
+        "run: GEARDYN_RENEW=1 cargo test {file} && GEARDYN_RENEW=1 cargo test --test house"
+    );
     match line {
         None => panic!(
             "the verification manual lacks \"{}\" of {test}; {renew}",

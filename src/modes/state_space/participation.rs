@@ -28,7 +28,7 @@ pub struct Participation {
     pub visible: bool,
 }
 
-/// Below this, a figure is rounding: of the eigenvectors, a few hundred ε on the machines of tests/state_space.rs.
+/// Below this, a figure is rounding: of the eigenvectors, a few hundred ε on the machines of tests/machine/state_space.rs.
 const NOTHING: f64 = 1e-10;
 
 /// Modes closer than this, relatively, are taken as one λ.

@@ -1,0 +1,26 @@
+//! The command as a person uses it: answers, exit codes, documents, files.
+#![cfg(feature = "cli")]
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod accuracy_motion;
+mod accuracy_ways;
+mod acquired_logs;
+mod checked_scenes;
+mod commands;
+mod hopeless;
+mod hostile;
+mod identify_command;
+mod large_machines;
+mod log_commands;
+mod measure_command;
+mod measured_logs;
+mod motion_commands;
+mod on_the_fly;
+mod output_files;
+mod response_command;
+mod sensitivity;
+mod several_inputs;
+mod spectrum_command;
+mod te_log_command;

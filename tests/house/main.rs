@@ -1,0 +1,7 @@
+//! The house itself: import order of the floors, the verification manual.
+
+#[path = "../support/verification.rs"]
+mod figures;
+
+mod floors;
+mod verification;

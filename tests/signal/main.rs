@@ -1,0 +1,20 @@
+//! The signal side: recordings, spectra, identification.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod departing_responses;
+mod identified_logs;
+mod local_responses;
+mod log_dialects;
+mod log_formats;
+mod log_reading;
+mod modal_methods;
+mod operational;
+mod rational_fit;
+mod rotation;
+mod shipped_recordings;
+mod spectra;
+mod time_series;
+mod transfer_functions;
+mod uncertainty;
