@@ -49,6 +49,32 @@ pub mod study;
 /// Results as tables, JSON, CSV and pictures.
 pub mod report;
 
+/// The library's surface.
+pub mod api;
+
 /// The command: the only place that touches the terminal.
 #[cfg(feature = "cli")]
 pub mod cli;
+
+pub use api::builder::ModelBuilder;
+pub use api::machine::Machine;
+pub use api::model::Model;
+pub use base::error::Errors;
+pub use recording::signals::Recording;
+
+/// What most programs need: models, machines, recordings, the studies they take, errors.
+///
+/// ```
+/// use geardyn::prelude::*;
+///
+/// let machine = Model::open("models/two_disc.toml")?.machine()?;
+/// let modes = machine.modes(&ModesStudy::default())?;
+/// assert!(modes[0].is_rigid);
+/// # Ok::<(), Errors>(())
+/// ```
+pub mod prelude {
+    pub use crate::plan::logs::spectrum_study::SpectrumStudy;
+    pub use crate::plan::logs::study::IdentifyStudy;
+    pub use crate::scene::study::{ModesStudy, ResponseStudy, SimulateStudy, TransmissionStudy};
+    pub use crate::{Errors, Machine, Model, ModelBuilder, Recording};
+}

@@ -14,6 +14,7 @@ mod floquet;
 mod friction;
 mod graded_machines;
 mod laws_of_motion;
+mod library;
 mod light_nodes;
 mod linear_stability;
 mod loss_factors;
