@@ -62,6 +62,12 @@ pub use api::model::Model;
 pub use base::error::Errors;
 pub use recording::signals::Recording;
 
+/// The programs of the library's tutorial and of the README, run as tests.
+#[doc = include_str!("../docs/library.md")]
+#[doc = include_str!("../README.md")]
+#[cfg(doctest)]
+struct Tutorial;
+
 /// What most programs need: models, machines, recordings, the studies they take, errors.
 ///
 /// ```
