@@ -339,6 +339,11 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "Noise alone does not explain the responses. Poles were identified with a variance that includes the departure of each mode from the linear model, and the intervals include it. Usual causes: sensor mass, mounting, leakage, dependence on amplitude or temperature.",
     ),
     (
+        "few-hits",
+        Warning,
+        "Fewer than three hits were used. Intervals hold the noise, and what responses depart from the model by, but not how far hits place a mode apart, which on real structures is often more: three hits tell it, five tell it well.",
+    ),
+    (
         "driving-point",
         Warning,
         "A modal mass is no positive number: force and motion at the driving point do not belong together, or one of them is turned round.",

@@ -12,6 +12,10 @@ use super::windowed::{Band, NUMERATORS, Window, WindowFit, half_window};
 /// Rounds of fit and departure of each group.
 const ROUNDS: usize = 3;
 
+/// The mean response of hits whose poles scatter by δ, `1/z + ⟨δ²⟩/z³` to second order with `z = jω − p`, is fitted best by a pole that is
+/// off by so many times `⟨δ²⟩/σ`: in a window of 8 half-widths to either side with a straight background (1 without either).
+const BROADER: f64 = 1.27;
+
 const STOP: Stop = Stop {
     steps: 8,
     fall: 0.0,
@@ -93,10 +97,25 @@ pub(super) fn means(
             };
             Some(GroupMean {
                 count: own.len(),
-                mean: differs.then(|| (of(&frequency), of(&width))),
+                mean: differs.then(|| {
+                    let (w, sigma) = (of(&frequency), of(&width));
+                    (w, narrowed(sigma, &w, band.lines.joined, free))
+                }),
             })
         })
         .collect()
+}
+
+/// The mean width less what joining hits added to it: of `joined` hits to a group, whose variance between groups is the `joined`th part of
+/// that between hits, `⟨δ²⟩ = (joined − 1)(s_σ² − s_w²)` with the deviations s between groups. These are known from `free` degrees of freedom.
+fn narrowed(sigma: Pooled, w: &Pooled, joined: f64, free: f64) -> Pooled {
+    let between = w.between.powi(2) - sigma.between.powi(2);
+    let excess = BROADER * (joined - 1.0) * between / sigma.mean;
+    Pooled {
+        mean: sigma.mean - excess,
+        variance: sigma.variance + 2.0 / free * excess * excess,
+        ..sigma
+    }
 }
 
 fn own_poles(band: &Band, groups: &[Vec<usize>], departures: &[Departure], r: usize) -> Vec<Own> {

@@ -35,6 +35,8 @@ pub(super) struct Lines {
     pub fourth: f64,
     /// Responses that belong together, such as those of a hit; empty where each is of the same record.
     pub hits: Vec<Vec<usize>>,
+    /// Hits that each of these joins, on average.
+    pub joined: f64,
 }
 
 /// A fit of fewer lines says nothing.
@@ -64,7 +66,7 @@ impl Lines {
         };
         let mut lines = Lines::new(&each, options)?;
         let outputs = measured.responses.len();
-        lines.fourth = hits.fourth;
+        (lines.fourth, lines.joined) = (hits.fourth, hits.joined);
         lines.hits = (0..hits.responses.len())
             .map(|hit| {
                 let of = |at: &usize| lines.kept[*at] / outputs == hit;
@@ -110,6 +112,7 @@ impl Lines {
             independence: measured.line_independence,
             fourth: FOURTH,
             hits: Vec::new(),
+            joined: 1.0,
         };
         for (i, response) in measured.responses.iter().enumerate() {
             let size = taken

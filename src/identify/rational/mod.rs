@@ -106,6 +106,8 @@ pub struct Measured<'a> {
 pub struct Hits<'a> {
     /// By hit, in the order of [`Measured::responses`], over the same lines.
     pub responses: &'a [Vec<Vec<Complex>>],
+    /// Hits that each of them joins, on average: 1 where it is of one hit.
+    pub joined: f64,
     /// Power of a fourth difference of neighbouring lines over that of their noise: 70 for independent lines, less under a window.
     pub fourth: f64,
 }

@@ -4,7 +4,8 @@
 use super::functions::Partials;
 use super::method::Method;
 use super::study::IdentifyStudy;
-use crate::base::error::Error;
+use crate::base::error::{Error, Warning};
+use crate::base::words::counted;
 use crate::identify::rational::{self, Hits, Measured, RationalFit, RationalOptions};
 use crate::identify::starts::aaa::aaa;
 use crate::identify::starts::problem::Options;
@@ -57,6 +58,21 @@ fn fourth(responses: &FrequencyResponses) -> f64 {
     sum / total
 }
 
+/// Fewer hits have no scatter.
+const FEWEST_HITS: usize = 3;
+
+/// Intervals of one or two hits lack what hits differ by.
+fn few_hits(hits: usize) -> Option<Warning> {
+    (1..FEWEST_HITS).contains(&hits).then(|| Warning {
+        code: "few-hits",
+        message: format!(
+            "{} used: the intervals hold noise, not how far hits place a mode apart",
+            counted(hits, "hit")
+        ),
+        hint: Some(format!("use {FEWEST_HITS} hits or more")),
+    })
+}
+
 /// A rational fit, from the poles of another method where that is asked for.
 ///
 /// # Errors
@@ -89,9 +105,12 @@ pub fn fitted(
         let all = hit.value.iter();
         all.map(|h| known.iter().map(|&k| h[k]).collect()).collect()
     };
+    let few_hits = few_hits(by_hit.len());
+    let joined = by_hit.iter().map(|hit| hit.hits.len()).sum::<usize>() as f64;
     let by_hit: Vec<Vec<Vec<Complex>>> = by_hit.iter().map(of_hit).collect();
     let hits = (by_hit.len() > 1).then_some(Hits {
         responses: &by_hit,
+        joined: joined / by_hit.len() as f64,
         fourth: fourth(responses),
     });
     let fit = |derivative: u8| {
@@ -121,7 +140,7 @@ pub fn fitted(
         .iter()
         .map(|f| ResponseKind::of(f.input.as_ref().map_or("", |i| &i.unit), &f.output.unit))
         .collect();
-    match (study.derivative, kinds.first()) {
+    let fitted = match (study.derivative, kinds.first()) {
         (Some(times), _) => fit(times),
         (None, Some(ResponseKind::Compliance(times))) if kinds.iter().all(|k| k == &kinds[0]) => {
             fit(*times)
@@ -135,7 +154,11 @@ pub fn fitted(
             }
         }
         _ => fit(0),
-    }
+    };
+    fitted.map(|mut fit| {
+        fit.warnings.extend(few_hits);
+        fit
+    })
 }
 
 /// The poles a method begins with: as many as the lines carry.
