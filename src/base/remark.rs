@@ -75,6 +75,11 @@ pub const ALL: &[(&str, Sort, &str)] = &[
         "The frequencies found from the hits of a test depend significantly on the hit amplitude: the structure is not linear at these levels. The message gives the change over the range of the hits. Use hits of equal amplitude, or state the amplitude with the modes.",
     ),
     (
+        "not-reciprocal",
+        Warning,
+        "A pair of points was driven both ways, and the two responses, which are equal for a linear structure, differ by more than one and a half times what their variances explain (by more than 10 % where no variance is known). A sensor or a force points along another direction, a calibration is wrong, or the structure is not linear at these levels.",
+    ),
+    (
         "mains",
         Warning,
         "A mode lies on a multiple of 50 or 60 Hz and is no wider than a spectral line: electric pick-up of the mains looks so. A record without excitation shows whether it stays.",

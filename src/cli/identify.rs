@@ -2,9 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use super::args::{DelayWord, EstimatorWord, IdentifyArgs, KindWord, MapWord, MethodWord};
+use super::args::{
+    DelayWord, EstimatorWord, IdentifyArgs, KindWord, MapWord, MethodWord, RovingWord,
+};
 use super::files::{self, Files};
-use super::{epilogue, logs, output, progress};
+use super::logs::{self, Test};
+use super::{epilogue, output, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::kind::Kind;
@@ -21,6 +24,7 @@ use crate::plan::logs::study::IdentifyStudy;
 use crate::recording::names;
 use crate::recording::raw::Repair;
 use crate::recording::responses::FrequencyResponses;
+use crate::recording::settings::Roving;
 use crate::recording::write;
 use crate::recording::write::uff::Form;
 use crate::report;
@@ -63,25 +67,43 @@ pub fn run(args: &IdentifyArgs) -> Result<u8, Errors> {
             (found, raw.repairs)
         }
         None => {
-            let mut only = Vec::new();
-            // Without outputs all channels are settled, to be named in the error.
-            if !study.outputs.is_empty() {
-                refuse_twice(&study)?;
-                only = study.inputs.iter().chain(&study.outputs).cloned().collect();
+            let roving = args.roving.map(|word| match word {
+                RovingWord::Input => Roving::Input,
+                RovingWord::Output => Roving::Output,
+            });
+            let test = match study.outputs.is_empty() {
+                // All channels are settled, to be named in the error.
+                true => Test::Joined(logs::settled(&logs, raw, &[], args.quiet)?),
+                false => {
+                    refuse_twice(&study)?;
+                    let sides = (&study.inputs[..], &study.outputs[..]);
+                    logs::test(&logs, raw, sides, roving, args.quiet)?
+                }
+            };
+            match test {
+                Test::Points(records) => {
+                    let mut found = work(Source::Points(&records), &study)?;
+                    let warnings = records.iter().flat_map(|r| &r.recording.warnings);
+                    found.warnings.splice(0..0, once(warnings));
+                    (
+                        found,
+                        once(records.iter().flat_map(|r| &r.recording.repairs)),
+                    )
+                }
+                Test::Joined(recording) => {
+                    if !study.outputs.is_empty() {
+                        // The sidecar may have given channels other names; they stand in the order asked for.
+                        let names: Vec<String> =
+                            recording.channels.iter().map(|c| c.name.clone()).collect();
+                        let (drive, answer) = names.split_at(study.inputs.len().min(names.len()));
+                        (study.inputs, study.outputs) = (drive.to_vec(), answer.to_vec());
+                    }
+                    let mut found = work(Source::Signals(&recording), &study)?;
+                    let own = recording.warnings.iter().cloned();
+                    found.warnings.splice(0..0, own);
+                    (found, recording.repairs)
+                }
             }
-            let recording = logs::settled(&logs, raw, &only, args.quiet)?;
-            if !only.is_empty() {
-                // The sidecar may have given channels other names; they stand in the order asked for.
-                let names: Vec<String> =
-                    recording.channels.iter().map(|c| c.name.clone()).collect();
-                let (drive, answer) = names.split_at(study.inputs.len().min(names.len()));
-                (study.inputs, study.outputs) = (drive.to_vec(), answer.to_vec());
-            }
-            let mut found = work(Source::Signals(&recording), &study)?;
-            found
-                .warnings
-                .splice(0..0, recording.warnings.iter().cloned());
-            (found, recording.repairs)
         }
     };
     let written = written(files, args, &found)?;
@@ -94,6 +116,17 @@ pub fn run(args: &IdentifyArgs) -> Result<u8, Errors> {
         output::tell(&epilogue(&found, &repairs, &written));
     }
     Ok(0)
+}
+
+/// Messages of several files, equal ones once.
+fn once<'m, T: Clone + PartialEq + 'm>(all: impl Iterator<Item = &'m T>) -> Vec<T> {
+    let mut kept: Vec<T> = Vec::new();
+    for one in all {
+        if !kept.contains(one) {
+            kept.push(one.clone());
+        }
+    }
+    kept
 }
 
 /// Whether what is asked for are the responses of a file that holds signals too.
@@ -186,7 +219,7 @@ fn study(args: &IdentifyArgs) -> Result<IdentifyStudy, Error> {
         }),
         method: args.method.map(method_of),
         speed_hz: above_zero(&args.speed, SPEED, "--speed", "speed")?,
-        driving_point: args.driving_point.clone(),
+        driving_points: args.driving_point.clone(),
         memory_s: above_zero(&args.memory, SECONDS, "--memory", "time")?,
     })
 }
@@ -231,6 +264,7 @@ fn method_of(word: MethodWord) -> Method {
         MethodWord::Aaa => Method::Aaa,
         MethodWord::SsiCov => Method::SsiCov,
         MethodWord::SsiData => Method::SsiData,
+        MethodWord::FreeDecay => Method::FreeDecay,
         MethodWord::Fdd => Method::Fdd,
         MethodWord::Efdd => Method::Efdd,
         MethodWord::Ar => Method::Ar,

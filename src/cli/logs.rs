@@ -4,11 +4,13 @@ use std::path::{Path, PathBuf};
 
 use super::args::LogArgs;
 use super::progress;
-use crate::base::error::Errors;
+use crate::base::code::Code;
+use crate::base::error::{Error, Errors};
+use crate::plan::logs::points::PointRecord;
 use crate::recording::raw::{Raw, Repair};
-use crate::recording::settings::Settings;
+use crate::recording::settings::{Roving, Settings};
 use crate::recording::signals::Recording;
-use crate::recording::{join, settle};
+use crate::recording::{join, names, settle};
 use crate::scene;
 
 /// A log and what is stated of it.
@@ -83,18 +85,128 @@ pub fn settled(
     only: &[String],
     quiet: bool,
 ) -> Result<Recording, Errors> {
-    let settled = |log: &Log, raw: Raw| {
-        let mut settings = log.settings.clone();
-        settings.only = only.to_vec();
-        settle::settle(raw, &settings)
-    };
+    let all = each(logs, first, quiet, |log, raw| settle_only(log, raw, only))?;
+    Ok(join::join(all)?)
+}
+
+/// The signals of a test.
+pub enum Test {
+    /// Of the same points in every file.
+    Joined(Recording),
+    /// Of other points in every record.
+    Points(Vec<PointRecord>),
+}
+
+/// The channels of a test: files that hold all of them are joined, files that hold some are records of points. `roving` says that files
+/// with equal channels are of other points as well.
+///
+/// # Errors
+/// Whatever is wrong with a log; logs that are not of one test.
+pub fn test(
+    logs: &[Log],
+    first: Raw,
+    (inputs, outputs): (&[String], &[String]),
+    roving: Option<Roving>,
+    quiet: bool,
+) -> Result<Test, Errors> {
+    let roving = roving.or_else(|| logs.iter().find_map(|log| log.settings.roving));
+    if roving.is_some() && (logs.len() < 2 || inputs.is_empty()) {
+        let message = "a roving test has several files and an input";
+        let hint = "name the file of every point, and what drives: --input; or leave --roving out";
+        return Err(Error::new(Code::Usage, message).hint(hint).into());
+    }
+    let all = each(logs, first, quiet, |log, raw| {
+        let of = |words: &[String]| -> Vec<String> {
+            (words.iter().filter(|word| is_in(word, &raw, log)).cloned()).collect()
+        };
+        let (mut own, mut own_outputs) = (of(inputs), of(outputs));
+        if own.is_empty() || own_outputs.is_empty() {
+            // No part of the test: the error names what is missing.
+            (own, own_outputs) = (inputs.to_vec(), outputs.to_vec());
+        }
+        let count = own.len();
+        own.append(&mut own_outputs);
+        let recording = settle_only(log, raw, &own)?;
+        Ok((own, count, recording))
+    })?;
+    let is_whole = |own: &[String]| own.len() == inputs.len() + outputs.len();
+    if roving.is_none() && all.iter().all(|(own, ..)| is_whole(own)) {
+        return Ok(Test::Joined(join::join(
+            all.into_iter().map(|one| one.2).collect(),
+        )?));
+    }
+    let is_named_by_file = roving.is_some() && all.iter().all(|(own, ..)| is_whole(own));
+    let mut records: Vec<(Vec<String>, usize, Vec<Recording>)> = Vec::new();
+    for (own, count, recording) in all {
+        match records.iter_mut().find(|r| r.0 == own && !is_named_by_file) {
+            Some(known) => known.2.push(recording),
+            None => records.push((own, count, vec![recording])),
+        }
+    }
+    let points = records.into_iter().map(|(_, count, files)| {
+        let recording = join::join(files)?;
+        let file = is_named_by_file.then(|| point_of(&recording.path, logs));
+        let names = recording.channels.iter().map(|c| c.name.clone());
+        let (of_inputs, of_outputs): (Vec<_>, Vec<_>) =
+            names.enumerate().partition(|(k, _)| *k < count);
+        let side = |names: Vec<(usize, String)>, own: Roving| {
+            let point = file.as_ref().filter(|_| roving == Some(own));
+            let name = |name: &str| match point {
+                None => name.to_string(),
+                Some(point) if names.len() == 1 => point.clone(),
+                Some(point) => format!("{name}@{point}"),
+            };
+            names.iter().map(|n| (n.1.clone(), name(&n.1))).collect()
+        };
+        Ok(PointRecord {
+            inputs: side(of_inputs, Roving::Input),
+            outputs: side(of_outputs, Roving::Output),
+            recording,
+        })
+    });
+    Ok(Test::Points(points.collect::<Result<_, Error>>()?))
+}
+
+/// The name of a file without its ending; with its folder where another has the same name.
+fn point_of(path: &str, logs: &[Log]) -> String {
+    let stem = |path: &Path| path.file_stem().unwrap_or_default().to_os_string();
+    let own = stem(Path::new(path));
+    match logs.iter().filter(|log| stem(&log.path) == own).count() {
+        1 => own.to_string_lossy().into(),
+        _ => path.to_string(),
+    }
+}
+
+/// Whether a log has the channel that a word means, by its name or that of its sidecar.
+fn is_in(word: &str, raw: &Raw, log: &Log) -> bool {
+    let renamed = (log.settings.channels.iter())
+        .find(|s| s.rename.as_ref().is_some_and(|r| r == word))
+        .map_or(word, |s| &s.name);
+    let channels = raw.groups.iter().flat_map(|g| &g.channels);
+    let known: Vec<String> = channels.map(|c| c.name.clone()).collect();
+    names::find(renamed, &known).is_some()
+}
+
+fn settle_only(log: &Log, raw: Raw, only: &[String]) -> Result<Recording, Errors> {
+    let mut settings = log.settings.clone();
+    settings.only = only.to_vec();
+    Ok(settle::settle(raw, &settings)?)
+}
+
+/// Opens one log after the other.
+fn each<T>(
+    logs: &[Log],
+    first: Raw,
+    quiet: bool,
+    read: impl Fn(&Log, Raw) -> Result<T, Errors>,
+) -> Result<Vec<T>, Errors> {
     let (mut all, mut first) = (Vec::new(), Some(first));
     for log in logs {
         let raw = match first.take() {
             Some(raw) => raw,
             None => progress::open(&log.path, &log.settings, quiet)?,
         };
-        all.push(settled(log, raw)?);
+        all.push(read(log, raw)?);
     }
-    Ok(join::join(all)?)
+    Ok(all)
 }

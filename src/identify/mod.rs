@@ -7,6 +7,9 @@ pub mod mode;
 /// Common poles of many frequency responses, without hints.
 pub mod rational;
 
+/// Modes of free decays.
+pub mod free_decay;
+
 /// Transfer functions by poles and residues: zeros, polynomials, state space, sampled forms, export.
 pub mod transfer;
 

@@ -29,8 +29,19 @@ pub struct Settings {
     pub trigger: Option<Trigger>,
     /// The logs of one test that these settings are for, where a sidecar lists them.
     pub files: Vec<PathBuf>,
+    /// What is at another point in each of these logs.
+    pub roving: Option<Roving>,
     /// What was read beside the log to say all this, said in every answer.
     pub notes: Vec<Repair>,
+}
+
+/// The transducer that is at another point in every file of a test.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Roving {
+    /// The force, as of a roving hammer.
+    Input,
+    /// The sensor of the response.
+    Output,
 }
 
 /// A level that begins the part of a log that is used.

@@ -189,10 +189,20 @@ pub fn identified(found: &Identification) -> String {
     if let Some(error) = super::identified::worst_error(found) {
         text += &format!("fit error {} %\n", super::number::percent(error));
     }
-    if let Some(fit) = found.fit().filter(|f| f.delay_s.iter().any(|d| *d > 0.0)) {
-        let delays: Vec<String> = fit.delay_s.iter().map(|d| brief(1e3 * d)).collect();
-        text += &format!("delay {} ms\n", delays.join(", "));
+    for pair in &found.reciprocity {
+        let explained = pair.explained.map_or(String::new(), |e| {
+            format!(", {} % by noise", super::number::percent(e))
+        });
+        text += &format!(
+            "reciprocity: {} over {} and {} over {} differ by {} %{explained}\n",
+            pair.first.0,
+            pair.first.1,
+            pair.second.0,
+            pair.second.1,
+            super::number::percent(pair.difference)
+        );
     }
+    text += &delays(found);
     text += &alike(found);
     text += &harmonics(found);
     text += &evidence(found);
@@ -214,6 +224,27 @@ pub fn identified(found: &Identification) -> String {
         );
     }
     text
+}
+
+/// Delays that were taken off, with their intervals and what they turn the highest line by.
+fn delays(found: &Identification) -> String {
+    let Some(fit) = found.fit().filter(|f| f.delay_s.iter().any(|d| *d != 0.0)) else {
+        return String::new();
+    };
+    let one = |(delay, std): (&f64, &Option<f64>)| {
+        let interval = std.map_or(String::new(), |s| {
+            format!(" ± {}", brief(1e3 * HALF_INTERVAL * s))
+        });
+        let degrees = 360.0 * delay * found.band_hz.1;
+        format!("{}{interval} ms ({degrees:.1}°)", brief(1e3 * delay))
+    };
+    let all: Vec<String> = fit.delay_s.iter().zip(&fit.delay_std_s).map(one).collect();
+    let text = format!(
+        "delay taken off, in brackets its phase at {} Hz: {}",
+        brief(found.band_hz.1),
+        all.join(", ")
+    );
+    wrapped(&text) + "\n"
 }
 
 /// A row of the table of modes.

@@ -12,7 +12,9 @@ use crate::base::notes::{Notes, Range};
 use crate::base::place::{Place, Source};
 use crate::base::toml::{self, Item, Value};
 use crate::recording::raw::Repair;
-use crate::recording::settings::{ChannelSettings, DialectSettings, Gaps, RateSource, Settings};
+use crate::recording::settings::{
+    ChannelSettings, DialectSettings, Gaps, RateSource, Roving, Settings,
+};
 
 /// Where the sidecar of a log lies: `run.csv` → `run.toml`.
 pub fn beside(log: &Path) -> PathBuf {
@@ -144,6 +146,10 @@ fn log(f: &mut Fields) -> Settings {
         to_s: f.optional_quantity("before", Kind::Time, Range::Positive),
         trigger: None,
         files: files(f),
+        roving: f.choice(
+            "roving",
+            &[("input", Roving::Input), ("output", Roving::Output)],
+        ),
         notes: Vec::new(),
     }
 }

@@ -594,7 +594,8 @@ fn force_window(cut: &Cut, block: usize, share: Option<f64>) -> Vec<f64> {
 }
 
 /// Root mean squares of the segments of a decay.
-fn levels(samples: &[f64]) -> Vec<f64> {
+/// Root mean square of up to 64 segments of equal length.
+pub fn levels(samples: &[f64]) -> Vec<f64> {
     let segment = samples.len().div_ceil(SEGMENTS).max(1);
     samples.chunks(segment).map(rms).collect()
 }
@@ -604,7 +605,7 @@ fn rms(samples: &[f64]) -> f64 {
 }
 
 /// Samples until a response stays in the noise, or below a thousandth of its largest level; all where it never does.
-fn decay_length(samples: &[f64], noise: f64) -> usize {
+pub fn decay_length(samples: &[f64], noise: f64) -> usize {
     let levels = levels(samples);
     let largest = levels.iter().copied().fold(0.0, f64::max);
     let limit = (DECAYED * largest).max(IN_NOISE * noise);

@@ -19,7 +19,11 @@ pub struct IdentifyArgs {
     /// Channels that answer; all responses of a file that holds responses
     #[arg(long, value_name = "CHANNELS", value_delimiter = ',')]
     pub output: Vec<String>,
-    /// How modes are found; where left out: rational with an input, ssi-cov without
+    /// Of several files each holds another point of the output (a roving sensor) or of the input (a roving hammer); where left out, files
+    /// with equal channels are hits of one point, and files with a channel of their own each another point
+    #[arg(long, value_enum, value_name = "SIDE", requires = "input")]
+    pub roving: Option<RovingWord>,
+    /// How modes are found; where left out: rational with an input; without, free-decay where every record rings down, else ssi-cov
     #[arg(long, value_enum, value_name = "METHOD")]
     pub method: Option<MethodWord>,
     /// Speed of what turns while nothing drives but noise (rpm where bare): its orders are told from modes
@@ -59,9 +63,10 @@ pub struct IdentifyArgs {
     /// So many modes instead of as many as are significant
     #[arg(long, value_name = "N")]
     pub order: Option<usize>,
-    /// The output where the force acts, along it (INPUT=OUTPUT with several inputs): every mode gets its modal mass
-    #[arg(long, value_name = "CHANNEL")]
-    pub driving_point: Option<String>,
+    /// The output where the force acts, along it (INPUT=OUTPUT with several inputs): every mode gets its modal mass, by the first; with
+    /// several, points that were driven both ways are compared (reciprocity)
+    #[arg(long, value_name = "CHANNELS", value_delimiter = ',')]
+    pub driving_point: Vec<String>,
     /// With --method rls: how long a sample counts (s where bare); by what predicts best where left out
     #[arg(long, value_name = "TIME", allow_negative_numbers = true)]
     pub memory: Option<String>,
@@ -111,6 +116,15 @@ pub struct IdentifyArgs {
     pub quiet: bool,
 }
 
+/// Words for what is at another point in every file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum RovingWord {
+    /// The force
+    Input,
+    /// The sensor of the response
+    Output,
+}
+
 /// Words for methods.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum MethodWord {
@@ -132,6 +146,8 @@ pub enum MethodWord {
     SsiCov,
     /// No input: stochastic subspace from data
     SsiData,
+    /// No input: common poles of free decays, with uncertainty; taken by itself where the record rings down after a release
+    FreeDecay,
     /// No input: peaks of the spectral matrix, no damping
     Fdd,
     /// No input: peaks of the spectral matrix, damping from their bells; --svg shows these

@@ -5,7 +5,9 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 
 pub use encoders::EncoderArgs;
-pub use identify::{DelayWord, EstimatorWord, IdentifyArgs, KindWord, MapWord, MethodWord};
+pub use identify::{
+    DelayWord, EstimatorWord, IdentifyArgs, KindWord, MapWord, MethodWord, RovingWord,
+};
 pub use log::LogArgs;
 pub use modes::{HoldWord, ModesArgs, PlanArgs, ReduceWord, StudyArgs};
 pub use motion::{

@@ -2,7 +2,8 @@
 
 use super::acquire::FoundHit;
 use super::method::Method;
-use crate::base::error::Warning;
+use super::reciprocity::Reciprocity;
+use crate::base::error::{Error, Warning};
 use crate::identify::modal::candidates::unit_largest;
 use crate::identify::modal::lsfd::ModeShape;
 use crate::identify::modal::stabilisation::DiagramPole;
@@ -15,7 +16,7 @@ use crate::identify::series::model::Family;
 use crate::identify::series::order::Candidate;
 use crate::identify::series::residuals::Test;
 use crate::identify::transfer::function::TransferFunction;
-use crate::numeric::Complex;
+use crate::numeric::{Complex, ComplexMatrix};
 use crate::recording::responses::{FrequencyResponses, Terminal};
 
 /// Modes and transfer functions, and how they were had.
@@ -35,6 +36,8 @@ pub struct Identification {
     pub outputs: Vec<Terminal>,
     /// What participation is over: the inputs, where there are several.
     pub inputs: Vec<Terminal>,
+    /// Pairs of points that were driven both ways.
+    pub reciprocity: Vec<Reciprocity>,
     /// What modal masses come from.
     pub driving_point: Option<DrivingPoint>,
     /// The responses that were fitted; `None` where the method starts from signals.
@@ -161,6 +164,18 @@ impl FoundMode {
         if found.participation.len() > 1 {
             self.participation = unit_largest(found.participation);
         }
+    }
+
+    /// A mode over outputs and inputs from one whose shape is over the functions of a table.
+    ///
+    /// # Errors
+    /// Those of the decomposition.
+    pub fn of_table(mode: IdentifiedMode, table: &[Vec<usize>]) -> Result<FoundMode, Error> {
+        let residues =
+            ComplexMatrix::from_fn(table.len(), table[0].len(), |o, i| mode.shape[table[o][i]]);
+        let mut found = FoundMode::from(mode);
+        found.take_shape(ModeShape::of(&residues)?);
+        Ok(found)
     }
 
     /// Natural frequency, Hz.

@@ -8,17 +8,17 @@ use super::found::{Evidence, FoundMode, Identification};
 use super::functions::{transfer_functions, without_window};
 use super::method::{Method, Needs};
 use super::modal::{self, Modal};
+use super::points::{PointRecord, Points};
 use super::rational::{fitted, partials, rule};
 use super::sound::{self, Sound, Use};
 use super::study::IdentifyStudy;
-use super::{course, linearity, mains, operational, record, scaling, series, weak};
+use super::{
+    course, free_decay, linearity, mains, operational, reciprocity, record, scaling, series, weak,
+};
 use crate::base::code::Code;
 use crate::base::error::{Error, Warning};
 use crate::base::words::counted;
-use crate::identify::modal::lsfd::ModeShape;
-use crate::identify::mode::IdentifiedMode;
 use crate::identify::rational::Delay;
-use crate::numeric::ComplexMatrix;
 use crate::recording::names;
 use crate::recording::responses::{FrequencyResponse, FrequencyResponses, Terminal};
 use crate::recording::settle::no_channel;
@@ -28,6 +28,8 @@ use crate::recording::signals::Recording;
 pub enum Source<'a> {
     /// Signals.
     Signals(&'a Recording),
+    /// Signals of other points in every record.
+    Points(&'a [PointRecord]),
     /// Responses that somebody else estimated.
     Responses(FrequencyResponses),
 }
@@ -62,10 +64,20 @@ pub fn identify(source: Source, study: &IdentifyStudy) -> Result<Identification,
             from_responses(method, chosen(responses, study)?, None, Vec::new(), study)
         }
         Source::Signals(recording) => {
-            let method = method(study, false);
-            check_flags(method, study)?;
             let inputs = record::places(recording, &study.inputs)?;
             let outputs = record::places(recording, &study.outputs)?;
+            let method = match method(study, false) {
+                Method::SsiCov
+                    if study.method.is_none()
+                        && study.speed_hz.is_none()
+                        && !outputs.is_empty()
+                        && free_decay::are_decays(recording, &outputs)? =>
+                {
+                    Method::FreeDecay
+                }
+                method => method,
+            };
+            check_flags(method, study)?;
             check_roles(method, &inputs, &outputs, recording)?;
             record::check(recording, &inputs, &outputs)?;
             let sound = sound::without_faults(recording, &inputs, &outputs)?;
@@ -78,12 +90,34 @@ pub fn identify(source: Source, study: &IdentifyStudy) -> Result<Identification,
                     return Err(Error::new(Code::Usage, message)
                         .hint("leave them out, or name what drives: --input"));
                 }
+                if method == Method::FreeDecay {
+                    return of_decays(&sound, &outputs, study);
+                }
                 let recording = sound.unclipped(Use::Longest);
                 let mut found = from_signals(method, &recording.0, &inputs, &outputs, study)?;
                 found.warnings.splice(0..0, recording.1);
                 return Ok(found);
             }
-            looked(method, &sound, &inputs, &outputs, study)
+            let has_gaps = sound.recording.stretches.len() > 1;
+            looked(method, has_gaps, study, |look| {
+                acquire::acquire(&sound, &inputs, &outputs, &study.estimate, look)
+            })
+        }
+        Source::Points(records) => {
+            let method = method(study, false);
+            check_flags(method, study)?;
+            if method.needs() != Needs::Responses {
+                let message = format!(
+                    "{} takes one record; the files hold different points",
+                    method.word()
+                );
+                return Err(Error::new(Code::Usage, message)
+                    .hint("take a method from responses, such as --method rational, or one file"));
+            }
+            let points = Points::new(records)?;
+            looked(method, points.has_gaps(), study, |look| {
+                points.acquire(&study.estimate, look)
+            })
         }
     }
 }
@@ -95,10 +129,9 @@ const LINES_ASKED: f64 = 6.0;
 /// Responses and their modes: a first look, and a second with lines nearer to each other where a mode found is narrow.
 fn looked(
     method: Method,
-    sound: &Sound,
-    inputs: &[usize],
-    outputs: &[usize],
+    has_gaps: bool,
     study: &IdentifyStudy,
+    acquire: impl Fn(Look) -> Result<Acquired, Error>,
 ) -> Result<Identification, Error> {
     let mut look = Look {
         band_hz: study.band_hz,
@@ -107,14 +140,14 @@ fn looked(
     let mut trace = Vec::new();
     loop {
         let start = Instant::now();
-        let mut acquired = acquire::acquire(sound, inputs, outputs, &study.estimate, look)?;
+        let mut acquired = acquire(look)?;
         trace.push(("frequency responses", start.elapsed().as_secs_f64()));
         let nearest = acquired.nearest_hz;
         let lines = &acquired.responses.frequency_hz;
         let apart = lines.get(1).zip(lines.first()).map_or(0.0, |(b, a)| b - a);
         let responses = std::mem::take(&mut acquired.responses);
         let mut found = from_responses(method, responses, Some(acquired), trace.clone(), study)?;
-        if sound.recording.stretches.len() > 1 {
+        if has_gaps {
             for no_mode in found.warnings.iter_mut().filter(|w| w.code == "no-mode") {
                 let hint = "gaps cut the record into stretches: bridge short ones, --fill-gaps";
                 no_mode.hint = Some(match no_mode.hint.take() {
@@ -160,7 +193,7 @@ fn check_flags(method: Method, study: &IdentifyStudy) -> Result<(), Error> {
             "it says what responses to an input are: name what drives, --input",
         ),
         (
-            study.driving_point.is_some() && method.needs() != Needs::Responses,
+            !study.driving_points.is_empty() && method.needs() != Needs::Responses,
             "--driving-point",
             "modal masses need a measured force: name it, --input",
         ),
@@ -260,6 +293,7 @@ fn from_signals(
         hits: Vec::new(),
         outputs: outputs.iter().map(terminal).collect(),
         inputs: Vec::new(),
+        reciprocity: Vec::new(),
         driving_point: None,
         responses: None,
         band_hz,
@@ -270,6 +304,50 @@ fn from_signals(
         functions: Vec::new(),
         fit_error: Vec::new(),
         warnings: found.warnings,
+    })
+}
+
+/// Modes of the free decays of a record.
+fn of_decays(
+    sound: &Sound,
+    outputs: &[usize],
+    study: &IdentifyStudy,
+) -> Result<Identification, Error> {
+    let start = Instant::now();
+    let recording = &sound.recording;
+    let decays = free_decay::identify(recording, outputs, study)?;
+    let mut warnings = [sound.stuck.clone(), sound.clipped_warnings()].concat();
+    warnings.extend(decays.found.warnings);
+    let terminal = |&at: &usize| Terminal {
+        name: recording.channels[at].name.clone(),
+        unit: recording.channels[at].unit.clone(),
+    };
+    let decay = |k: usize| Terminal {
+        name: format!("decay {k}"),
+        unit: String::new(),
+    };
+    Ok(Identification {
+        trace: vec![("free decays", start.elapsed().as_secs_f64())],
+        method: Method::FreeDecay,
+        how: decays.how,
+        rule: decays.found.rule,
+        hits: Vec::new(),
+        outputs: outputs.iter().map(terminal).collect(),
+        inputs: match decays.count {
+            1 => Vec::new(),
+            n => (1..=n).map(decay).collect(),
+        },
+        reciprocity: Vec::new(),
+        driving_point: None,
+        responses: None,
+        band_hz: decays.band_hz,
+        evidence: decays.found.evidence,
+        modes: decays.found.modes,
+        weak: decays.weak,
+        harmonics: Vec::new(),
+        functions: Vec::new(),
+        fit_error: decays.fit_error,
+        warnings,
     })
 }
 
@@ -299,7 +377,7 @@ fn from_responses(
             Modal {
                 modes: (fit.modes.iter().enumerate())
                     .map(|(k, m)| {
-                        let mut mode = of_table(without_window(m, decay), &table)?;
+                        let mut mode = FoundMode::of_table(without_window(m, decay), &table)?;
                         mode.departure = fit.departures.get(k).copied();
                         Ok(mode)
                     })
@@ -383,24 +461,22 @@ fn from_responses(
         harmonics: Vec::new(),
         functions: found.functions,
         fit_error: found.fit_error,
+        reciprocity: Vec::new(),
         driving_point: None,
         responses: Some(responses),
         warnings,
     };
-    scaling::scale(&mut found, study.driving_point.as_deref())?;
+    let driven = study.driving_points.first().map(String::as_str);
+    scaling::scale(&mut found, driven)?;
     if let Some(responses) = &found.responses {
+        let points = scaling::driving_points(responses, &study.driving_points)?;
+        found.reciprocity = reciprocity::pairs(responses, &points, band_hz);
+        found
+            .warnings
+            .extend(reciprocity::warning(&found.reciprocity));
         let poor = doubts::of_fit(responses, band_hz, |f| found.fitted(f));
         found.warnings.extend(poor);
     }
-    Ok(found)
-}
-
-/// A mode over outputs and inputs from one whose shape is over the functions of a table.
-fn of_table(mode: IdentifiedMode, table: &[Vec<usize>]) -> Result<FoundMode, Error> {
-    let residues =
-        ComplexMatrix::from_fn(table.len(), table[0].len(), |o, i| mode.shape[table[o][i]]);
-    let mut found = FoundMode::from(mode);
-    found.take_shape(ModeShape::of(&residues)?);
     Ok(found)
 }
 

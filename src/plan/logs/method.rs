@@ -23,6 +23,8 @@ pub enum Method {
     SsiCov,
     /// Stochastic subspace from data.
     SsiData,
+    /// Common poles of the transforms of free decays.
+    FreeDecay,
     /// Frequency-domain decomposition.
     Fdd,
     /// The same with damping from the bell of each peak.
@@ -58,7 +60,7 @@ pub enum Needs {
 
 impl Method {
     /// Every method.
-    pub const ALL: [Method; 17] = [
+    pub const ALL: [Method; 18] = [
         Method::Rational,
         Method::Plscf,
         Method::Lsce,
@@ -68,6 +70,7 @@ impl Method {
         Method::Aaa,
         Method::SsiCov,
         Method::SsiData,
+        Method::FreeDecay,
         Method::Fdd,
         Method::Efdd,
         Method::Ar,
@@ -90,6 +93,7 @@ impl Method {
             Method::Aaa => "aaa",
             Method::SsiCov => "ssi-cov",
             Method::SsiData => "ssi-data",
+            Method::FreeDecay => "free-decay",
             Method::Fdd => "fdd",
             Method::Efdd => "efdd",
             Method::Ar => "ar",
@@ -111,7 +115,9 @@ impl Method {
             | Method::Circle
             | Method::VectorFitting
             | Method::Aaa => Needs::Responses,
-            Method::SsiCov | Method::SsiData | Method::Fdd | Method::Efdd => Needs::Outputs,
+            Method::SsiCov | Method::SsiData | Method::FreeDecay | Method::Fdd | Method::Efdd => {
+                Needs::Outputs
+            }
             Method::Ar | Method::Arma => Needs::OneOutput,
             Method::Arx | Method::Armax | Method::OutputError => Needs::InputAndOutput,
             Method::Rls => Needs::OutputAndPerhapsInput,

@@ -6,11 +6,17 @@ pub mod blocks;
 /// The parts of a recording without faults of sensors.
 pub mod sound;
 
+/// Samples of the channels named, checked and decimated.
+pub mod record;
+
 /// Frequency responses from a stepped sine.
 mod dwells;
 
 /// Frequency responses from a recording.
 pub mod acquire;
+
+/// Files of other points each, joined.
+pub mod points;
 
 /// What the data cannot tell.
 pub mod doubts;
@@ -27,11 +33,11 @@ pub mod method;
 /// What is asked.
 pub mod study;
 
+/// Responses that reciprocity makes equal.
+pub mod reciprocity;
+
 /// What an identification answers.
 pub mod found;
-
-/// Samples of the channels named, checked and decimated.
-pub mod record;
 
 /// Weak modes, and stable columns that are no modes.
 pub mod weak;
@@ -59,6 +65,9 @@ mod subspace;
 
 /// Modes from responses alone.
 mod operational;
+
+/// Modes of free decays.
+mod free_decay;
 
 /// Modes from difference equations.
 mod series;

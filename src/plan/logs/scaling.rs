@@ -11,6 +11,7 @@ use crate::identify::transfer::function::TransferFunction;
 use crate::numeric::Complex;
 use crate::recording::names;
 use crate::recording::quantity::{self, Quantity};
+use crate::recording::responses::FrequencyResponses;
 use crate::recording::settle::no_channel;
 
 /// Phase beyond which a modal mass is none, rad.
@@ -74,6 +75,28 @@ pub fn scale(found: &mut Identification, word: Option<&str>) -> Result<(), Error
     }
     found.driving_point = Some(point);
     Ok(())
+}
+
+/// Input and output at each driving point that is named with both.
+///
+/// # Errors
+/// `no-channel`.
+pub fn driving_points(
+    responses: &FrequencyResponses,
+    words: &[String],
+) -> Result<Vec<(String, String)>, Error> {
+    let functions = &responses.functions;
+    let inputs = functions.iter().filter_map(|f| f.input.as_ref());
+    let inputs: Vec<String> = inputs.map(|i| i.name.clone()).collect();
+    let outputs: Vec<String> = functions.iter().map(|f| f.output.name.clone()).collect();
+    let named = |word: &str, known: &[String]| {
+        let at = names::find(word, known).ok_or_else(|| no_channel(word, known))?;
+        Ok(known[at].clone())
+    };
+    (words.iter().filter_map(|word| word.split_once('=')))
+        .filter(|_| words.len() > 1)
+        .map(|(input, output)| Ok((named(input, &inputs)?, named(output, &outputs)?)))
+        .collect()
 }
 
 fn modal_mass(

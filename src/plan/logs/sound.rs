@@ -58,6 +58,22 @@ pub fn without_faults(
 }
 
 impl Sound {
+    /// Its first samples alone.
+    pub fn beginning(&self, samples: usize) -> Sound {
+        let mut recording = self.recording.clone();
+        recording.stretches.retain(|s| s.start < samples);
+        recording.starts.truncate(recording.stretches.len());
+        for stretch in &mut recording.stretches {
+            stretch.end = stretch.end.min(samples);
+        }
+        recording.samples = recording.samples.min(samples);
+        Sound {
+            recording,
+            stuck: self.stuck.clone(),
+            faults: self.faults.clone(),
+        }
+    }
+
     /// Without clipped samples as well, where what is left suffices; and what is said of it. A response is then cut where it is large, but
     /// between the cuts input and output keep their relation, so that the responses are unbiased.
     pub fn unclipped(&self, by: Use) -> (Recording, Vec<Warning>) {

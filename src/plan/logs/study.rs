@@ -29,8 +29,8 @@ pub struct IdentifyStudy {
     pub method: Option<Method>,
     /// Speed of what turns, Hz.
     pub speed_hz: Option<f64>,
-    /// Output at the driving point, `INPUT=OUTPUT` with several inputs: modal masses.
-    pub driving_point: Option<String>,
+    /// Output at the driving point, `INPUT=OUTPUT` with several inputs: modal masses by the first, reciprocity between all.
+    pub driving_points: Vec<String>,
     /// How long a sample counts in a model that follows the process, s; by what predicts best where `None`.
     pub memory_s: Option<f64>,
 }

@@ -1,0 +1,229 @@
+//! Modes of free decays: a decay for each stretch of a record, from the release until it has fallen into the noise.
+
+use super::found::{Evidence, FoundMode, FromSignals};
+use super::method::Method;
+use super::rational::rule;
+use super::study::IdentifyStudy;
+use super::{blocks, weak};
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::base::words::counted;
+use crate::identify::free_decay::{TOP, fit};
+use crate::identify::rational::RationalOptions;
+use crate::numeric::fft::quick_within;
+use crate::recording::signals::{Channel, Recording};
+use crate::spectrum::impact::{decay_length, levels};
+
+/// A decay is followed for so many times the time in which it stands out of the noise of one sample.
+const TAIL: usize = 3;
+
+/// Shorter decays have no lines to fit.
+const SHORTEST: usize = 64;
+
+/// What free decays tell.
+pub struct Decays {
+    /// Modes and what they rest on.
+    pub found: FromSignals,
+    /// Weak modes.
+    pub weak: Vec<FoundMode>,
+    /// Misfit by channel and decay.
+    pub fit_error: Vec<f64>,
+    /// How the record was cut, in words.
+    pub how: String,
+    /// The band fitted, Hz.
+    pub band_hz: (f64, f64),
+    /// Number of decays.
+    pub count: usize,
+}
+
+/// Level of all channels by segment, about the mean of each segment, every channel over its largest.
+fn level(channels: &[&[f64]]) -> Vec<f64> {
+    let of = |samples: &&[f64]| -> Vec<f64> {
+        let segment = samples.len().div_ceil(SEGMENTS).max(2);
+        let one = |part: &[f64]| {
+            let mean = part.iter().sum::<f64>() / part.len() as f64;
+            part.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / part.len() as f64
+        };
+        let power: Vec<f64> = samples.chunks_exact(segment).map(one).collect();
+        let largest = power.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+        power.iter().map(|p| p / largest).collect()
+    };
+    let all: Vec<Vec<f64>> = channels.iter().map(of).collect();
+    let count = all.first().map_or(0, Vec::len);
+    (0..count)
+        .map(|k| (all.iter().map(|c| c[k]).sum::<f64>() / all.len() as f64).sqrt())
+        .collect()
+}
+
+/// Segments of a record whose levels are compared.
+const SEGMENTS: usize = 64;
+
+fn largest(level: &[f64]) -> usize {
+    (0..level.len())
+        .max_by(|&a, &b| level[a].total_cmp(&level[b]))
+        .unwrap_or(0)
+}
+
+/// Whether stretches of a record are free decays: quiet, or held, before the largest level, and falling behind it by 20 dB and more
+/// without rising again.
+pub fn is_decay(channels: &[&[f64]]) -> bool {
+    const QUIET: f64 = 0.3;
+    const FALL: f64 = 10.0;
+    const RISE: f64 = 1.4;
+    let level = level(channels);
+    let top = largest(&level);
+    let (Some(&last), true) = (level.last(), level.len() >= SEGMENTS / 2) else {
+        return false;
+    };
+    // The release may lie in the segment before the largest.
+    let before = &level[..top.saturating_sub(1)];
+    let noise = level[top..].iter().copied().fold(f64::INFINITY, f64::min);
+    let mut reached = level[top];
+    let falls = level[top..].iter().all(|&l| {
+        let is_below = l <= RISE * reached + 2.0 * noise;
+        reached = reached.min(l);
+        is_below
+    });
+    2 * top < level.len()
+        && FALL * last <= level[top]
+        && before.iter().all(|&l| l <= QUIET * level[top])
+        && falls
+}
+
+/// From where to where a stretch decays, in samples. The release lies in the segment of the largest level or before it; the decay is
+/// taken from the end of that segment, and looked at closer for as long as it takes up a small part of what was looked at.
+fn decay(channels: &[&[f64]]) -> std::ops::Range<usize> {
+    const CLOSER: usize = 4;
+    let length = channels.first().map_or(0, |c| c.len());
+    let (mut from, mut to) = (0, length);
+    loop {
+        let views: Vec<&[f64]> = channels.iter().map(|c| &c[from..to]).collect();
+        let segment = (to - from).div_ceil(SEGMENTS).max(2);
+        let top = largest(&level(&views));
+        let start = from + ((top + 1) * segment).min(to - from);
+        let lasts = (channels.iter())
+            .map(|c| {
+                let tail = &c[to - (to - from) / 8..to];
+                let mean = tail.iter().sum::<f64>() / tail.len().max(1) as f64;
+                let centred: Vec<f64> = c[start..to].iter().map(|x| x - mean).collect();
+                let noise = levels(&centred).into_iter().fold(f64::INFINITY, f64::min);
+                decay_length(&centred, noise)
+            })
+            .max()
+            .unwrap_or(0);
+        let end = (start + TAIL * lasts).min(to);
+        let before = from + top.saturating_sub(1) * segment;
+        if CLOSER * (end - before) > to - from || end - before < CLOSER * SHORTEST {
+            return start..end;
+        }
+        (from, to) = (before, end);
+    }
+}
+
+/// Whether every stretch of the channels is a free decay.
+///
+/// # Errors
+/// Samples that cannot be read.
+pub fn are_decays(recording: &Recording, outputs: &[usize]) -> Result<bool, Error> {
+    /// Longer records are of something else.
+    const LONGEST: usize = 20_000_000;
+    if recording.samples.saturating_mul(outputs.len()) > LONGEST {
+        return Ok(false);
+    }
+    let channels: Vec<&Channel> = outputs.iter().map(|&c| &recording.channels[c]).collect();
+    let samples = blocks::whole(recording, &channels, "a free decay")?;
+    Ok(recording.stretches.iter().all(|s| {
+        let views: Vec<&[f64]> = samples.iter().map(|y| &y[s.clone()]).collect();
+        is_decay(&views)
+    }))
+}
+
+/// Fits the decays of all stretches together.
+///
+/// # Errors
+/// `too-short` where nothing decays; those of the fit.
+pub fn identify(
+    recording: &Recording,
+    outputs: &[usize],
+    study: &IdentifyStudy,
+) -> Result<Decays, Error> {
+    let channels: Vec<&Channel> = outputs.iter().map(|&c| &recording.channels[c]).collect();
+    let samples = blocks::whole(recording, &channels, "a free decay")?;
+    let rate = recording.rate_hz;
+    let cut: Vec<std::ops::Range<usize>> = (recording.stretches.iter())
+        .map(|s| {
+            let views: Vec<&[f64]> = samples.iter().map(|y| &y[s.clone()]).collect();
+            let own = decay(&views);
+            s.start + own.start..s.start + own.end
+        })
+        .collect();
+    let longest = cut.iter().map(|r| r.len()).min().unwrap_or(0);
+    if longest < SHORTEST {
+        let message = format!(
+            "a decay of {} is too short to fit",
+            counted(longest, "sample")
+        );
+        return Err(Error::new(Code::TooShort, message)
+            .hint("record from before the release until nothing moves, or sample faster"));
+    }
+    let length = quick_within(longest);
+    let decays: Vec<Vec<&[f64]>> = (cut.iter())
+        .map(|r| {
+            samples
+                .iter()
+                .map(|y| &y[r.start..r.start + length])
+                .collect()
+        })
+        .collect();
+    let apart_hz = rate / length as f64;
+    let band_hz = study.band_hz.unwrap_or((apart_hz, TOP * rate));
+    let options = RationalOptions {
+        band_hz: Some(band_hz),
+        order: study.order,
+        ..RationalOptions::default()
+    };
+    let fit = fit(rate, &decays, &options)?;
+    let table: Vec<Vec<usize>> = (0..channels.len())
+        .map(|c| (c * cut.len()..(c + 1) * cut.len()).collect())
+        .collect();
+    let mut modes = Vec::new();
+    for (k, mode) in fit.modes.iter().enumerate() {
+        let mut mode = FoundMode::of_table(mode.clone(), &table)?;
+        mode.departure = fit.departures.get(k).copied();
+        modes.push(mode);
+    }
+    let (mut modes, mut weak) = weak::apart(modes, apart_hz);
+    if study.all {
+        modes.append(&mut weak);
+        modes.sort_by(|a, b| a.frequency_hz().total_cmp(&b.frequency_hz()));
+    }
+    let starts: Vec<String> = (cut.iter().take(6))
+        .map(|r| format!("{:.4} s", recording.moment(r.start).time_s))
+        .collect();
+    let how = format!(
+        "{} from {}{}, {:.4} s each: transforms without window or leakage, lines {apart_hz:.4} Hz apart",
+        counted(cut.len(), "free decay"),
+        starts.join(", "),
+        if cut.len() > starts.len() {
+            ", …"
+        } else {
+            ""
+        },
+        length as f64 / rate,
+    );
+    let warnings = fit.warnings.clone();
+    Ok(Decays {
+        weak,
+        fit_error: fit.fit_error.clone(),
+        how,
+        band_hz,
+        count: cut.len(),
+        found: FromSignals {
+            modes,
+            harmonics: Vec::new(),
+            rule: rule(Method::Rational, fit.departs),
+            evidence: Evidence::Rational(fit),
+            warnings,
+        },
+    })
+}

@@ -1,0 +1,349 @@
+//! Files of one test that each hold other points, of a roving sensor or a roving hammer: frequency responses file by file, joined into
+//! one matrix `H_oi`.
+//!
+//! A linear structure is reciprocal, `H_oi = H_io` (Ewins, Modal Testing, 2nd ed. (2000), §2.3): responses of one fixed sensor to forces
+//! at many points are those of these points to a force at the sensor.
+
+use super::acquire::{self, Acquired, EstimateStudy, Look};
+use super::record;
+use super::sound::{self, Sound};
+use crate::base::code::Code;
+use crate::base::error::{Error, Warning};
+use crate::base::words::{counted, listed};
+use crate::recording::responses::{FrequencyResponse, FrequencyResponses};
+use crate::recording::signals::Recording;
+use crate::spectrum::window::Window;
+
+/// Lines of one test differ by less, relative.
+const SAME_LINES: f64 = 1e-4;
+
+/// The record of some points of a test.
+#[derive(Debug)]
+pub struct PointRecord {
+    /// Its signals.
+    pub recording: Recording,
+    /// Channels of the inputs, and the points they act at.
+    pub inputs: Vec<(String, String)>,
+    /// Channels of the outputs, and the points they are at.
+    pub outputs: Vec<(String, String)>,
+}
+
+/// The records of a test, checked.
+#[derive(Debug)]
+pub struct Points<'a>(Vec<Checked<'a>>);
+
+#[derive(Debug)]
+struct Checked<'a> {
+    record: &'a PointRecord,
+    sound: Sound,
+    inputs: Vec<usize>,
+    outputs: Vec<usize>,
+}
+
+impl<'a> Points<'a> {
+    /// Checks every record alone, and that no response is measured twice.
+    ///
+    /// # Errors
+    /// `no-channel`, `no-signal`, `conflict`, `rate-disagrees`, with the file.
+    pub fn new(records: &'a [PointRecord]) -> Result<Points<'a>, Error> {
+        let mut all: Vec<Checked> = Vec::new();
+        for own in records {
+            let recording = &own.recording;
+            let checked = || -> Result<Checked, Error> {
+                let channels = |side: &[(String, String)]| {
+                    let words: Vec<String> = side.iter().map(|s| s.0.clone()).collect();
+                    record::places(recording, &words)
+                };
+                let (inputs, outputs) = (channels(&own.inputs)?, channels(&own.outputs)?);
+                record::check(recording, &inputs, &outputs)?;
+                Ok(Checked {
+                    record: own,
+                    sound: sound::without_faults(recording, &inputs, &outputs)?,
+                    inputs,
+                    outputs,
+                })
+            };
+            all.push(checked().map_err(|e| e.in_file(&recording.path))?);
+        }
+        let points = Points(all);
+        points.refuse_doubles()?;
+        points.refuse_rates()?;
+        Ok(points)
+    }
+
+    /// Whether gaps cut a record.
+    pub fn has_gaps(&self) -> bool {
+        self.0.iter().any(|p| p.sound.recording.stretches.len() > 1)
+    }
+
+    /// A response that two files hold.
+    fn refuse_doubles(&self) -> Result<(), Error> {
+        let mut known: Vec<(&str, &str, &str)> = Vec::new();
+        for own in self.0.iter().map(|p| p.record) {
+            for (output, input) in pairs(own) {
+                let path = own.recording.path.as_str();
+                if let Some(other) = known.iter().find(|k| (k.0, k.1) == (output, input)) {
+                    let message = format!(
+                        "{output} over {input} is measured in {} and in {path}, which differ in their other channels",
+                        other.2
+                    );
+                    return Err(Error::new(Code::Conflict, message).hint(
+                        "files of one point hold equal channels, files of several points no response twice: name fewer channels, or say --roving",
+                    ));
+                }
+                known.push((output, input, path));
+            }
+        }
+        Ok(())
+    }
+
+    fn refuse_rates(&self) -> Result<(), Error> {
+        let rate = |p: &Checked| p.sound.recording.rate_hz;
+        let first = self.0.first().map_or(0.0, rate);
+        match self
+            .0
+            .iter()
+            .find(|p| (rate(p) / first - 1.0).abs() > SAME_LINES)
+        {
+            None => Ok(()),
+            Some(other) => {
+                let message = format!(
+                    "the rate is {:.6} Hz, that of {} is {first:.6} Hz",
+                    rate(other),
+                    self.0[0].record.recording.path
+                );
+                Err(Error::new(Code::RateDisagrees, message)
+                    .hint("measure all points at one rate, or state it: --rate")
+                    .in_file(&other.record.recording.path))
+            }
+        }
+    }
+
+    /// Responses of every file over common lines, joined.
+    ///
+    /// # Errors
+    /// Those of [`acquire::acquire`], with the file; `conflict` where no common lines can be had.
+    pub fn acquire(&self, study: &EstimateStudy, look: Look) -> Result<Acquired, Error> {
+        let whole: Vec<&Sound> = self.0.iter().map(|p| &p.sound).collect();
+        let mut all = self.each(&whole, study, look)?;
+        if !are_alike(&all) {
+            all = match all.iter().all(|a| !a.hits.is_empty()) {
+                true => self.of_equal_blocks(&whole, study, look, &all)?,
+                false => self.of_equal_lengths(study, look, &all)?,
+            };
+        }
+        if let Some(at) = (1..all.len()).find(|&k| !are_alike([&all[0], &all[k]])) {
+            let name = |k: usize| &self.0[k].record.recording.path;
+            let message = format!(
+                "the frequency lines of {} and {} differ: {}; {}",
+                name(0),
+                name(at),
+                all[0].how,
+                all[at].how
+            );
+            return Err(Error::new(Code::Conflict, message)
+                .hint("state the distance of the lines: --resolution 1"));
+        }
+        Ok(self.joined(all))
+    }
+
+    fn each(
+        &self,
+        sounds: &[&Sound],
+        study: &EstimateStudy,
+        look: Look,
+    ) -> Result<Vec<Acquired>, Error> {
+        let one = |(p, sound): (&Checked, &&Sound)| {
+            acquire::acquire(sound, &p.inputs, &p.outputs, study, look)
+                .map_err(|e| e.in_file(&p.record.recording.path))
+        };
+        self.0.iter().zip(sounds).map(one).collect()
+    }
+
+    /// Hits in blocks as long as every file has them without losing one, under the strongest of their exponential windows.
+    fn of_equal_blocks(
+        &self,
+        sounds: &[&Sound],
+        study: &EstimateStudy,
+        look: Look,
+        own: &[Acquired],
+    ) -> Result<Vec<Acquired>, Error> {
+        let mut apart: Vec<f64> = own.iter().map(|a| apart_hz(&a.responses)).collect();
+        apart.sort_by(f64::total_cmp);
+        apart.dedup_by(|a, b| (*a / *b - 1.0).abs() < SAME_LINES);
+        let used = |a: &Acquired| a.hits.iter().filter(|h| h.fault.is_none()).count();
+        let mut found: Option<(EstimateStudy, Vec<Acquired>)> = None;
+        for resolution_hz in apart {
+            let mut study = study.clone();
+            study.resolution_hz.get_or_insert(resolution_hz);
+            let tried = self.each(sounds, &study, look);
+            let keeps_all =
+                |tried: &Vec<Acquired>| tried.iter().zip(own).all(|(a, b)| used(a) >= used(b));
+            if let Ok(tried) = tried
+                && keeps_all(&tried)
+            {
+                found = Some((study, tried));
+                break;
+            }
+        }
+        let Some((mut study, found)) = found else {
+            let message = "no length of block suits the hits of every file";
+            return Err(Error::new(Code::Conflict, message)
+                .hint("state the distance of the lines: --resolution 1"));
+        };
+        if are_alike(&found) || study.window.is_some() {
+            return Ok(found);
+        }
+        let decay = found
+            .iter()
+            .map(|a| a.responses.window_decay)
+            .fold(0.0, f64::max);
+        let end = (-decay / apart_hz(&found[0].responses)).exp();
+        study.window = Some(Window::Exponential(end));
+        self.each(sounds, &study, look)
+    }
+
+    /// Records as long as the shortest of them, over the band in which every input has power.
+    fn of_equal_lengths(
+        &self,
+        study: &EstimateStudy,
+        look: Look,
+        own: &[Acquired],
+    ) -> Result<Vec<Acquired>, Error> {
+        let shortest = self.0.iter().map(|p| p.sound.recording.samples).min();
+        let cut: Vec<Sound> = (self.0.iter())
+            .map(|p| p.sound.beginning(shortest.unwrap_or(0)))
+            .collect();
+        let look = Look {
+            band_hz: look.band_hz.or_else(|| common_band(own)),
+            ..look
+        };
+        self.each(&cut.iter().collect::<Vec<_>>(), study, look)
+    }
+
+    fn joined(&self, all: Vec<Acquired>) -> Acquired {
+        let usable_hz = common_band(&all);
+        let is_alone = self.0.iter().all(|p| p.record.outputs.len() == 1);
+        let output = self.0.first().and_then(|p| p.record.outputs.first());
+        let is_roving_hammer = is_alone
+            && self.0.iter().all(|p| p.record.outputs.first() == output)
+            && self
+                .0
+                .iter()
+                .any(|p| p.record.inputs != self.0[0].record.inputs);
+        let how = {
+            let same = all.iter().all(|a| a.how == all[0].how);
+            let one =
+                |(p, a): (&Checked, &Acquired)| format!("{}: {}", p.record.recording.path, a.how);
+            let hows: Vec<String> = match same {
+                true => vec![all[0].how.clone()],
+                false => self.0.iter().zip(&all).map(one).collect(),
+            };
+            let shown = hows.len().min(4);
+            let more = match hows.len() - shown {
+                0 => String::new(),
+                n => format!("; {} more", counted(n, "file")),
+            };
+            format!(
+                "{} with other points each{}; {}{more}",
+                counted(all.len(), "record"),
+                match is_roving_hammer {
+                    true => ", shapes over the points of the force by reciprocity",
+                    false => "",
+                },
+                hows[..shown].join("; ")
+            )
+        };
+        let least = |value: fn(&FrequencyResponses) -> Option<f64>| {
+            all.iter()
+                .filter_map(|a| value(&a.responses))
+                .reduce(f64::min)
+        };
+        let mut responses = FrequencyResponses {
+            frequency_hz: all[0].responses.frequency_hz.clone(),
+            functions: Vec::new(),
+            averages: least(|r| r.averages),
+            window_decay: all[0].responses.window_decay,
+            usable_hz,
+            line_independence: least(|r| r.line_independence),
+        };
+        let nearest: Option<Vec<f64>> = all.iter().map(|a| a.nearest_hz).collect();
+        let mut joined = Acquired {
+            responses: FrequencyResponses::default(),
+            how,
+            hits: Vec::new(),
+            by_hit: Vec::new(),
+            spectra: None,
+            nearest_hz: nearest.and_then(|n| n.into_iter().reduce(f64::max)),
+            smeared_lines: all.iter().map(|a| a.smeared_lines).fold(0.0, f64::max),
+            warnings: Vec::new(),
+        };
+        for (point, acquired) in self.0.iter().zip(all) {
+            let own = point.record;
+            let path = &own.recording.path;
+            for (mut f, (output, input)) in acquired.responses.functions.into_iter().zip(pairs(own))
+            {
+                f.output.name = output.to_string();
+                if let Some(terminal) = &mut f.input {
+                    terminal.name = input.to_string();
+                }
+                if is_roving_hammer {
+                    transpose(&mut f);
+                }
+                responses.functions.push(f);
+            }
+            joined.hits.extend(acquired.hits.into_iter().map(|mut hit| {
+                hit.moment.file.get_or_insert_with(|| path.clone());
+                hit
+            }));
+            joined
+                .warnings
+                .extend(acquired.warnings.into_iter().map(|w| Warning {
+                    message: format!("{}: {}", listed(std::iter::once(path.as_str())), w.message),
+                    ..w
+                }));
+        }
+        joined.responses = responses;
+        joined
+    }
+}
+
+/// Points of outputs and inputs in the order of the responses of a record.
+fn pairs(record: &PointRecord) -> impl Iterator<Item = (&str, &str)> {
+    let inputs = &record.inputs;
+    (record.outputs.iter())
+        .flat_map(move |o| inputs.iter().map(move |i| (o.1.as_str(), i.1.as_str())))
+}
+
+/// Force and motion change their points.
+fn transpose(f: &mut FrequencyResponse) {
+    if let Some(input) = &mut f.input {
+        std::mem::swap(&mut input.name, &mut f.output.name);
+    }
+}
+
+fn apart_hz(responses: &FrequencyResponses) -> f64 {
+    let lines = &responses.frequency_hz;
+    lines.get(1).zip(lines.first()).map_or(0.0, |(b, a)| b - a)
+}
+
+/// Whether responses have the same lines and the same exponential window.
+fn are_alike<'a>(all: impl IntoIterator<Item = &'a Acquired>) -> bool {
+    let mut all = all.into_iter().map(|a| &a.responses);
+    let Some(first) = all.next() else {
+        return false;
+    };
+    let near = |a: f64, b: f64| (a - b).abs() <= SAME_LINES * b.abs();
+    all.all(|r| {
+        r.frequency_hz.len() == first.frequency_hz.len()
+            && (r.frequency_hz.iter().zip(&first.frequency_hz)).all(|(a, b)| near(*a, *b))
+            && near(r.window_decay, first.window_decay)
+    })
+}
+
+/// The band in which every input has power.
+fn common_band(all: &[Acquired]) -> Option<(f64, f64)> {
+    let bands = all.iter().filter_map(|a| a.responses.usable_hz);
+    let common = bands.reduce(|a, b| (a.0.max(b.0), a.1.min(b.1)))?;
+    (common.0 < common.1).then_some(common)
+}
