@@ -78,13 +78,24 @@ pub fn identify(source: Source, study: &IdentifyStudy) -> Result<Identification,
                     return Err(Error::new(Code::Usage, message)
                         .hint("leave them out, or name what drives: --input"));
                 }
-                let recording = sound.unclipped(Use::Longest);
-                let mut found = from_signals(method, &recording.0, &inputs, &outputs, study)?;
-                found.warnings.splice(0..0, recording.1);
+                let unclipped = sound.unclipped(Use::Longest);
+                let mut found = from_signals(method, &unclipped.0, &inputs, &outputs, study)?;
+                found.warnings.splice(0..0, unclipped.1);
+                found.add_rate_std(recording.rate_std);
                 return Ok(found);
             }
-            looked(method, &sound, &inputs, &outputs, study)
+            let mut found = looked(method, &sound, &inputs, &outputs, study)?;
+            found.add_rate_std(recording.rate_std);
+            Ok(found)
         }
+    }
+}
+
+impl Identification {
+    /// Adds the standard deviation of the sample rate, relative, to those of the poles: they stretch with it.
+    fn add_rate_std(&mut self, rate_std: f64) {
+        let modes = self.modes.iter_mut().chain(&mut self.weak);
+        modes.for_each(|m| m.mode.stretch(rate_std));
     }
 }
 
