@@ -17,6 +17,9 @@ models/lin_parker_n3.toml (Lin & Parker, J. Vib. Acoust. 121 (1999) 316).
    `held_speed_from_pins`: the same with planets at the pins' radius and at rest there, from where they stretch their bearings and swing.
 2. `roots`: the equations in the turning frame, linearised about the steady turn that the equations themselves have (Newton), as
    eigenvalues: zero twice for the turn. Centrifugal stretch and everything of higher order are in them.
+3. `without_supports`: the same without any support, where sun and ring float against the planets and depart: the root of the linearised
+   equations. `followed_per_s`: with all stiffnesses a hundredth (so that it ends in a minute) the stage is started 1e-7 m off along that mode
+   and followed for 0.06 s in the inertial frame; growth and frequency of its share of the mode, and `softer_per_s` the root it should have.
 
 Run: python3 tools/reference_turning_stage.py > data/reference/turning_stage.json
 """
@@ -112,8 +115,57 @@ def roots(stiff, q, omega):
         h[i + 1, i + 1] -= MASS[i] * omega ** 2
     m = np.sqrt(MASS)
     h, g = h / np.outer(m, m), g / np.outer(m, m)
-    a = np.block([[np.zeros((18, 18)), np.eye(18)], [-h, -g]])
-    return np.linalg.eigvals(a)
+    return np.block([[np.zeros((18, 18)), np.eye(18)], [-h, -g]])
+
+
+def departing(force, stiff, omega):
+    """The root with the largest real part, its mode and its left vector, in the turning frame."""
+    q, _ = steady(force, stiff, omega)
+    lam, left, right = scipy.linalg.eig(roots(stiff, q, omega), left=True)
+    at = np.argmax(lam.real + 1e-9 * lam.imag)
+    return q, lam[at], left[:, at], right[:, at]
+
+
+def followed(force, stiff, omega, until):
+    """Growth and frequency of the departing mode, followed in time."""
+    q, lam, left, right = departing(force, stiff, omega)
+    scale = np.sqrt(np.concatenate([MASS, MASS]))
+    off = (right / scale).real
+    off *= 1e-7 / np.abs(off[:18]).max()
+    sun, ring, carrier, planet = speeds(False, omega)
+    rates = np.zeros(18)
+    rates[2], rates[5], rates[8], rates[11::3] = sun, ring, carrier, planet
+
+    def inertial(r, v, t):
+        z, w = r.copy(), v.copy()
+        c, s = np.cos(omega * t), np.sin(omega * t)
+        for i in range(0, 18, 3):
+            (x, y), (u, o) = r[i:i + 2], v[i:i + 2]
+            u, o = u - omega * y, o + omega * x
+            z[i:i + 2], w[i:i + 2] = (c * x - s * y, s * x + c * y), (c * u - s * o, s * u + c * o)
+        return z + rates * t, w + rates
+
+    def turning(z, w, t):
+        z, w = z - rates * t, w - rates
+        r, v = z.copy(), w.copy()
+        c, s = np.cos(omega * t), -np.sin(omega * t)
+        for i in range(0, 18, 3):
+            (x, y), (u, o) = z[i:i + 2], w[i:i + 2]
+            r[i:i + 2] = c * x - s * y, s * x + c * y
+            v[i:i + 2] = c * u - s * o + omega * r[i + 1], s * u + c * o - omega * r[i]
+        return r, v
+
+    z, w = inertial(q + off[:18], off[18:], 0.0)
+    run = scipy.integrate.solve_ivp(
+        lambda t, y: np.concatenate([y[18:], -force(y[:18]) / MASS]), (0, until), np.concatenate([z, w]),
+        method="DOP853", rtol=1e-11, atol=1e-14, t_eval=[0.0, until])
+    share = []
+    for k, t in enumerate(run.t):
+        r, v = turning(run.y[:18, k], run.y[18:, k], t)
+        share.append(left.conj() @ (scale * np.concatenate([r - q, v])))
+    grown = share[1] / share[0]
+    turns = np.round((lam.imag * until - np.angle(grown)) / (2 * np.pi))
+    return [np.log(np.abs(grown)) / until, (np.angle(grown) + 2 * np.pi * turns) / until], [lam.real, abs(lam.imag)]
 
 
 def held(force, q, omega, rates, until):
@@ -138,10 +190,13 @@ def main():
     from_pins, _ = held(force, start, omega, rates, 0.1)
     q, rest = steady(force, stiff, omega)
     drift, run = held(force, q, omega, rates, 0.1)
-    lam = roots(stiff, q, omega)
+    lam = np.linalg.eigvals(roots(stiff, q, omega))
     lam = lam[lam.imag > -1e-6]
     lam = lam[np.argsort(np.abs(lam))]
     stretch = np.hypot(q[9], q[10]) - RC
+    force, stiff = functions(False)
+    _, floating, _, _ = departing(force, stiff, omega)
+    grown, softer = followed(lambda z: 0.01 * force(z), lambda z: 0.01 * stiff(z), omega, 0.06)
     out = {
         "made_by": f"tools/reference_turning_stage.py, Python {sys.version.split()[0]}, NumPy {np.__version__}, "
         f"SciPy {scipy.__version__}, SymPy {sp.__version__}",
@@ -153,6 +208,11 @@ def main():
         "residual_N": rest,
         "largest_growth_per_s": float(np.abs(lam.real[np.abs(lam) > 10]).max()),
         "zero_roots_abs": [float(x) for x in np.abs(lam[np.abs(lam) < 10])],
+        "without_supports": {
+            "floating_root_per_s": [floating.real, abs(floating.imag)],
+            "followed_per_s": [grown[0], abs(grown[1])],
+            "softer_per_s": softer,
+        },
         "frequencies_hz": [float(x) for x in lam.imag[np.abs(lam) > 10] / (2 * np.pi)],
     }
     json.dump(out, sys.stdout, indent=1)

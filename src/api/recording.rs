@@ -61,6 +61,7 @@ impl Recording {
             dialect: "arrays".to_string(),
             facts: Vec::new(),
             rate_hz,
+            rate_std: 0.0,
             rate_source: "as given".to_string(),
             samples,
             stretches: std::iter::once(0..samples).collect(),

@@ -118,7 +118,7 @@ struct Found {
 fn check(path: &Path) -> Result<Found, Errors> {
     let scene = scene::read(path)?;
     let prepared = Prepared::new(&scene.model)?;
-    Errors::or(plan::check::refusals(&scene, &prepared), || ())?;
+    Errors::or(crate::study::check::refusals(&scene, &prepared), || ())?;
     Ok(Found {
         header: report::json::header(&scene.sources, &[]),
         path: path.display().to_string(),

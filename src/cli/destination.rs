@@ -3,6 +3,7 @@
 use std::fs::{File, OpenOptions};
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -16,12 +17,20 @@ pub enum Destination {
     Stream,
 }
 
+/// Standard output takes a JSON document.
+static RESERVED: AtomicBool = AtomicBool::new(false);
+
+/// Keeps standard output for a JSON document: from here on no output file may lead there.
+pub fn reserve_standard_output() {
+    RESERVED.store(true, Ordering::Relaxed);
+}
+
 impl Destination {
     /// The destination that a path names.
     ///
     /// # Errors
-    /// The path is empty, `-`, a folder, a link that does not resolve, a pipe without a reader or a read-only file, or its folder is
-    /// missing.
+    /// The path is empty, `-`, a folder, a link that does not resolve, a pipe without a reader or a read-only file, its folder is
+    /// missing, or it is standard output where that is reserved.
     pub fn of(path: &Path) -> Result<Destination, Error> {
         let name = path.display();
         let usage = |message: String, hint: &str| Err(Error::new(Code::Usage, message).hint(hint));
@@ -46,6 +55,10 @@ impl Destination {
             return Err(Error::new(Code::OutputFailed, message).hint("make the folder first"));
         }
         match path.metadata() {
+            Ok(_) if RESERVED.load(Ordering::Relaxed) && is_standard_output(path) => usage(
+                format!("{name} is standard output, which takes the document of --json"),
+                "name a file, or leave out --json",
+            ),
             Err(e) if path.is_symlink() => {
                 let target = path.read_link().unwrap_or_default();
                 let message = format!(
@@ -114,6 +127,26 @@ fn is_open_file(path: &Path) -> bool {
         }
         path = folder.join(target);
     }
+    false
+}
+
+/// Standard output, be it a terminal, a pipe or a file; not the null device, which takes anything.
+#[cfg(unix)]
+fn is_standard_output(path: &Path) -> bool {
+    use std::os::fd::AsFd;
+    use std::os::unix::fs::MetadataExt;
+    let own = io::stdout().as_fd().try_clone_to_owned().map(File::from);
+    let (Ok(own), Ok(found)) = (own.and_then(|own| own.metadata()), path.metadata()) else {
+        return false;
+    };
+    let null = path
+        .canonicalize()
+        .is_ok_and(|p| p == Path::new("/dev/null"));
+    !null && (found.dev(), found.ino()) == (own.dev(), own.ino())
+}
+
+#[cfg(not(unix))]
+fn is_standard_output(_: &Path) -> bool {
     false
 }
 

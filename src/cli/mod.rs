@@ -113,6 +113,9 @@ pub fn run(arguments: &[OsString]) -> ExitCode {
         Ok(parsed) => parsed.command,
         Err(error) => return usage(&error, json),
     };
+    if json {
+        destination::reserve_standard_output();
+    }
     interrupt::listen(move || {
         let error = Error::new(
             Code::Interrupted,

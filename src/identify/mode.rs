@@ -39,6 +39,16 @@ impl IdentifiedMode {
         })
     }
 
+    /// Adds the uncertainty of a factor on the pole, of this relative standard deviation, as that of a sample rate is.
+    pub fn stretch(&mut self, std: f64) {
+        let (a, b) = (std * self.pole.re, std * self.pole.im);
+        if let Some([aa, bb, ab]) = &mut self.pole_covariance {
+            *aa += a * a;
+            *bb += b * b;
+            *ab += a * b;
+        }
+    }
+
     /// Standard deviation of the damping ratio, by the gradient `(−ω², σω)/|p|³`.
     pub fn damping_std(&self) -> Option<f64> {
         let (a, b, w) = (self.pole.re, self.pole.im, self.pole.norm());

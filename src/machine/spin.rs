@@ -9,6 +9,7 @@ use super::linear::Linear;
 use super::parts::{Branch, Law, Machine, Spin};
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::scene::model::Loss;
 
 /// Terms of given mean speeds, over the coordinates that stay.
 #[derive(Debug, Clone, Default)]
@@ -165,7 +166,7 @@ pub fn refuse_varying(machine: &Machine, speeds: &[f64]) -> Result<(), Error> {
             let apart = (entry(x, x) - entry(y, y)).abs() + (entry(x, y) + entry(y, x)).abs();
             apart > ALIKE * size
         };
-        if of(stiffness) || of(damping) {
+        if [stiffness, viscous, ratio, hysteretic].into_iter().any(of) {
             let element = grounded.first().map_or(frame.element, |b| b.element);
             return Err(refused(
                 machine,
@@ -188,12 +189,34 @@ fn stiffness(branch: &Branch) -> f64 {
     }
 }
 
-fn damping(branch: &Branch) -> f64 {
+fn viscous(branch: &Branch) -> f64 {
     match branch.law {
         Law::Linear {
-            loss: crate::scene::model::Loss::Viscous(c),
+            loss: Loss::Viscous(c),
             ..
         } => c,
+        _ => 0.0,
+    }
+}
+
+/// `k ζ`: with one stiffness in all directions it says whether the damper has.
+fn ratio(branch: &Branch) -> f64 {
+    match branch.law {
+        Law::Linear {
+            loss: Loss::Ratio(zeta),
+            ..
+        } => stiffness(branch) * zeta,
+        _ => 0.0,
+    }
+}
+
+/// `k η`.
+fn hysteretic(branch: &Branch) -> f64 {
+    match branch.law {
+        Law::Linear {
+            loss: Loss::Factor(eta),
+            ..
+        } => stiffness(branch) * eta,
         _ => 0.0,
     }
 }

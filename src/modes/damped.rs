@@ -60,7 +60,7 @@ pub fn modes(linear: &Linear, basis: &Basis, modal: &Modal) -> Result<Vec<Mode>,
     let rigid = (0..basis.n_rigid).filter(|&j| is_free(&quadratic, j));
     let rigid = rigid.map(|j| {
         let mut shape: Vec<Complex> = linear
-            .recover(&super::basis::column(&basis.shapes, j))
+            .recover(&super::basis::column(&modal.shapes, j))
             .iter()
             .map(|&x| Complex::new(x, 0.0))
             .collect();

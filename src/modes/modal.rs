@@ -5,10 +5,11 @@
 //! frequencies keep their digits. Then `I η̈ + C̃ (η̇, ḋ) + (K̃ + i sgn(Im λ) H̃)(η, d) = 0`.
 
 use super::basis::{Basis, seen, seen_by_rigid};
+use crate::machine::direction::Direction;
 use crate::machine::linear::Linear;
 use crate::machine::parts::Machine;
 use crate::machine::spin::SpinTerms;
-use crate::numeric::Matrix;
+use crate::numeric::{Matrix, definite};
 
 /// Matrices over `(η, d)`.
 #[derive(Debug, Clone)]
@@ -55,13 +56,17 @@ pub fn project(
     for (j, omega) in basis.omega.iter().enumerate() {
         modal.stiffness[(j, j)] = omega * omega;
     }
+    let terms = speeds.map(|speeds| SpinTerms::new(machine, linear, speeds, damped));
+    let n_turning = match &terms {
+        Some(terms) => modal.split_rigid(&terms.centripetal, linear.n_undamped_rigid),
+        None => 0,
+    };
     modal.add_branches(linear, basis, damped);
     if damped {
         modal.add_global(machine, basis);
     }
-    if let Some(speeds) = speeds {
-        let terms = SpinTerms::new(machine, linear, speeds, damped);
-        modal.add_spins(&terms, basis.n_rigid);
+    if let Some(terms) = &terms {
+        modal.add_spins(terms, basis.n_rigid, n_turning);
     }
     modal
 }
@@ -114,13 +119,39 @@ impl Modal {
         }
     }
 
-    fn add_spins(&mut self, terms: &SpinTerms, n_rigid: usize) {
+    /// Combines the first `n` rigid modes so that those without a centripetal term come first; how many these are.
+    ///
+    /// Any combination of rigid modes is one; where bodies float, a turn mixed with a translation would share its terms.
+    fn split_rigid(&mut self, terms: &[(Direction, f64)], n: usize) -> usize {
+        const NONE: f64 = 1e-12; // of the largest; rigid modes are known to some ε
+        let mut form = Matrix::zeros(n, n);
+        for (v, m) in terms {
+            let v = seen_by_rigid(v, &self.shapes, n);
+            add_outer(&mut form, *m, &v[..n], &v[..n], 0);
+        }
+        let without = (0..n).filter(|&i| form[(i, i)] == 0.0).count();
+        let Ok(split) = definite::symmetric(&form) else {
+            return 0;
+        };
+        let largest = split.values.last().copied().unwrap_or(0.0);
+        let null = split.values.iter().take_while(|x| **x <= NONE * largest);
+        let n_turning = null.count();
+        if without < n_turning {
+            let rigid = self.shapes.subcols(0, n) * &split.vectors;
+            self.shapes.subcols_mut(0, n).copy_from(rigid);
+            return n_turning;
+        }
+        0
+    }
+
+    fn add_spins(&mut self, terms: &SpinTerms, n_rigid: usize, n_turning: usize) {
         for (a, b, g) in &terms.gyroscopic {
             let (a, b) = (seen(a, &self.shapes), seen(b, &self.shapes));
             add_skew(&mut self.damping, *g, &a, &b);
         }
         for (v, m) in &terms.centripetal {
-            let v = seen_by_rigid(v, &self.shapes, n_rigid);
+            let mut v = seen_by_rigid(v, &self.shapes, n_rigid);
+            v[..n_turning].fill(0.0);
             add_outer(&mut self.stiffness, -m, &v, &v, 0);
         }
         for (u, w, c) in &terms.circulatory {

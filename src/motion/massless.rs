@@ -58,7 +58,13 @@ pub fn condense(
                 drives = reduced.drives;
                 followers.push(reduced.follower);
             }
-            Err(_) if joined().all(light::may_stay) && !is_general(&whole, z) => stay.push(z),
+            Err(error)
+                if error.code != Code::Hopeless
+                    && joined().all(light::may_stay)
+                    && !is_general(&whole, z) =>
+            {
+                stay.push(z);
+            }
             Err(error) => return Err(error.at(&where_is(z))),
         }
     }

@@ -33,8 +33,5 @@ pub mod on_the_fly;
 /// A motion with all that is said of it.
 pub mod simulate;
 
-/// What the studies of a scene would refuse.
-pub mod check;
-
 /// A gear's charts and readings.
 pub mod measure;

@@ -290,6 +290,7 @@ impl Rows {
             dialect: "the motion itself".into(),
             facts: Vec::new(),
             rate_hz,
+            rate_std: 0.0,
             rate_source: "by the samples of the motion".into(),
             samples: self.angles.len(),
             stretches: vec![0..self.angles.len()],

@@ -7,6 +7,7 @@ use crate::machine::kinematics::Kinematics;
 use crate::machine::linear::Linear;
 use crate::machine::operating::{ContactState, Operating};
 use crate::machine::parts::{Law, Machine};
+use crate::machine::spin::spinning;
 use crate::modes::lowest;
 use crate::numeric::forest::Forest;
 use crate::response::system::Setting;
@@ -48,6 +49,15 @@ impl Prepared {
             linear,
             forest,
         })
+    }
+
+    /// Mean speed of every freedom, rad/s, at a speed of the first node of `[speed]`; none where none is asked.
+    ///
+    /// # Errors
+    /// Those of [`spinning`].
+    pub fn speeds_at(&self, speed: Option<f64>) -> Result<Option<Vec<f64>>, Error> {
+        let at = |speed| spinning(&self.machine, &self.kinematics, Some(speed));
+        speed.map(at).transpose()
     }
 
     /// The same as frequency responses need it; mean speed of every freedom, rad/s, where gyroscopic terms are asked.

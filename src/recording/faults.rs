@@ -7,9 +7,6 @@ use super::signals::Recording;
 use crate::base::error::{Error, Warning};
 use crate::base::words::counted;
 
-/// Samples read at a time.
-const BLOCK: usize = 1 << 16;
-
 /// Samples to either side of a clipped one that the sensor needs to recover.
 const RECOVERY: usize = 2;
 
@@ -132,7 +129,7 @@ fn scan(recording: &Recording, channel: usize) -> Result<Scan, Error> {
     let close = |run: &mut Option<(Range<usize>, f64)>, runs: &mut Vec<(Range<usize>, f64)>| {
         runs.extend(run.take().filter(|r| r.0.len() >= LEAST_RUN));
     };
-    each(recording, channel, |at, block, ends| {
+    recording.each_block(&recording.channels[channel], |at, block, ends| {
         for (k, &x) in block.iter().enumerate() {
             (seen.low, seen.high) = (seen.low.min(x), seen.high.max(x));
             seen.samples += 1;
@@ -181,7 +178,9 @@ impl Scan {
 /// Clipping of a channel: what its samples show, or its stated overload level.
 fn clipped(recording: &Recording, channel: usize, seen: &Scan) -> Result<Option<Clipped>, Error> {
     let mut extremes = Extremes::new((seen.low, seen.high), seen.resolution);
-    each(recording, channel, |_, block, _| extremes.see(block))?;
+    recording.each_block(&recording.channels[channel], |_, block, _| {
+        extremes.see(block)
+    })?;
     let stated = recording.channels[channel].overload_level;
     let by_shape = clipping::of_sides(&extremes);
     let over = |x: f64| {
@@ -194,7 +193,7 @@ fn clipped(recording: &Recording, channel: usize, seen: &Scan) -> Result<Option<
         level: f64::NAN,
         ranges: Vec::new(),
     };
-    each(recording, channel, |at, block, _| {
+    recording.each_block(&recording.channels[channel], |at, block, _| {
         for (k, &x) in block.iter().enumerate().filter(|(_, x)| over(**x)) {
             let own = (at + k).saturating_sub(RECOVERY)..at + k + 1 + RECOVERY;
             match found.ranges.last_mut() {
@@ -222,7 +221,7 @@ fn differences(
     within: &Range<usize>,
 ) -> Result<[f64; 2], Error> {
     let mut sums = [(0.0, 0.0); 2];
-    each(recording, channel, |at, block, _| {
+    recording.each_block(&recording.channels[channel], |at, block, _| {
         for (k, pair) in block.windows(2).enumerate() {
             let sum = &mut sums[usize::from(within.contains(&(at + k)))];
             *sum = (sum.0 + (pair[1] - pair[0]).powi(2), sum.1 + 1.0);
@@ -261,27 +260,6 @@ fn stuck(recording: &Recording, channel: usize, seen: &Scan) -> Result<Vec<Stuck
     let mut is_moving = moving.into_iter();
     found.retain(|_| is_moving.next().unwrap_or(false));
     Ok(found)
-}
-
-/// Hands the samples of every stretch on: where they begin, and whether the stretch ends.
-fn each(
-    recording: &Recording,
-    channel: usize,
-    mut see: impl FnMut(usize, &[f64], bool),
-) -> Result<(), Error> {
-    let mut block = vec![0.0; BLOCK.min(recording.samples)];
-    for stretch in &recording.stretches {
-        let mut at = stretch.start;
-        while at < stretch.end {
-            let count = BLOCK.min(stretch.end - at);
-            recording.channels[channel]
-                .samples
-                .read(at, &mut block[..count])?;
-            see(at, &block[..count], at + count == stretch.end);
-            at += count;
-        }
-    }
-    Ok(())
 }
 
 impl Faults {
@@ -394,6 +372,7 @@ mod tests {
             dialect: String::new(),
             facts: Vec::new(),
             rate_hz: 1000.0,
+            rate_std: 0.0,
             rate_source: String::new(),
             samples,
             stretches: std::iter::once(0..samples).collect(),

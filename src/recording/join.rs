@@ -11,7 +11,7 @@ use crate::base::error::{Error, Warning};
 use crate::base::words::{counted, listed};
 
 /// Rates of one test differ by less, relative; a frequency is wrong by no more than that. Quartz clocks keep 50e-6.
-const SAME_RATE: f64 = 1e-4;
+const EQUAL_RATES: f64 = 1e-4;
 
 /// Samples moved at a time.
 const BLOCK: usize = 1 << 16;
@@ -117,11 +117,11 @@ fn refuse_different(first: &Recording, next: &Recording) -> Result<(), Error> {
         Error::new(Code::Conflict, message)
     };
     let (one, two) = (first.rate_hz, next.rate_hz);
-    if (one / two - 1.0).abs() > SAME_RATE {
+    if (one / two - 1.0).abs() > EQUAL_RATES {
         let message = format!(
             "the rate is {two:.6} Hz, that of {} is {one:.6} Hz (limit {:.2} %)",
             first.files.first().map_or("the first file", |f| &f.path),
-            100.0 * SAME_RATE
+            100.0 * EQUAL_RATES
         );
         return Err(Error::new(Code::RateDisagrees, message)
             .hint("identify files of different rates one by one, or state the rate: --rate"));

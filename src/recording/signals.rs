@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::column::Column;
 use super::raw::Repair;
-use crate::base::error::Warning;
+use crate::base::error::{Error, Warning};
 
 /// Channels on a uniform time base.
 #[derive(Debug, Clone)]
@@ -20,6 +20,8 @@ pub struct Recording {
     pub rate_hz: f64,
     /// Where the rate comes from, in words: `by regression over 12 403 stamps`.
     pub rate_source: String,
+    /// Standard deviation of the rate, relative; zero where it is stated.
+    pub rate_std: f64,
     /// Samples of every channel.
     pub samples: usize,
     /// Stretches without a gap, in samples, rising; at least one.
@@ -92,6 +94,29 @@ impl Recording {
             file: (file.filter(|_| self.files.len() > 1)).map(|f| f.path.clone()),
             time_s: self.time_s(stretch, at - start),
         }
+    }
+
+    /// Hands the samples of every stretch on in blocks: where a block begins, and whether its stretch ends with it.
+    ///
+    /// # Errors
+    /// The samples cannot be read.
+    pub fn each_block(
+        &self,
+        channel: &Channel,
+        mut see: impl FnMut(usize, &[f64], bool),
+    ) -> Result<(), Error> {
+        const BLOCK: usize = 1 << 16;
+        let mut block = vec![0.0; BLOCK.min(self.samples)];
+        for stretch in &self.stretches {
+            let mut at = stretch.start;
+            while at < stretch.end {
+                let count = BLOCK.min(stretch.end - at);
+                channel.samples.read(at, &mut block[..count])?;
+                see(at, &block[..count], at + count == stretch.end);
+                at += count;
+            }
+        }
+        Ok(())
     }
 
     /// Time that the samples cover, without the gaps, s.

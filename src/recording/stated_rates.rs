@@ -6,6 +6,9 @@ use crate::base::error::Error;
 /// Rates that differ by more than this, relative, contradict each other.
 pub(super) const SAME_RATE: f64 = 1e-3;
 
+/// Key of a sample rate or of the speed of a shaft, folded.
+pub(super) const BARE_RATE: &str = "rate";
+
 /// A bare `rate` below this may be the speed of a shaft, Hz: 1 kHz is 60 000 rpm.
 const SHAFT_SPEEDS_BELOW: f64 = 1000.0;
 

@@ -5,9 +5,6 @@ use super::signals::{Channel, Recording};
 use crate::base::error::Error;
 use crate::numeric::statistics::median;
 
-/// Samples handled at a time.
-const BLOCK: usize = 1 << 16;
-
 /// Facts of one channel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Survey {
@@ -39,7 +36,7 @@ pub fn survey(recording: &Recording, channel: &Channel) -> Result<Survey, Error>
     let (mut count, mut mean, mut square, mut overloads) = (0.0, 0.0, 0.0, channel.overloads);
     let mut fourths = Vec::new();
     let level = channel.overload_level.unwrap_or(f64::INFINITY);
-    each_block(recording, channel, |block| {
+    recording.each_block(channel, |_, block, _| {
         for &x in block.iter().filter(|x| x.is_finite()) {
             (low, high) = (low.min(x), high.max(x));
             // Welford's running mean and sum of squares.
@@ -70,7 +67,7 @@ pub fn survey(recording: &Recording, channel: &Channel) -> Result<Survey, Error>
         true => None,
         false => {
             let mut extremes = Extremes::new((low, high), resolution);
-            each_block(recording, channel, |block| extremes.see(block))?;
+            recording.each_block(channel, |_, block, _| extremes.see(block))?;
             clipping::told(&extremes)
         }
     };
@@ -92,24 +89,6 @@ fn noise(fourths: &mut [f64]) -> f64 {
     median(fourths).map_or(0.0, |median| median / 70f64.sqrt() / 0.674_489_75)
 }
 
-fn each_block(
-    recording: &Recording,
-    channel: &Channel,
-    mut see: impl FnMut(&[f64]),
-) -> Result<(), Error> {
-    let mut block = vec![0.0; BLOCK.min(recording.samples)];
-    for stretch in &recording.stretches {
-        let mut at = stretch.start;
-        while at < stretch.end {
-            let count = BLOCK.min(stretch.end - at);
-            channel.samples.read(at, &mut block[..count])?;
-            see(&block[..count]);
-            at += count;
-        }
-    }
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -121,6 +100,7 @@ mod tests {
             dialect: String::new(),
             facts: Vec::new(),
             rate_hz: 1000.0,
+            rate_std: 0.0,
             rate_source: String::new(),
             samples: samples.len(),
             stretches: vec![0..samples.len()],

@@ -8,7 +8,7 @@ use super::table::{finish, plain, right_but_first};
 use crate::base::units::seconds;
 use crate::motion::floquet::chart::Tongue;
 use crate::motion::progress::rounded;
-use crate::plan::linear_stability::grows;
+use crate::plan::linear_stability::UNSTABLE;
 use crate::study::parametric::Chart;
 use crate::study::stability::cases::AS_IT_IS;
 use crate::study::stability::extremes::Verdict;
@@ -33,17 +33,8 @@ pub fn table(found: &Stability) -> String {
             brief(speed * 60.0 / TAU)
         );
     }
-    if let Some(fastest) = facts
-        .eigenvalues
-        .iter()
-        .filter(|z| grows(**z))
-        .max_by(|a, b| a.re.total_cmp(&b.re))
-    {
-        text += &format!(
-            "unstable: {} grows by {} 1/s\n",
-            hertz(fastest.norm()),
-            brief(fastest.re)
-        );
+    if let Some(growth) = facts.warnings.iter().find(|w| w.code == UNSTABLE) {
+        text += &format!("{}\n", growth.message);
     }
     let limits = facts.limits.iter().filter(|(_, h)| h.is_finite());
     let limits: Vec<String> = limits

@@ -82,11 +82,11 @@ pub fn study(
     patience: f64,
     watch: &mut Watch,
 ) -> Result<Accuracy, Error> {
+    refuse(scene, methods)?;
     let chosen: Vec<&'static Method> = match methods.is_empty() {
         true => METHODS.iter().collect(),
         false => each_named(methods)?,
     };
-    room(scene, KEPT)?;
     let cost = Cost::new(scene);
     let reference = Reference::find(scene, (&cost, patience), watch)?;
     let judge = Judge {
@@ -113,6 +113,15 @@ pub fn study(
         runs,
         interrupted: watch.stop.is_raised(),
     })
+}
+
+/// Refuses what can be known before any run.
+///
+/// # Errors
+/// An unknown method; histories that would take more room than is allowed.
+pub fn refuse(scene: &MotionScene, methods: &[String]) -> Result<(), Error> {
+    each_named(methods)?;
+    room(scene, KEPT)
 }
 
 /// What rungs are judged by.

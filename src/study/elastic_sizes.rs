@@ -2,6 +2,7 @@
 
 use crate::motion::problem::Problem;
 use crate::motion::train::Train;
+use crate::numeric::slices::dot;
 use crate::numeric::{Matrix, definite};
 
 /// The largest size of every state, and of its part that deforms something.
@@ -68,8 +69,4 @@ impl ElasticSizes {
             false => self.whole,
         }
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
 }

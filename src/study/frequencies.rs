@@ -31,27 +31,39 @@ const LONGEST: usize = 100_000;
 /// Lengths of the ladder; the last two give the reference.
 const LENGTHS: [usize; 8] = [1, 2, 4, 8, 16, 32, 64, 128];
 
-/// Compares every way to the lowest elastic frequencies. Ended early, it gives the ways that were finished.
+/// Refuses machines without frequencies to compare.
 ///
 /// # Errors
-/// A machine whose strain energy is no sum of squares, or without elastic modes; those of the reference.
-pub fn study(model: &Model, count: usize, watch: &mut Watch) -> Result<Ways, Error> {
-    let prepared = Prepared::new(model)?;
-    let linear = &prepared.linear;
-    if !linear.is_sum_of_squares() {
+/// A machine whose strain energy is no sum of squares, or without elastic modes.
+pub fn refuse(prepared: &Prepared) -> Result<(), Error> {
+    if !prepared.linear.is_sum_of_squares() {
         let message =
             "stiffnesses that are negative or act across have no undamped frequencies to compare";
         return Err(Error::new(Code::Conflict, message)
             .hint("state the machine without them, or ask for its motion"));
     }
-    let elastic = linear.n - linear.massless.len() - linear.rigid.len();
-    let count = count.min(elastic);
-    if count == 0 {
+    if elastic_modes(&prepared.linear) == 0 {
         let message = "the machine has no elastic mode";
         return Err(
             Error::new(Code::OutOfRange, message).hint("give its shafts or meshes a stiffness")
         );
     }
+    Ok(())
+}
+
+fn elastic_modes(linear: &Linear) -> usize {
+    linear.n - linear.massless.len() - linear.rigid.len()
+}
+
+/// Compares every way to the lowest elastic frequencies. Ended early, it gives the ways that were finished.
+///
+/// # Errors
+/// Those of [`refuse`]; those of the reference.
+pub fn study(model: &Model, count: usize, watch: &mut Watch) -> Result<Ways, Error> {
+    let prepared = Prepared::new(model)?;
+    let linear = &prepared.linear;
+    refuse(&prepared)?;
+    let count = count.min(elastic_modes(linear));
     if !watch.goes_on("reference") {
         return Err(interrupted());
     }

@@ -32,3 +32,6 @@ pub mod stability;
 
 /// Stability of machines whose stiffness varies at imposed speed.
 pub mod parametric;
+
+/// What the studies of a scene would refuse.
+pub mod check;

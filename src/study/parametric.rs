@@ -44,6 +44,44 @@ pub struct Row {
     pub tongues: Vec<Tongue>,
 }
 
+const CONSTANT: &str = "no stiffness varies at an imposed speed";
+
+fn varies(train: &Train) -> bool {
+    let mut waves = train.branches.iter().filter_map(|b| b.variation.as_ref());
+    waves.any(|w| w.phase.angle().is_none())
+}
+
+/// Speed of the first node of `[speed]`, rad/s.
+fn first_speed(prepared: &Prepared, study: &StabilityStudy) -> Result<f64, Error> {
+    let speeds = mean_speeds(&prepared.machine, &prepared.kinematics, study.motion.speed)?;
+    Ok(prepared.machine.speeds.first().map_or(0.0, |s| speeds[s.0]))
+}
+
+/// Refuses a chart that has nothing to show.
+///
+/// # Errors
+/// A chart where no stiffness varies, or without a speed to start from.
+pub fn refuse(
+    prepared: &Prepared,
+    scene: &MotionScene,
+    study: &StabilityStudy,
+) -> Result<(), Error> {
+    if study.speeds.is_none() {
+        return Ok(());
+    }
+    if !varies(&scene.moving.train) {
+        let message = format!("{CONSTANT}: there is nothing to chart");
+        return Err(Error::new(Code::Conflict, message)
+            .hint("give a mesh `k_wave` and, in [start], mesh_phase = \"speed\""));
+    }
+    if first_speed(prepared, study)? == 0.0 {
+        let message = "a chart over speed needs the speed of the scene to start from";
+        return Err(Error::new(Code::NoSpeed, message)
+            .hint("state the speed of a node in [speed] of the model"));
+    }
+    Ok(())
+}
+
 /// Floquet's multipliers and the chart; or why there are none. Ended early, the chart holds the rows that were finished.
 ///
 /// # Errors
@@ -54,30 +92,17 @@ pub fn study(
     study: &StabilityStudy,
     watch: &mut Watch,
 ) -> Result<Result<Parametric, String>, Error> {
+    refuse(prepared, scene, study)?;
     let train = &unforced(&scene.moving.train);
-    let imposed = train
-        .branches
-        .iter()
-        .filter_map(|b| b.variation.as_ref())
-        .any(|w| w.phase.angle().is_none());
-    if !imposed {
-        let message = "no stiffness varies at an imposed speed";
-        return match study.speeds {
-            None => Ok(Err(message.to_string())),
-            Some(_) => Err(Error::new(
-                Code::Conflict,
-                format!("{message}: there is nothing to chart"),
-            )
-            .hint("give a mesh `k_wave` and, in [start], mesh_phase = \"speed\"")),
-        };
+    if !varies(train) {
+        return Ok(Err(CONSTANT.to_string()));
     }
     let monodromy = match floquet::monodromy(train, None) {
         Ok(monodromy) => monodromy,
         Err(error) => return Ok(Err(error.message)),
     };
     let multipliers = monodromy.multipliers()?;
-    let speeds = mean_speeds(&prepared.machine, &prepared.kinematics, study.motion.speed)?;
-    let speed = prepared.machine.speeds.first().map_or(0.0, |s| speeds[s.0]);
+    let speed = first_speed(prepared, study)?;
     let mut parametric = Parametric {
         largest: multipliers.largest,
         period: monodromy.period,
@@ -87,11 +112,6 @@ pub fn study(
     let Some(range) = study.speeds else {
         return Ok(Ok(parametric));
     };
-    if speed == 0.0 {
-        let message = "a chart over speed needs the speed of the scene to start from";
-        return Err(Error::new(Code::NoSpeed, message)
-            .hint("state the speed of a node in [speed] of the model"));
-    }
     let span = [range.from / speed, range.to / speed];
     let points = range.count as usize;
     let factors: Vec<f64> = match study.over {

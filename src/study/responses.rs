@@ -8,7 +8,6 @@ use super::ways::{Size, Way, Ways};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::words::counted;
-use crate::machine::spin::spinning;
 use crate::modes::basis::{self, Basis, Solver as BasisSolver};
 use crate::modes::equations::{Case, Equations};
 use crate::modes::reduction::{Keep, Method, Reduced};
@@ -22,16 +21,18 @@ use crate::scene::study::ResponseStudy;
 /// Machines beyond this many freedoms are not taken apart into modes.
 const DENSE: usize = 1000;
 
-/// Compares every way to the responses a study asks for. Ended early, it gives the ways that were finished.
+/// Refuses what can be known before any solution.
 ///
 /// # Errors
-/// What is missing in the study; an undamped machine; those of the direct solution.
-pub fn study(prepared: &Prepared, study: &ResponseStudy, watch: &mut Watch) -> Result<Ways, Error> {
+/// A study without band, input or output; a machine without damping; those of its speed.
+pub fn refuse(prepared: &Prepared, study: &ResponseStudy) -> Result<(), Error> {
+    asked(prepared, study)?;
+    prepared.speeds_at(study.speed).map(|_| ())
+}
+
+fn asked(prepared: &Prepared, study: &ResponseStudy) -> Result<((f64, f64), Ports), Error> {
     let Prepared {
-        machine,
-        kinematics,
-        linear,
-        ..
+        machine, linear, ..
     } = prepared;
     let Some((from, to)) = study.band else {
         return Err(
@@ -49,10 +50,19 @@ pub fn study(prepared: &Prepared, study: &ResponseStudy, watch: &mut Watch) -> R
         return Err(Error::new(Code::Conflict, message)
             .hint("give the machine its damping, in [damping] or beside the stiffnesses"));
     }
-    let speeds = study
-        .speed
-        .map(|speed| spinning(machine, kinematics, Some(speed)))
-        .transpose()?;
+    Ok(((from, to), ports))
+}
+
+/// Compares every way to the responses a study asks for. Ended early, it gives the ways that were finished.
+///
+/// # Errors
+/// What is missing in the study; an undamped machine; those of the direct solution.
+pub fn study(prepared: &Prepared, study: &ResponseStudy, watch: &mut Watch) -> Result<Ways, Error> {
+    let Prepared {
+        machine, linear, ..
+    } = prepared;
+    let ((from, to), ports) = asked(prepared, study)?;
+    let speeds = prepared.speeds_at(study.speed)?;
     let setting = prepared.setting(speeds.as_deref());
     let lines = study.lines.unwrap_or(LINES).max(2);
     let step = (to - from) / f64::from(lines - 1);

@@ -38,6 +38,9 @@ fn refuses_what_the_studies_of_a_scene_would_refuse() {
         "kind = \"run_up\"\nspeeds = \"0:3000:31\"",
         "kind = \"harmonic_balance\"\nspeeds = \"100:3000:100\"",
         "kind = \"te\"\noutput = \"b\"",
+        "kind = \"accuracy\"\nuntil = \"1 s\"\nsamples = 1000000000",
+        "kind = \"accuracy\"\nof = \"response\"\ninputs = [\"a.theta\"]\noutputs = [\"b.theta\"]",
+        "kind = \"stability\"\nspeeds = \"100:3000:30\"",
     ] {
         let text = format!("model = \"two.toml\"\n\n[[study]]\n{study}\n");
         let path = put(folder.path(), "scene.toml", &text);
@@ -47,6 +50,30 @@ fn refuses_what_the_studies_of_a_scene_would_refuse() {
             refusal(&["run", path]),
             "{study}"
         );
+    }
+}
+
+/// Studies of accuracy and stability refuse machines too large or without a mode, and `check` does so before them.
+#[test]
+fn refuses_machines_that_a_study_cannot_take() {
+    let folder = tempfile::tempdir().unwrap();
+    let rigid = "inertia = [{ name = \"a\", J = 1.0 }, { name = \"b\", J = 1.0 }]\ncoupling = [{ name = \"c\", between = [\"a\", \"b\"] }]\n";
+    let long = "chain = [{ name = \"c\", count = 2500, J = 1.0, k = 1e3 }]\n";
+    for (model, study, said) in [
+        (
+            rigid,
+            "kind = \"accuracy\"\nof = \"modes\"",
+            "no elastic mode",
+        ),
+        (long, "kind = \"stability\"", "need all modes"),
+    ] {
+        put(folder.path(), "model.toml", &format!("{HEAD}{model}"));
+        let text = format!("model = \"model.toml\"\n\n[[study]]\n{study}\n");
+        let path = put(folder.path(), "scene.toml", &text);
+        let path = path.to_str().unwrap();
+        let (check, run) = (refusal(&["check", path]), refusal(&["run", path]));
+        assert_eq!(check, run, "{study}");
+        assert!(check.1.contains(said), "{check:?}");
     }
 }
 

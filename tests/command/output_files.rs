@@ -221,6 +221,45 @@ fn law_standard_output_is_written_through() {
     assert!(Path::new("/dev/stdout").is_symlink());
 }
 
+/// Standard output takes the document of `--json` and no output file next to it; the null device takes anything.
+#[test]
+fn refuses_a_file_and_a_document_on_standard_output() {
+    for (line, stream) in [
+        ("modes models/two_disc.toml --json --csv", "/dev/stdout"),
+        (
+            "response models/y2250.toml --input motor --output workpiece --json --csv",
+            "/dev/fd/1",
+        ),
+        (
+            "spectrum data/spindle_impact.csv --channel ax --json --csv",
+            "/proc/self/fd/1",
+        ),
+        (
+            "identify data/spindle_impact.csv --input force --output ax --json --frf",
+            "/dev/stdout",
+        ),
+    ] {
+        let output = started(&format!("{line} {stream}"))
+            .wait_with_output()
+            .unwrap();
+        assert_eq!(output.status.code(), Some(2), "{line}: {}", said(&output));
+        let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(found["errors"][0]["code"], "usage", "{line}");
+        assert!(
+            found["errors"][0]["message"]
+                .as_str()
+                .unwrap()
+                .contains(stream)
+        );
+    }
+    let output = geardyn()
+        .args("modes models/two_disc.toml --json --csv /dev/null".split(' '))
+        .stdout(File::options().write(true).open("/dev/null").unwrap())
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+}
+
 /// All files of a run are complete before the first takes its name.
 #[test]
 fn law_no_file_appears_where_another_fails() {
@@ -323,6 +362,30 @@ fn law_interrupted_commands_end_with_a_document() {
             }
             Some(0 | 1 | 130) => assert!(found["geardyn"].is_object(), "{line}: {text}"),
             other => panic!("{line}: {other:?} {text}"),
+        }
+    }
+}
+
+/// The first signal while `run` finds modes: the document holds them, and no study after them.
+#[test]
+fn law_interrupted_modes_of_a_run_end_with_a_document() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = "title = \"t\"\nsource = \"t\"\nunits = \"SI\"\nchain = [{ name = \"c\", count = 900, J = 1.0, k = 1e3 }]\n";
+    fs::write(folder.path().join("long.toml"), model).unwrap();
+    let study = "[[study]]\nkind = \"modes\"\n";
+    let scene = folder.path().join("scene.toml");
+    fs::write(
+        &scene,
+        format!("model = \"long.toml\"\n{study}{study}{study}{study}"),
+    )
+    .unwrap();
+    for signal in SIGNALS {
+        let output = interrupted(&format!("run {} --json", scene.display()), signal, 1);
+        assert_eq!(output.status.code(), Some(130), "{}", said(&output));
+        let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+        match found["studies"].as_array() {
+            Some(studies) => assert!(studies.len() < 4, "{}", studies.len()),
+            None => assert_eq!(found["errors"][0]["code"], "interrupted"),
         }
     }
 }

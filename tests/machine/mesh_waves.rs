@@ -6,6 +6,7 @@ use geardyn::motion::train::{Branch, Train};
 use geardyn::plan::motion::scene::MotionScene;
 use geardyn::plan::prepared::Prepared;
 use geardyn::plan::transmission::run::run;
+use geardyn::response::harmonic::family::Family;
 use geardyn::scene;
 use geardyn::scene::laws::{PhaseOf, StartAt};
 use geardyn::scene::start::Start;
@@ -228,6 +229,38 @@ fn law_every_error_goes_by_its_own_gear() {
                 for t in [0.013, 0.11, 0.37] {
                     let off = bend(&e, t) - factor * bend(&wanted, t);
                     assert!(off.abs() < 3e-8, "{on} {omega} {at}: {off}");
+                }
+            }
+        }
+    }
+}
+
+/// Harmonic balance takes every wave in the same sense, at every speed of its range.
+#[test]
+fn law_harmonic_balance_runs_with_the_wave() {
+    for (number, mesh) in MESHES.iter().enumerate() {
+        for omega in [30.0, -30.0] {
+            let text = driven(&mesh.text(), "", [omega, omega * mesh.ratio]);
+            let moving = moving(&prepared(&text), PhaseOf::Speed);
+            let n = moving.moving.train.n();
+            let family = Family::new(&moving.moving.train, &moving.start[n..2 * n])
+                .unwrap_or_else(|e| panic!("mesh {number}: {e}"));
+            for factor in [0.5, 2.0] {
+                let train = family.at(factor * family.base);
+                let wave = branch(&train, mesh.mesh).variation.clone().unwrap();
+                let still = vec![0.0; train.n()];
+                for share in [0.1, 0.3, 0.7, 0.9] {
+                    let t = share * TAU / (factor * mesh.cycles * omega).abs();
+                    let high = match mesh.cycles * omega > 0.0 {
+                        true => share < 0.25,
+                        false => share > 0.75,
+                    };
+                    let wanted = if high { 1.2 } else { 0.8 };
+                    let found = wave.shape.value(wave.phase.at(t, &still));
+                    assert_eq!(
+                        found, wanted,
+                        "mesh {number}, {omega} rad/s × {factor}, {share}"
+                    );
                 }
             }
         }

@@ -138,20 +138,44 @@ fn ref_stage_that_turns_keeps_its_speed() {
     }
 }
 
-/// Free of every support the translation, which in the turning frame goes round backward, is at ±iΩ twice and does not grow. (Sun and ring
-/// then float against the planets as well, two more motions that strain nothing; these are not judged here.)
+/// Without any support the stage keeps both turns at zero, exactly; the translation, which goes round backward in the turning frame, at ±iΩ twice;
+/// and sun and ring, which float against planets that turn along, depart at 47.2 1/s, as they do in the inertial frame, followed in time.
+/// Source: a model of the stage in the inertial frame, SciPy (tools/reference_turning_stage.py).
 #[test]
-fn law_free_stage_translates() {
+fn ref_stage_without_supports_in_the_inertial_frame() {
+    let reference = support::reference("turning_stage");
+    let free = &reference["without_supports"];
     let text = turning(|text| text.split("[[bearing]]").next().unwrap().to_string());
     let modes = at_speed(&format!("{text}ring = \"300 rpm\"\n"), false).unwrap();
     let omega = 1000.0 * TAU / 60.0;
-    let translations: Vec<&Mode> = modes
+    let turns: Vec<&Mode> = modes.iter().filter(|m| m.rigid).collect();
+    assert_eq!(turns.len(), 2);
+    for turn in turns {
+        assert!(turn.eigenvalue.re == 0.0 && turn.eigenvalue.im == 0.0);
+    }
+    let others: Vec<&Mode> = modes.iter().filter(|m| !m.rigid).collect();
+    let translations: Vec<&&Mode> = others
         .iter()
         .filter(|m| (m.omega() / omega - 1.0).abs() < 1e-6)
         .collect();
     assert_eq!(translations.len(), 2);
     for mode in translations {
         assert!(mode.eigenvalue.re.abs() <= 1e-10 * mode.omega());
+    }
+    let float = support::numbers(&free["floating_root_per_s"]);
+    let pair: Vec<&&Mode> = others
+        .iter()
+        .filter(|m| m.eigenvalue.re.abs() > 1.0)
+        .collect();
+    assert_eq!(pair.len(), 2);
+    for mode in pair {
+        assert!((mode.eigenvalue.re.abs() / float[0] - 1.0).abs() < 1e-4);
+        assert!((mode.eigenvalue.im / float[1] - 1.0).abs() < 1e-4);
+    }
+    // The reference's own linearisation holds in time.
+    let followed = support::numbers(&free["followed_per_s"]);
+    for (a, b) in followed.iter().zip(support::numbers(&free["softer_per_s"])) {
+        assert!((a / b - 1.0).abs() < 1e-3, "{a} {b}");
     }
 }
 
@@ -196,6 +220,16 @@ fn refuses_what_varies_in_a_turning_frame() {
         (
             sun,
             "at = \"sun\"\nk_radial = \"1e8 N/m\"\nc_x = \"100 N·s/m\"",
+            "same in all directions",
+        ),
+        (
+            sun,
+            "at = \"sun\"\nk_x = \"1e8 N/m\"\nk_y = \"1e8 N/m\"\n\n[[bearing]]\nname = \"sun_more\"\nat = \"sun\"\nk_x = \"1e7 N/m\"\nloss_factor = 0.1\n\n[[bearing]]\nname = \"sun_most\"\nat = \"sun\"\nk_y = \"1e7 N/m\"",
+            "same in all directions",
+        ),
+        (
+            sun,
+            "at = \"sun\"\nk_x = \"1e8 N/m\"\nk_y = \"1e8 N/m\"\n\n[[bearing]]\nname = \"sun_more\"\nat = \"sun\"\nk_x = \"1e7 N/m\"\ndamping_ratio = 0.1\n\n[[bearing]]\nname = \"sun_most\"\nat = \"sun\"\nk_y = \"1e7 N/m\"",
             "same in all directions",
         ),
         (

@@ -1,16 +1,13 @@
 //! Responses that depart from the linear model by more than their noise: hits that place the poles differently, resonances that are off
 //! their model. Every mode once, no other, and intervals that hold the mean over the hits.
 
-#[path = "support/verification.rs"]
-mod verification;
-
 use std::f64::consts::{PI, TAU};
 
 use geardyn::identify::rational::{Hits, Measured, RationalFit, RationalOptions, fit};
 use geardyn::numeric::Complex;
 use geardyn::spectrum::impact::{Impact, ImpactOptions, analyse};
 
-use verification::coverage;
+use crate::support::verification::coverage;
 
 /// Frequency, Hz, and damping ratio.
 const TRUTH: [(f64, f64); 4] = [

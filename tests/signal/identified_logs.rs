@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use geardyn::identify::mode::IdentifiedMode;
 use geardyn::numeric::Complex;
 use geardyn::plan::logs::acquire::EstimateStudy;
 use geardyn::plan::logs::found::Identification;
@@ -76,6 +77,7 @@ fn recording(channels: &[(&str, &str, &[f64])]) -> Recording {
         dialect: String::new(),
         facts: Vec::new(),
         rate_hz: RATE,
+        rate_std: 0.0,
         rate_source: String::new(),
         samples,
         stretches: std::iter::once(0..samples).collect(),
@@ -604,4 +606,24 @@ fn exact_modes_beside_a_gap() {
     // The other way round: poles of a force over a motion are zeros.
     let swapped = asked("x1", &["f"]);
     assert!(codes(&swapped).contains(&"inverse-response"));
+}
+
+/// A sample rate known to a share of itself stretches every frequency by it: its deviation adds to that of the fit, the damping ratio keeps its own.
+#[test]
+fn law_uncertain_sample_rate_enters_the_frequencies() {
+    const STD: f64 = 1e-3;
+    let exact = two_forces(3, 30_000);
+    let uncertain = Recording {
+        rate_std: STD,
+        ..exact.clone()
+    };
+    let (a, b) = (by_two_forces(&exact), by_two_forces(&uncertain));
+    assert_eq!(a.modes.len(), MODES.len());
+    for (a, b) in a.modes.iter().zip(&b.modes) {
+        let std = |m: &IdentifiedMode| m.frequency_std_hz().unwrap();
+        let added = (std(&b.mode).powi(2) - std(&a.mode).powi(2)).sqrt();
+        assert!((added / (STD * a.frequency_hz()) - 1.0).abs() < 1e-6);
+        let damping = |m: &IdentifiedMode| m.damping_std().unwrap();
+        assert!((damping(&b.mode) / damping(&a.mode) - 1.0).abs() < 1e-6);
+    }
 }

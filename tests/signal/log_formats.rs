@@ -397,6 +397,24 @@ fn refuses_words_among_numbers_and_short_rows() {
     }
 }
 
+/// A last row that breaks off, in a number or between two, is left out and listed as in text files.
+#[test]
+fn law_incomplete_last_row_of_lvm_is_a_repair() {
+    let text = format!(
+        "{LVM}X_Columns\tOne\n***End_of_Header***\t\n{}",
+        lvm_segment("10:00:00.0", true, &[1.0, 2.0, 3.0, 4.0])
+    );
+    let text = text.strip_suffix("0.75\t4\t40\n").unwrap();
+    for cut in ["0.75\t4", "0.75", "0.75\t", "0.75\t4\t-", "0.75\t4e\t40"] {
+        let raw = read_with(lvm::read, format!("{text}{cut}").as_bytes());
+        assert_eq!(raw.groups[0].channels[1].samples.len(), 3, "{cut}");
+        let words: Vec<&str> = raw.repairs.iter().map(|r| r.kind).collect();
+        assert_eq!(words, ["row-incomplete"], "{cut}");
+        let line = text.lines().count() + 1;
+        assert!(raw.repairs[0].message.contains(&format!("line {line},")));
+    }
+}
+
 // UFF 58
 
 /// A time response in a universal file, data set 58.
@@ -604,6 +622,7 @@ fn recording(samples: usize) -> Recording {
         dialect: String::new(),
         facts: Vec::new(),
         rate_hz: 1000.0 / 3.0,
+        rate_std: 0.0,
         rate_source: String::new(),
         samples,
         stretches: std::iter::once(0..samples).collect(),

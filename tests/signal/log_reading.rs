@@ -5,6 +5,8 @@ use std::f64::consts::TAU;
 use geardyn::base::code::Code;
 use geardyn::base::error::Error;
 use geardyn::base::mat5;
+use geardyn::plan::logs::identification::{Source, identify};
+use geardyn::plan::logs::study::IdentifyStudy;
 use geardyn::recording::open;
 use geardyn::recording::raw::Raw;
 use geardyn::recording::settings::{RateSource, Settings};
@@ -245,6 +247,32 @@ fn exact_responses_without_names() {
         &settings,
     );
     assert!(asked.unwrap().responses.is_none());
+}
+
+/// A table whose first line is 0 Hz, where a phase or a measured force may be nothing, gives the mode and no NaN.
+#[test]
+fn law_line_at_zero_hertz_gives_no_nan() {
+    let kinds: [&dyn Fn(f64, f64) -> String; 2] =
+        [&|re, im| format!("{re:e},{im:e}"), &|re, im| {
+            format!("{:e},{:.6}", re.hypot(im), im.atan2(re))
+        }];
+    for (kind, at_zero) in kinds.iter().zip(["0,0,0\n", "0,0,3.141593\n"]) {
+        for first in [table(0, kind), at_zero.to_string() + &table(1, kind)] {
+            let raw = open::from_bytes("frf.csv", first.as_bytes(), &Settings::default()).unwrap();
+            let responses = raw.responses.unwrap();
+            assert_eq!(responses.frequency_hz[0], 0.0);
+            let study = IdentifyStudy {
+                order: Some(1),
+                ..IdentifyStudy::default()
+            };
+            let found = identify(Source::Responses(responses), &study).unwrap();
+            assert_eq!(found.modes.len(), 1);
+            let mode = &found.modes[0];
+            assert!((mode.frequency_hz() / 300.0 - 1.0).abs() < 1e-4);
+            assert!(mode.mode.frequency_std_hz().unwrap().is_finite());
+            assert!(found.fit_error.iter().all(|x| x.is_finite()));
+        }
+    }
 }
 
 /// What is no log is named, with the way to convert it.

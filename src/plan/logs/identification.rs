@@ -64,44 +64,9 @@ pub fn identify(source: Source, study: &IdentifyStudy) -> Result<Identification,
             from_responses(method, chosen(responses, study)?, None, Vec::new(), study)
         }
         Source::Signals(recording) => {
-            let inputs = record::places(recording, &study.inputs)?;
-            let outputs = record::places(recording, &study.outputs)?;
-            let method = match method(study, false) {
-                Method::SsiCov
-                    if study.method.is_none()
-                        && study.speed_hz.is_none()
-                        && !outputs.is_empty()
-                        && free_decay::are_decays(recording, &outputs)? =>
-                {
-                    Method::FreeDecay
-                }
-                method => method,
-            };
-            check_flags(method, study)?;
-            check_roles(method, &inputs, &outputs, recording)?;
-            record::check(recording, &inputs, &outputs)?;
-            let sound = sound::without_faults(recording, &inputs, &outputs)?;
-            if method.needs() != Needs::Responses {
-                if study.estimate != EstimateStudy::default() {
-                    let message = format!(
-                        "{} estimates no responses: --estimator, --window, --resolution, --overlap, --impact, --stepped and --dwells do nothing",
-                        method.word()
-                    );
-                    return Err(Error::new(Code::Usage, message)
-                        .hint("leave them out, or name what drives: --input"));
-                }
-                if method == Method::FreeDecay {
-                    return of_decays(&sound, &outputs, study);
-                }
-                let recording = sound.unclipped(Use::Longest);
-                let mut found = from_signals(method, &recording.0, &inputs, &outputs, study)?;
-                found.warnings.splice(0..0, recording.1);
-                return Ok(found);
-            }
-            let has_gaps = sound.recording.stretches.len() > 1;
-            looked(method, has_gaps, study, |look| {
-                acquire::acquire(&sound, &inputs, &outputs, &study.estimate, look)
-            })
+            let mut found = of_recording(recording, study)?;
+            found.add_rate_std(recording.rate_std);
+            Ok(found)
         }
         Source::Points(records) => {
             let method = method(study, false);
@@ -114,11 +79,64 @@ pub fn identify(source: Source, study: &IdentifyStudy) -> Result<Identification,
                 return Err(Error::new(Code::Usage, message)
                     .hint("take a method from responses, such as --method rational, or one file"));
             }
+            let rate_std = records.iter().map(|r| r.recording.rate_std).fold(0.0, f64::max);
             let points = Points::new(records)?;
-            looked(method, points.has_gaps(), study, |look| {
+            let mut found = looked(method, points.has_gaps(), study, |look| {
                 points.acquire(&study.estimate, look)
-            })
+            })?;
+            found.add_rate_std(rate_std);
+            Ok(found)
         }
+    }
+}
+
+/// Identifies from the signals of one recording.
+fn of_recording(recording: &Recording, study: &IdentifyStudy) -> Result<Identification, Error> {
+    let inputs = record::places(recording, &study.inputs)?;
+    let outputs = record::places(recording, &study.outputs)?;
+    let method = match method(study, false) {
+        Method::SsiCov
+            if study.method.is_none()
+                && study.speed_hz.is_none()
+                && !outputs.is_empty()
+                && free_decay::are_decays(recording, &outputs)? =>
+        {
+            Method::FreeDecay
+        }
+        method => method,
+    };
+    check_flags(method, study)?;
+    check_roles(method, &inputs, &outputs, recording)?;
+    record::check(recording, &inputs, &outputs)?;
+    let sound = sound::without_faults(recording, &inputs, &outputs)?;
+    if method.needs() != Needs::Responses {
+        if study.estimate != EstimateStudy::default() {
+            let message = format!(
+                "{} estimates no responses: --estimator, --window, --resolution, --overlap, --impact, --stepped and --dwells do nothing",
+                method.word()
+            );
+            return Err(Error::new(Code::Usage, message)
+                .hint("leave them out, or name what drives: --input"));
+        }
+        if method == Method::FreeDecay {
+            return of_decays(&sound, &outputs, study);
+        }
+        let recording = sound.unclipped(Use::Longest);
+        let mut found = from_signals(method, &recording.0, &inputs, &outputs, study)?;
+        found.warnings.splice(0..0, recording.1);
+        return Ok(found);
+    }
+    let has_gaps = sound.recording.stretches.len() > 1;
+    looked(method, has_gaps, study, |look| {
+        acquire::acquire(&sound, &inputs, &outputs, &study.estimate, look)
+    })
+}
+
+impl Identification {
+    /// Adds the standard deviation of the sample rate, relative, to those of the poles: they stretch with it.
+    fn add_rate_std(&mut self, rate_std: f64) {
+        let modes = self.modes.iter_mut().chain(&mut self.weak);
+        modes.for_each(|m| m.mode.stretch(rate_std));
     }
 }
 

@@ -258,10 +258,10 @@ fn digits(first: &Seen, second: &Seen, output: usize) -> Digits {
             least_at: None,
             greatest: None,
             greatest_at: None,
-            mean: 0.0,
-            rms: 0.0,
+            mean: f64::NAN,
+            rms: f64::NAN,
             second_half: None,
-            all_shown: true,
+            all_shown: false,
         };
     };
     let predicted = |at: f64| until.is_none_or(|until| at <= until);

@@ -9,7 +9,6 @@ use crate::base::error::{Error, Warning};
 use crate::base::stop::{Foreseen, Stop};
 use crate::base::units::duration;
 use crate::base::words::counted;
-use crate::machine::spin::spinning;
 use crate::modes::basis;
 use crate::numeric::Complex;
 use crate::plan::linear_stability::UNSTABLE;
@@ -105,14 +104,7 @@ fn asked(prepared: &Prepared, study: &ResponseStudy) -> Result<((f64, f64), Port
 /// What is missing in the study; names that do not exist; speeds that do not fit; what would take too long.
 pub fn refuse(prepared: &Prepared, study: &ResponseStudy) -> Result<(), Error> {
     asked(prepared, study)?;
-    let Prepared {
-        machine,
-        kinematics,
-        ..
-    } = prepared;
-    if study.speed.is_some() {
-        spinning(machine, kinematics, study.speed)?;
-    }
+    prepared.speeds_at(study.speed)?;
     choice::refuse(prepared, study, &choice::choose(prepared, study))
 }
 
@@ -123,20 +115,14 @@ pub fn refuse(prepared: &Prepared, study: &ResponseStudy) -> Result<(), Error> {
 pub fn run(prepared: &Prepared, study: &ResponseStudy, drawn: bool) -> Result<Answer, Error> {
     let start = Instant::now();
     let Prepared {
-        machine,
-        kinematics,
-        linear,
-        ..
+        machine, linear, ..
     } = prepared;
     let ((from, to), mut ports) = asked(prepared, study)?;
     ports
         .outputs
         .iter_mut()
         .for_each(|port| shown_as(port, study.shown));
-    let speeds = study
-        .speed
-        .map(|speed| spinning(machine, kinematics, Some(speed)))
-        .transpose()?;
+    let speeds = prepared.speeds_at(study.speed)?;
     let setting = prepared.setting(speeds.as_deref());
     let choice = choice::choose(prepared, study);
     choice::refuse(prepared, study, &choice)?;

@@ -13,7 +13,7 @@ mod rows;
 /// Segments to groups of channels.
 mod assemble;
 
-use super::raw::Raw;
+use super::raw::{Raw, Repair};
 use super::settings::Settings;
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
@@ -26,7 +26,7 @@ use crate::base::error::{Error, Errors};
 /// spectra, whatever `X_Dimension` says.
 ///
 /// # Errors
-/// `broken-file`, `ragged-row` and `not-a-number` with the line, `empty-log` where no row holds a number.
+/// `broken-file`; `ragged-row` and `not-a-number` with the line, unless it is the last of the file, which is a repair; `empty-log` where no row holds a number.
 pub fn read(path: &str, bytes: &[u8], settings: &Settings) -> Result<Raw, Errors> {
     let mut lines = header::Lines::new(path, bytes, settings);
     let file = header::file(&mut lines)?;
@@ -36,7 +36,17 @@ pub fn read(path: &str, bytes: &[u8], settings: &Settings) -> Result<Raw, Errors
     };
     let mut segments = Vec::new();
     while let Some(segment) = header::segment(&mut lines, &file, &mut raw)? {
-        segments.push(rows::read(&mut lines, &file, segment)?);
+        let segment = rows::read(&mut lines, &file, segment)?;
+        if let Some((line, text)) = &segment.cut {
+            let text = crate::base::units::shortened(text.trim());
+            raw.repairs.push(Repair {
+                kind: "row-incomplete",
+                message: format!(
+                    "the last row, line {line}, breaks off and is left out: \"{text}\""
+                ),
+            });
+        }
+        segments.push(segment);
     }
     if segments.iter().all(|segment| segment.rows == 0) {
         return Err(Error::new(Code::EmptyLog, "the LVM file holds no row of numbers").into());

@@ -77,6 +77,8 @@ pub(super) struct Segment {
     pub comments: Vec<(usize, String)>,
     pub comments_left_out: usize,
     pub has_comma: bool,
+    /// Line and text of a last row that breaks off.
+    pub cut: Option<(usize, String)>,
 }
 
 /// Reads the rows below a header.
@@ -96,6 +98,7 @@ pub(super) fn read(lines: &mut Lines<'_>, file: &File, header: Header) -> Result
         comments: Vec::new(),
         comments_left_out: 0,
         has_comma: false,
+        cut: None,
     };
     let mut cells: Vec<&[u8]> = Vec::new();
     while let Some(line) = lines.peek() {
@@ -107,15 +110,18 @@ pub(super) fn read(lines: &mut Lines<'_>, file: &File, header: Header) -> Result
         lines.take();
         cells.clear();
         cells.extend(line.split(|&b| b == file.separator));
-        segment.row(
-            &cells,
-            header.columns,
-            &At {
-                lines,
-                number,
-                line,
-            },
-        )?;
+        let at = At {
+            lines,
+            number,
+            line,
+        };
+        // A logger that is switched off leaves its last row incomplete; a file of one such row holds nothing.
+        let is_last = lines.peek().is_none() && segment.rows > 0;
+        if is_last && !segment.holds_all(&cells, &at) {
+            segment.cut = Some((number, lines.text(line)));
+            break;
+        }
+        segment.row(&cells, header.columns, &at)?;
     }
     for series in segment.samples.iter_mut().chain(&mut segment.abscissas) {
         series.flush()?;
@@ -142,6 +148,17 @@ impl At<'_> {
 }
 
 impl Segment {
+    /// A row holds a number or a blank for every channel that has not ended.
+    fn holds_all(&self, cells: &[&[u8]], at: &At<'_>) -> bool {
+        self.channels.iter().all(|channel| {
+            let ended = channel.samples.is_some_and(|samples| self.rows >= samples);
+            let reaches = ended || channel.column < cells.len();
+            let own = number(cells, channel.column, &channel.name, at).is_ok();
+            let x = channel.x_column.map(|x| number(cells, x, "X_Value", at));
+            reaches && own && x.is_none_or(|x| x.is_ok())
+        })
+    }
+
     fn row(&mut self, cells: &[&[u8]], columns: usize, at: &At<'_>) -> Result<(), Error> {
         let row = self.rows;
         for (which, series) in self.abscissas.iter_mut().enumerate() {

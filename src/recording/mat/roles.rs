@@ -2,7 +2,7 @@
 
 use super::variables::Variable;
 use crate::recording::raw::rate_of_step;
-use crate::recording::stated_rates::StatedRate;
+use crate::recording::stated_rates::{BARE_RATE, StatedRate};
 
 /// Names of vectors of time.
 const TIME: &[&str] = &[
@@ -19,9 +19,6 @@ const TIME: &[&str] = &[
     "timestamps",
     "timesec",
 ];
-
-/// Name of a sample rate or of the speed of a shaft, Hz.
-const BARE_RATE: &str = "rate";
 
 /// Names of the sample rate, Hz.
 const RATE: &[&str] = &[

@@ -52,7 +52,8 @@ fn settled(mut raw: Raw, settings: &Settings) -> Result<Recording, Error> {
         true => (None, examined.and_then(Result::ok)),
         false => (examined.transpose()?, None),
     };
-    let (rate_hz, rate_source) = rate::rate(&group, base.as_ref(), settings)?;
+    let rate = rate::rate(&group, base.as_ref(), settings)?;
+    let rate_hz = rate.hertz;
     let compared = base.as_ref().or(compared.as_ref());
     (raw.warnings).extend(rate::contradicted(&group, compared, rate_hz, settings));
     let rows = group.rows();
@@ -108,7 +109,7 @@ fn settled(mut raw: Raw, settings: &Settings) -> Result<Recording, Error> {
     if settings.gaps == Gaps::Fill {
         settled.fill()?;
     }
-    settled.finish(raw, group.clock.start, rate_source, &calibrations)
+    settled.finish(raw, group.clock.start, rate, &calibrations)
 }
 
 /// Rows without a gap.
@@ -168,7 +169,7 @@ impl Settled {
         self,
         raw: Raw,
         start: Option<String>,
-        rate_source: String,
+        rate: rate::Rate,
         calibrations: &[Calibration],
     ) -> Result<Recording, Error> {
         let mut channels = Vec::new();
@@ -211,7 +212,8 @@ impl Settled {
             dialect: raw.dialect,
             facts: raw.facts,
             rate_hz: self.rate_hz,
-            rate_source,
+            rate_std: rate.std,
+            rate_source: rate.source,
             samples: at,
             stretches,
             starts: self.stretches.iter().map(|s| s.start).collect(),

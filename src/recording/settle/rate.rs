@@ -13,35 +13,43 @@ const RATES: std::ops::RangeInclusive<f64> = 1e-12..=1e12;
 /// Standard deviations of the rate by the stamps that another rate may be off.
 const DEVIATIONS: f64 = 3.0;
 
-/// The rate within [`RATES`], Hz, and where it comes from in words; `base` is the clock by the stamps, where it can be examined.
+/// A sample rate.
+pub(super) struct Rate {
+    pub hertz: f64,
+    /// Its standard deviation, relative; zero where it is stated.
+    pub std: f64,
+    /// Where it comes from, in words.
+    pub source: String,
+}
+
+/// The rate within [`RATES`]; `base` is the clock by the stamps, where it can be examined.
 pub(super) fn rate(
     group: &Group,
     base: Option<&TimeBase>,
     settings: &Settings,
-) -> Result<(f64, String), Error> {
-    let (rate_hz, source) = chosen(group, base, settings)?;
-    if !RATES.contains(&rate_hz) {
-        return Err(no_rate(rate_hz, &format!(" {source}")));
+) -> Result<Rate, Error> {
+    let rate = chosen(group, base, settings)?;
+    if !RATES.contains(&rate.hertz) {
+        return Err(no_rate(rate.hertz, &format!(" {}", rate.source)));
     }
-    Ok((rate_hz, source))
+    Ok(rate)
 }
 
-/// The rate, and where it comes from in words.
-fn chosen(
-    group: &Group,
-    base: Option<&TimeBase>,
-    settings: &Settings,
-) -> Result<(f64, String), Error> {
+fn chosen(group: &Group, base: Option<&TimeBase>, settings: &Settings) -> Result<Rate, Error> {
     let by_stamps = |base: &TimeBase| {
         let rows = group.rows();
         let how = match base.spacing {
             Spacing::Jittered { .. } => "mean",
             _ => "by regression",
         };
-        (base.rate_hz, format!("{how} over {rows} stamps"))
+        Rate {
+            hertz: base.rate_hz,
+            std: base.rate_std,
+            source: format!("{how} over {rows} stamps"),
+        }
     };
     match (settings.rate, base) {
-        (Some(RateSource::Hertz(rate)), _) => Ok((rate, "as stated".to_string())),
+        (Some(RateSource::Hertz(rate)), _) => Ok(stated(rate, "as stated".to_string())),
         (Some(RateSource::Time), Some(base)) => Ok(by_stamps(base)),
         (Some(RateSource::Time), None) => {
             let message = "the log has no time stamps to take the rate from";
@@ -61,10 +69,19 @@ fn chosen(
     }
 }
 
+fn stated(hertz: f64, source: String) -> Rate {
+    Rate {
+        hertz,
+        std: 0.0,
+        source,
+    }
+}
+
 /// The rate that the file states; a bare `rate` where it is `named` by the user.
-fn by_header(group: &Group, named: bool) -> Result<(f64, String), Error> {
+fn by_header(group: &Group, named: bool) -> Result<Rate, Error> {
     if let Some(rate) = stated_rates::agreed(&group.clock.stated_rates, named)? {
-        return Ok((rate.hertz, format!("as the header says ({})", rate.key)));
+        let source = format!("as the header says ({})", rate.key);
+        return Ok(stated(rate.hertz, source));
     }
     if let Some(unread) = &group.clock.unread_rate {
         return Err(unread.clone());

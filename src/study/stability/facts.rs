@@ -54,11 +54,11 @@ impl Facts {
     }
 }
 
-/// Finds the linear facts, at a speed of the first node of `[speed]`, rad/s, by default at that of the file.
+/// Refuses a machine whose modes would not all be found.
 ///
 /// # Errors
-/// `Hopeless` where not all modes would be found; those of complex modes.
-pub fn facts(prepared: &Prepared, speed: Option<f64>) -> Result<Facts, Error> {
+/// `Hopeless`, with the number of coordinates and the limit.
+pub fn refuse(prepared: &Prepared) -> Result<(), Error> {
     let n = prepared.linear.n;
     if n > DENSE {
         let message = format!(
@@ -67,6 +67,15 @@ pub fn facts(prepared: &Prepared, speed: Option<f64>) -> Result<Facts, Error> {
         let hint = "reduce the model (`modes --reduce` shows what that costs); `simulate --step` tells how long a step may be";
         return Err(Error::new(Code::Hopeless, message).hint(hint));
     }
+    Ok(())
+}
+
+/// Finds the linear facts, at a speed of the first node of `[speed]`, rad/s, by default at that of the file.
+///
+/// # Errors
+/// Those of [`refuse`]; those of complex modes.
+pub fn facts(prepared: &Prepared, speed: Option<f64>) -> Result<Facts, Error> {
+    refuse(prepared)?;
     let machine = &prepared.machine;
     let stated = machine.speeds.first().map(|s| s.1);
     let study = ModesStudy {

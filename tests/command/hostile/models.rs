@@ -169,6 +169,25 @@ fn machine(bodies: &[Body], couplings: &[Coupling], more: &str) -> String {
     text + more
 }
 
+/// A node without inertia at which 2100 couplings meet.
+fn star() -> String {
+    const ARMS: usize = 2100;
+    let arms: Vec<String> = (0..ARMS).map(|k| format!("a{k}")).collect();
+    let bodies = arms
+        .iter()
+        .map(|a| format!("{{ name = \"{a}\", J = 1.0 }}, "));
+    let arms = arms
+        .iter()
+        .enumerate()
+        .map(|(k, a)| format!("{{ name = \"s{k}\", between = [\"hub\", \"{a}\"], k = 1e3 }}, "));
+    let head = "title = \"t\"\nsource = \"test\"\nunits = \"SI\"\n";
+    format!(
+        "{head}inertia = [{}{{ name = \"hub\", J = 0.0 }}]\ncoupling = [{}]\n",
+        bodies.collect::<String>(),
+        arms.collect::<String>()
+    )
+}
+
 /// Texts that nest beyond all bounds.
 fn deep() -> [String; 4] {
     const DEPTH: usize = 100_000;
@@ -225,6 +244,13 @@ pub fn rows() -> Vec<Row> {
             "check FILE",
             2,
             "[syntax] | m.toml:1:",
+        ),
+        Row::new(
+            "m.toml",
+            star(),
+            "simulate FILE --until 1",
+            2,
+            "[hopeless] | hub.theta has no inertia and joins 2100 branches | 4e6 terms (limit 4e6)",
         ),
         Row::new("", "", "check good.toml", 0, "good.toml"),
         Row::new(

@@ -1,14 +1,15 @@
 //! What the studies of a scene would refuse, found without solving anything.
 
-use super::motion::scene::MotionScene;
-use super::motion::{choice, cost};
-use super::on_the_fly::OnTheFly;
-use super::prepared::Prepared;
-use super::response::{harmonic_balance, run_up};
-use super::stages::Plan;
-use super::{response, run, transmission};
+use super::stability::facts;
+use super::{accuracy, frequencies, parametric, responses};
 use crate::base::error::Error;
-use crate::machine::spin::spinning;
+use crate::plan::motion::scene::MotionScene;
+use crate::plan::motion::{choice, cost};
+use crate::plan::on_the_fly::OnTheFly;
+use crate::plan::prepared::Prepared;
+use crate::plan::response::{harmonic_balance, run_up};
+use crate::plan::stages::Plan;
+use crate::plan::{response, run, transmission};
 use crate::scene::Scene;
 use crate::scene::study::{ModesStudy, SimulateStudy, StudyKind, Subject};
 
@@ -29,20 +30,25 @@ fn of_study(scene: &Scene, prepared: &Prepared, study: &StudyKind) -> Result<(),
         StudyKind::Modes(study) => modes(prepared, study),
         StudyKind::Simulate(study) => motion(scene, prepared, study),
         StudyKind::Accuracy(study) => match study.of {
-            Subject::Modes => Ok(()),
-            Subject::Response => response::run::refuse(prepared, &study.response),
+            Subject::Modes => frequencies::refuse(prepared),
+            Subject::Response => responses::refuse(prepared, &study.response),
             Subject::Motion => {
-                choice::each_named(&study.methods)?;
-                MotionScene::new(prepared, &scene.start, &study.motion).map(|_| ())
+                let ready = MotionScene::new(prepared, &scene.start, &study.motion)?;
+                accuracy::refuse(&ready, &study.methods)
             }
         },
         StudyKind::Stability(study) => {
             choice::each_named(&study.methods)?;
-            let moves = study.motion.until.is_some();
-            match moves {
-                true => MotionScene::new(prepared, &scene.start, &study.motion).map(|_| ()),
-                false => Ok(()),
+            facts::refuse(prepared)?;
+            if study.motion.until.is_none() && study.speeds.is_none() {
+                return Ok(());
             }
+            let motion = SimulateStudy {
+                until: study.motion.until.or(Some(1.0)),
+                ..study.motion.clone()
+            };
+            let ready = MotionScene::new(prepared, &scene.start, &motion)?;
+            parametric::refuse(prepared, &ready, study)
         }
         StudyKind::Response(study) => response::run::refuse(prepared, study),
         StudyKind::HarmonicBalance(study) => harmonic_balance::plan(prepared, study).map(|_| ()),
@@ -52,14 +58,7 @@ fn of_study(scene: &Scene, prepared: &Prepared, study: &StudyKind) -> Result<(),
 }
 
 fn modes(prepared: &Prepared, study: &ModesStudy) -> Result<(), Error> {
-    let Prepared {
-        machine,
-        kinematics,
-        ..
-    } = prepared;
-    if study.speed.is_some() {
-        spinning(machine, kinematics, study.speed)?;
-    }
+    prepared.speeds_at(study.speed)?;
     run::refuse_hopeless(prepared, study, &Plan::modes(prepared, study))
 }
 

@@ -1,6 +1,4 @@
 //! Tests of many points with a few sensors: a file for each point of a roving sensor or a roving hammer.
-#![cfg(feature = "cli")]
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail")]
 
 use std::f64::consts::{PI, TAU};
 use std::fs;
@@ -8,13 +6,8 @@ use std::path::Path;
 
 use serde_json::Value;
 
-#[path = "support/command.rs"]
-mod command;
-#[path = "support/noise.rs"]
-mod noise;
-
-use command::{document, refusal};
-use noise::normal;
+use crate::support::command::{document, refusal};
+use crate::support::noise::normal;
 
 const RATE: f64 = 2000.0;
 

@@ -1,19 +1,12 @@
 //! Modes of free decays: sums of damped sinusoids with known poles, and records that ring down after a release.
-#![cfg(feature = "cli")]
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail")]
 
 use std::f64::consts::TAU;
 
 use geardyn::identify::free_decay::fit;
 use geardyn::identify::rational::{RationalFit, RationalOptions};
 
-#[path = "support/command.rs"]
-mod command;
-#[path = "support/noise.rs"]
-mod noise;
-
-use command::{document, put};
-use noise::normal;
+use crate::support::command::{document, put};
+use crate::support::noise::normal;
 
 const RATE: f64 = 100.0;
 
