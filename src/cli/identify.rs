@@ -73,7 +73,7 @@ pub fn run(args: &IdentifyArgs) -> Result<u8, Errors> {
             });
             let test = match study.outputs.is_empty() {
                 // All channels are settled, to be named in the error.
-                true => Test::Joined(logs::settled(&logs, raw, &[], args.quiet)?),
+                true => Test::Joined(Box::new(logs::settled(&logs, raw, &[], args.quiet)?)),
                 false => {
                     refuse_twice(&study)?;
                     let sides = (&study.inputs[..], &study.outputs[..]);

@@ -92,7 +92,7 @@ pub fn settled(
 /// The signals of a test.
 pub enum Test {
     /// Of the same points in every file.
-    Joined(Recording),
+    Joined(Box<Recording>),
     /// Of other points in every record.
     Points(Vec<PointRecord>),
 }
@@ -131,9 +131,8 @@ pub fn test(
     })?;
     let is_whole = |own: &[String]| own.len() == inputs.len() + outputs.len();
     if roving.is_none() && all.iter().all(|(own, ..)| is_whole(own)) {
-        return Ok(Test::Joined(join::join(
-            all.into_iter().map(|one| one.2).collect(),
-        )?));
+        let all = all.into_iter().map(|one| one.2).collect();
+        return Ok(Test::Joined(Box::new(join::join(all)?)));
     }
     let is_named_by_file = roving.is_some() && all.iter().all(|(own, ..)| is_whole(own));
     let mut records: Vec<(Vec<String>, usize, Vec<Recording>)> = Vec::new();

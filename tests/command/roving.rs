@@ -164,7 +164,7 @@ fn call<'a>(files: &'a [String], more: &[&'a str]) -> Vec<&'a str> {
         .collect()
 }
 
-/// Frequencies and shapes of three known modes over five points, a file each: a roving sensor and a roving hammer, hits and noise, told
+/// Frequencies and shapes of three known modes over five points, a file each: a roving sensor and a roving hammer, hits and sweeps, named
 /// by the flag, by a list, and by channels of different names.
 #[test]
 fn exact_shapes_of_points_in_files() {
