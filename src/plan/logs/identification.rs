@@ -79,7 +79,10 @@ pub fn identify(source: Source, study: &IdentifyStudy) -> Result<Identification,
                 return Err(Error::new(Code::Usage, message)
                     .hint("take a method from responses, such as --method rational, or one file"));
             }
-            let rate_std = records.iter().map(|r| r.recording.rate_std).fold(0.0, f64::max);
+            let rate_std = records
+                .iter()
+                .map(|r| r.recording.rate_std)
+                .fold(0.0, f64::max);
             let points = Points::new(records)?;
             let mut found = looked(method, points.has_gaps(), study, |look| {
                 points.acquire(&study.estimate, look)
