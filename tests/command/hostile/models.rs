@@ -249,7 +249,7 @@ pub fn rows() -> Vec<Row> {
             "m.toml",
             star(),
             "simulate FILE --until 1",
-            2,
+            3,
             "[hopeless] | hub.theta has no inertia and joins 2100 branches | 4e6 terms (limit 4e6)",
         ),
         Row::new("", "", "check good.toml", 0, "good.toml"),
